@@ -1,0 +1,1 @@
+"""Data files, installed as `gsenv.assets`; read them with `importlib.resources.files("gsenv.assets")`."""

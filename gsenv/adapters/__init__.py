@@ -1,0 +1,1 @@
+"""Adapters to other RL libraries; each imports its library only when used."""

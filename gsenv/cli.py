@@ -1,0 +1,321 @@
+"""The `gsenv` command: list, record, warmup.
+
+Exit codes: 0 done, 1 failed, 2 wrong command line, 130 interrupted (what was recorded so far is kept).
+Results go to stdout, progress and errors to stderr, an error in one sentence.
+"""
+
+import argparse
+import signal
+import sys
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from difflib import get_close_matches
+from pathlib import Path
+from time import perf_counter
+from typing import TYPE_CHECKING, Any, NoReturn
+
+from gsenv import __version__
+from gsenv.envs import ENVS
+
+if TYPE_CHECKING:
+    import gymnasium
+    import numpy as np
+    from numpy.typing import NDArray
+    from rich.progress import Progress
+
+    from gsenv.render.video import VideoWriter
+
+    Frame = NDArray[np.uint8]
+    Policy = Callable[[gymnasium.Env[Any, Any]], Any]
+
+SCENE_PREFIX = "scene:"
+SCENE_FPS = 60
+"""Frames per second of a recorded scene, at most: a scene with a shorter timestep skips steps."""
+
+OK, FAILED, WRONG_USAGE, INTERRUPTED = 0, 1, 2, 130
+
+EXAMPLES = """\
+examples:
+  gsenv list                                                  what there is
+  gsenv record GStack-v0 --policy scripted --out tower.mp4    an episode as a video
+  gsenv record scene:stack --size 1280x720 --out stack.gif    a scene, without a policy
+  gsenv warmup                                                compile all kernels ahead of time
+"""
+
+
+class _CliError(Exception):
+    """An error to report in one sentence, with the exit code to end with."""
+
+    def __init__(self, message: str, exit_code: int) -> None:
+        super().__init__(message)
+        self.exit_code = exit_code
+
+
+class _Parser(argparse.ArgumentParser):
+    """A parser whose errors are one line instead of the usage and a line."""
+
+    def error(self, message: str) -> NoReturn:
+        raise _CliError(f"{message} (`{self.prog} --help` explains)", WRONG_USAGE)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line (by default the process's own) and return the exit code."""
+    try:
+        options = _parser().parse_args(arguments)
+        return int(options.run(options))
+    except _CliError as error:
+        print(f"gsenv: {error}", file=sys.stderr)
+        return error.exit_code
+    except BrokenPipeError:  # e.g. `gsenv list | head -1`
+        sys.stderr.close()  # or the interpreter complains about the pipe while it ends
+        return FAILED
+    except KeyboardInterrupt:
+        print("gsenv: interrupted", file=sys.stderr)
+        return INTERRUPTED
+
+
+def _parser() -> argparse.ArgumentParser:
+    style = argparse.RawDescriptionHelpFormatter
+    parser = _Parser(
+        prog="gsenv",
+        description="Physics environments for reinforcement learning: look at them, record them, prepare them.",
+        epilog=EXAMPLES,
+        formatter_class=style,
+    )
+    parser.add_argument("--version", action="version", version=f"gsenv {__version__}")
+    commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
+
+    list_parser = commands.add_parser("list", help="show all environments and scenes")
+    list_parser.set_defaults(run=_list)
+
+    record = commands.add_parser(
+        "record",
+        help="run an environment or a scene and write a video",
+        description="Run an environment with a policy, or a scene without one, and write what happens to a video.\n"
+        "Ctrl-C ends early and keeps the frames so far.",
+        epilog=EXAMPLES,
+        formatter_class=style,
+    )
+    record.add_argument("target", metavar="ENV_OR_SCENE", help="a name from `gsenv list`")
+    record.add_argument("--out", required=True, type=Path, metavar="FILE", help="the video: .mp4 or .gif")
+    record.add_argument("--policy", choices=("random", "scripted", "trained"), help="who acts (default: random)")
+    record.add_argument("--seed", type=int, default=0, help="of the start and of the random policy (default: 0)")
+    record.add_argument(
+        "--steps",
+        type=_positive,
+        help="control steps; new episodes begin as needed (default: one episode, or the scene's own duration)",
+    )
+    record.add_argument("--size", type=_size, metavar="WxH", help="of the frames, in pixels (default: 640x480)")
+    record.set_defaults(run=_record)
+
+    warmup = commands.add_parser(
+        "warmup",
+        help="compile all kernels ahead of time",
+        description="Compile all kernels and keep them in the cache, so that no later run has to wait.",
+    )
+    warmup.set_defaults(run=_warmup)
+    return parser
+
+
+def _positive(text: str) -> int:
+    if not text.isdecimal() or int(text) == 0:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a positive whole number")
+    return int(text)
+
+
+def _size(text: str) -> tuple[int, int]:
+    width, _, height = text.lower().partition("x")
+    try:
+        return _positive(width), _positive(height)
+    except argparse.ArgumentTypeError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a size such as 640x480") from None
+
+
+def _list(options: argparse.Namespace) -> int:
+    from gsenv.scenes import SCENES
+
+    rows = [(entry.id, entry.summary) for entry in ENVS]
+    rows += [(f"{SCENE_PREFIX}{name}", spec.summary) for name, spec in SCENES.items()]
+    width = max(len(name) for name, _ in rows)
+    for name, summary in rows:
+        print(f"{name:<{width}}  {summary}")
+    return OK
+
+
+@dataclass
+class _Footage:
+    """Frames to come: `frame_count` of them, or fewer if an episode ends early."""
+
+    fps: float
+    frame_count: int
+    frames: "Iterator[Frame]"
+
+
+def _record(options: argparse.Namespace) -> int:
+    footage = _footage(options)
+    written = 0
+    try:
+        with _progress() as progress, _video_writer(options.out, footage.fps) as video:
+            task = progress.add_task(options.target, total=footage.frame_count)
+            for frame in footage.frames:
+                with _uninterrupted():
+                    video.write(frame)
+                    written += 1
+                progress.advance(task)
+            progress.update(task, total=written)
+    except KeyboardInterrupt:
+        kept = f"{options.out} has the {written} frames so far" if written else "nothing was written"
+        print(f"gsenv: interrupted; {kept}", file=sys.stderr)
+        return INTERRUPTED
+    except OSError as error:
+        raise _CliError(f"cannot write {options.out}: {error.strerror or error}", FAILED) from error
+    print(f"{options.out}: {written} frames, {written / footage.fps:.1f} s")
+    return OK
+
+
+@contextmanager
+def _uninterrupted() -> "Iterator[None]":
+    """Ctrl-C waits for the end of the block: in the middle of a frame it would cost the whole video."""
+    if threading.current_thread() is not threading.main_thread():
+        yield  # only the main thread gets signals
+        return
+    pending = False
+
+    def remember(signal_number: int, frame: object) -> None:
+        nonlocal pending
+        pending = True
+
+    previous = signal.signal(signal.SIGINT, remember)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, previous)
+    if pending:
+        raise KeyboardInterrupt
+
+
+def _video_writer(path: Path, fps: float) -> "VideoWriter":
+    from gsenv.render.video import VideoWriter
+
+    try:
+        return VideoWriter(path, fps)
+    except ValueError as error:  # a file name extension that it does not know
+        raise _CliError(str(error), WRONG_USAGE) from error
+
+
+def _footage(options: argparse.Namespace) -> _Footage:
+    if any(entry.id == options.target for entry in ENVS):
+        return _env_footage(options)
+    from gsenv.scenes import SCENES
+
+    scenes = [f"{SCENE_PREFIX}{name}" for name in SCENES]
+    if options.target in scenes:
+        if options.policy is not None:
+            raise _CliError(f"{options.target} is a scene and takes no --policy", WRONG_USAGE)
+        return _scene_footage(options)
+    names = [entry.id for entry in ENVS] + scenes
+    raise _CliError(
+        f"no environment or scene is called {options.target!r}; {_suggestion(options.target, names)}", WRONG_USAGE
+    )
+
+
+def _suggestion(wrong: str, names: list[str]) -> str:
+    spellings = {name.lower(): name for name in names}
+    spellings |= {name.removeprefix(SCENE_PREFIX).lower(): name for name in names}
+    close = get_close_matches(wrong.lower(), spellings, n=1)
+    return f"did you mean {spellings[close[0]]}?" if close else "`gsenv list` shows them all"
+
+
+def _env_footage(options: argparse.Namespace) -> _Footage:
+    import gymnasium
+
+    size = {} if options.size is None else dict(zip(("width", "height"), options.size, strict=True))
+    env = gymnasium.make(options.target, render_mode="rgb_array", **size)
+    policy = _policy(options.target, options.policy or "random")
+    assert env.spec is not None  # gymnasium.make sets it
+    step_count = options.steps or env.spec.max_episode_steps or 1000
+    frames = _env_frames(env, policy, options.seed, step_count, one_episode=options.steps is None)
+    return _Footage(env.metadata["render_fps"], step_count + 1, frames)
+
+
+def _policy(env_id: str, kind: str) -> "Policy":
+    if kind == "random":
+        return lambda env: env.action_space.sample()
+    from gsenv.envs import policies
+
+    try:
+        return policies.scripted_policy(env_id) if kind == "scripted" else policies.trained_policy(env_id)
+    except LookupError as error:
+        raise _CliError(str(error.args[0]), FAILED) from error
+
+
+def _env_frames(
+    env: "gymnasium.Env[Any, Any]", policy: "Policy", seed: int, step_count: int, *, one_episode: bool
+) -> "Iterator[Frame]":
+    env.action_space.seed(seed)
+    env.reset(seed=seed)
+    yield _frame(env)
+    for step in range(step_count):
+        _, _, terminated, truncated, _ = env.step(policy(env.unwrapped))
+        yield _frame(env)
+        if terminated or truncated:
+            if one_episode or step + 1 == step_count:
+                break
+            env.reset()
+    env.close()
+
+
+def _frame(env: "gymnasium.Env[Any, Any]") -> "Frame":
+    frame: Any = env.render()  # gymnasium allows lists of frames too; "rgb_array" gives one
+    return frame
+
+
+def _scene_footage(options: argparse.Namespace) -> _Footage:
+    from gsenv.render import SceneRenderer
+    from gsenv.scenes import SCENES, make_world
+
+    name = options.target.removeprefix(SCENE_PREFIX)
+    world = make_world(name)
+    width, height = options.size or (640, 480)
+    renderer = SceneRenderer(world, width=width, height=height)
+    steps_per_frame = max(1, round(1 / (SCENE_FPS * world.timestep)))
+    step_count = options.steps or round(SCENES[name].duration / world.timestep)
+
+    def frames() -> "Iterator[Frame]":
+        yield renderer.render()
+        for step in range(1, step_count + 1):
+            world.step()
+            if step % steps_per_frame == 0:
+                yield renderer.render()
+
+    return _Footage(1 / (steps_per_frame * world.timestep), 1 + step_count // steps_per_frame, frames())
+
+
+def _warmup(options: argparse.Namespace) -> int:
+    from gsenv.solver import jit
+    from gsenv.warmup import warmup_targets
+
+    jit.mute_compile_notice()  # the progress bar says it
+    began = perf_counter()
+    targets = warmup_targets()
+    with _progress() as progress:
+        task = progress.add_task("compiling", total=len(targets))
+        for label, run in targets:
+            progress.update(task, description=f"compiling for {label}")
+            run()
+            progress.advance(task)
+    print(f"all kernels are ready ({perf_counter() - began:.1f} s)")
+    return OK
+
+
+def _progress() -> "Progress":
+    """A progress bar on stderr, shown only where that is a terminal."""
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    console = Console(stderr=True)
+    console.quiet = not console.is_terminal
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    return Progress(*columns, console=console, transient=True, disable=console.quiet)

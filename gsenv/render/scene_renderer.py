@@ -1,0 +1,133 @@
+"""SceneRenderer: a World to uint8 pictures. Reads the simulation, never writes to it."""
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gsenv.render import overlay as marks
+from gsenv.render.camera import Camera, FollowCamera
+from gsenv.render.canvas import Canvas
+from gsenv.render.draw_list import DrawList, join
+from gsenv.render.hud import draw_hud
+from gsenv.render.shape_items import find_bounds, make_stencil
+from gsenv.render.theme import (
+    AXIS_COLORS,
+    CONTACT_COLOR,
+    DEFAULT_THEME,
+    FORCE_COLOR,
+    JOINT_COLOR,
+    Theme,
+)
+from gsenv.render.world_view import (
+    read_bodies,
+    read_contacts,
+    read_joints,
+    read_state,
+    read_table,
+    read_time,
+)
+from gsenv.solver.world import World
+
+OVERLAYS = ("contacts", "joints")
+
+# In fractions of the picture's height.
+PEN_RADIUS = 0.0030
+PEN_RADIUS_MIN = 0.6  # px
+ARROW_LENGTH = 0.11  # of the largest force in the picture
+AXIS_LENGTH = 0.035
+
+
+class SceneRenderer:
+    """Renders worlds of one model at one size.
+
+    world: the World to show
+    width, height: px
+    camera: a Camera, a FollowCamera, or None to fit the bodies at the first picture
+    overlay: any of "contacts" (points and forces) and "joints" (anchors with their frames)
+    wheels: indices of bodies whose circles are drawn as wheels
+    force_scale: m per N of the force arrows; None makes the largest in each picture equally long
+    """
+
+    def __init__(
+        self,
+        world: World,
+        width: int = 640,
+        height: int = 480,
+        camera: Camera | FollowCamera | None = None,
+        overlay: Iterable[str] = (),
+        *,
+        wheels: Sequence[int] = (),
+        force_scale: float | None = None,
+        theme: Theme = DEFAULT_THEME,
+    ) -> None:
+        if width < 1 or height < 1:
+            raise ValueError(f"width and height must be at least 1 px, got {width} x {height}.")
+        self.overlay = tuple(overlay)
+        for name in self.overlay:
+            if name not in OVERLAYS:
+                raise ValueError(f"overlay must be among {OVERLAYS}, got {name!r}.")
+        self.world = world
+        self.camera = camera
+        self.force_scale = force_scale
+        self._canvas = Canvas(width, height, theme)
+        self._table = read_table(world)
+        is_wheel = np.isin(self._table.bodies, list(wheels))
+        self._stencil = make_stencil(self._table, is_wheel)
+
+    @property
+    def width(self) -> int:
+        """px"""
+        return self._canvas.width
+
+    @property
+    def height(self) -> int:
+        """px"""
+        return self._canvas.height
+
+    def render(self, world_index: int = 0, hud: Sequence[str] = ()) -> NDArray[np.uint8]:
+        """New (height, width, 3) RGB picture of one world; `hud` lines go to the top left."""
+        draw_list = self._stencil.fill(read_state(self.world, world_index, self._table))
+        camera = self._aim(draw_list, world_index)
+        for name in self.overlay:
+            add = self._draw_contacts if name == "contacts" else self._draw_joints
+            draw_list = join(draw_list, *add(world_index, camera))
+        image = self._canvas.draw(draw_list, camera)
+        if hud:
+            draw_hud(image, tuple(hud))
+        return image
+
+    def _aim(self, draw_list: DrawList, world_index: int) -> Camera:
+        if self.camera is None:
+            bounds = find_bounds(draw_list)
+            self.camera = Camera.fit(bounds, self.width, self.height)
+        if isinstance(self.camera, FollowCamera):
+            positions = read_bodies(self.world, world_index).position
+            time = read_time(self.world, world_index)
+            return self.camera.update(positions, time, self.width, self.height)
+        return self.camera
+
+    def _pen(self, camera: Camera, thickness: float = 1.0) -> marks.Pen:
+        radius = thickness * max(PEN_RADIUS * self.height, PEN_RADIUS_MIN)
+        scale = camera.scale(self.height)
+        return marks.Pen(radius / scale, 0.7 * radius / scale)
+
+    def _draw_contacts(self, world_index: int, camera: Camera) -> list[DrawList]:
+        points, forces = read_contacts(self.world, world_index)
+        scale = self.force_scale
+        if scale is None:
+            largest = np.hypot(*forces.T).max(initial=0.0)
+            scale = ARROW_LENGTH * camera.height / largest if largest > 0.0 else 0.0
+        arrows = marks.arrows(points, points + scale * forces, self._pen(camera), FORCE_COLOR)
+        return [arrows, marks.dots(points, self._pen(camera, 1.5), CONTACT_COLOR)]
+
+    def _draw_joints(self, world_index: int, camera: Camera) -> list[DrawList]:
+        position, rotation = read_joints(self.world, world_index)
+        length = AXIS_LENGTH * camera.height
+        pen = self._pen(camera, 0.7)
+        normal = np.stack([-rotation[:, 1], rotation[:, 0]], axis=-1)
+        axes = [
+            marks.arrows(position, position + length * direction, pen, color)
+            for direction, color in zip((rotation, normal), AXIS_COLORS, strict=True)
+        ]
+        return [*axes, marks.dots(position, self._pen(camera, 1.4), JOINT_COLOR)]

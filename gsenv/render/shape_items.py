@@ -1,0 +1,191 @@
+"""Shapes to draw items: a stencil made once, filled with poses and sizes for each picture."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from gsenv.render.camera import Bounds
+from gsenv.render.draw_list import SOLID, DrawFlag, DrawKind, DrawList, Layer, draw_items
+from gsenv.render.theme import (
+    HUB_COLOR,
+    MEADOW,
+    OUTLINE_DARKENING,
+    PALETTE,
+    RIM_COLOR,
+    SLATE,
+    STATIC_COLOR,
+    TYRE_COLOR,
+)
+from gsenv.render.world_view import ShapeState, ShapeTable, rotate
+from gsenv.solver.planar.shapes import ShapeKind
+
+FloatArray = NDArray[np.float64]
+
+SPOKE_COUNT = 5
+SENSOR_ALPHA = 0.30
+STRIPE_LIGHTENING = 0.55  # of a ball's stripe, from its fill colour towards white
+
+_DRAW_KINDS = {
+    ShapeKind.CIRCLE: DrawKind.CAPSULE,
+    ShapeKind.BOX: DrawKind.BOX,
+    ShapeKind.CAPSULE: DrawKind.CAPSULE,
+    ShapeKind.POLYGON: DrawKind.POLYGON,
+    ShapeKind.HALF_PLANE: DrawKind.HALF_PLANE,
+    ShapeKind.TERRAIN: DrawKind.TERRAIN,
+}
+
+
+class Part(NamedTuple):
+    """One item of a shape; lengths are multiples of the shape's radius.
+
+    center: along the direction `angle` (rad, in the shape's frame)
+    length: half length of a capsule along that direction
+    """
+
+    kind: DrawKind
+    color: ArrayLike
+    flags: DrawFlag = SOLID
+    angle: float = 0.0
+    center: float = 0.0
+    length: float = 0.0
+    radius: float = 1.0
+
+
+def ball_parts(color: NDArray[np.float64]) -> list[Part]:
+    """A disc with a bar off its middle, so that the whole turn can be read."""
+    light = color + STRIPE_LIGHTENING * (255.0 - color)
+    bar = Part(DrawKind.CAPSULE, light, DrawFlag.SHADE, center=0.36, length=0.24, radius=0.15)
+    return [Part(DrawKind.CAPSULE, color), bar]
+
+
+def wheel_parts() -> list[Part]:
+    """Tyre, rim, spokes and hub."""
+    angles = 2.0 * np.pi * np.arange(SPOKE_COUNT) / SPOKE_COUNT
+    spoke = Part(DrawKind.CAPSULE, HUB_COLOR, DrawFlag.NONE, center=0.34, length=0.26, radius=0.062)
+    return [
+        Part(DrawKind.CAPSULE, TYRE_COLOR),
+        Part(DrawKind.CAPSULE, RIM_COLOR, DrawFlag.SHADE, radius=0.66),
+        *(spoke._replace(angle=float(angle)) for angle in angles),
+        Part(DrawKind.CAPSULE, HUB_COLOR, DrawFlag.NONE, radius=0.20),
+    ]
+
+
+def pick_colors(table: ShapeTable) -> FloatArray:
+    """(shape, 3) RGB: given ones (not black), else the palette in the order of moving bodies."""
+    moving = np.unique(table.bodies[~table.static])
+    colors = PALETTE[np.searchsorted(moving, table.bodies) % len(PALETTE)].astype(np.float64)
+    colors[table.static] = STATIC_COLOR
+    if table.colors is not None:
+        given = table.colors.any(axis=1)
+        colors[given] = table.colors[given]
+    return colors
+
+
+@dataclass
+class ShapeStencil:
+    """Items of all shapes of a model; `fill` moves them to where a world has them.
+
+    shape_of: (item,) source shape
+    scale_by_radius: (item, 3) center, half length and radius in multiples of the shape's radius
+    turn: (item, 2) cos, sin of the part in the shape's frame
+    keeps_size: (item,) 1 where the shape's own size is the item's, 0 for parts made of its radius
+    """
+
+    items: NDArray[np.void]
+    shape_of: NDArray[np.int64]
+    scale_by_radius: FloatArray
+    turn: FloatArray
+    keeps_size: FloatArray
+
+    def fill(self, state: ShapeState) -> DrawList:
+        """Draw list of one world; the stencil's own items are overwritten."""
+        items, of = self.items, self.shape_of
+        rotation = rotate(state.rotation[of], self.turn)
+        radius = state.radius[of]
+        shift = self.scale_by_radius[:, 0] * radius
+        items["position"] = state.position[of] + rotation * shift[:, None]
+        items["rotation"] = rotation
+        items["size"] = state.size[of] * self.keeps_size[:, None]
+        items["size"][:, 0] += self.scale_by_radius[:, 1] * radius
+        items["radius"] = self.scale_by_radius[:, 2] * radius
+        visible = state.enabled[of]
+        if not visible.all():
+            items = items[visible]
+        return DrawList(items, state.vertices)
+
+
+def make_stencil(table: ShapeTable, wheels: NDArray[np.bool_]) -> ShapeStencil:
+    """`wheels` (shape,) marks circles that are drawn as wheels."""
+    colors = pick_colors(table)
+    parts: list[Part] = []
+    shape_of: list[int] = []
+    for shape, kind in enumerate(table.kinds):
+        if kind == ShapeKind.CIRCLE:
+            own = wheel_parts() if wheels[shape] else ball_parts(colors[shape])
+        else:
+            own = [Part(_DRAW_KINDS[ShapeKind(kind)], colors[shape])]
+        parts += own
+        shape_of += [shape] * len(own)
+    of = np.array(shape_of, np.int64)
+    angles = np.array([part.angle for part in parts])
+    return ShapeStencil(
+        items=make_items(parts, of, table),
+        shape_of=of,
+        scale_by_radius=np.array([(p.center, p.length, p.radius) for p in parts]).reshape(-1, 3),
+        turn=np.stack([np.cos(angles), np.sin(angles)], axis=-1),
+        keeps_size=(table.kinds[of] != ShapeKind.CIRCLE).astype(np.float64),
+    )
+
+
+def make_items(
+    parts: list[Part], shape_of: NDArray[np.int64], table: ShapeTable
+) -> NDArray[np.void]:
+    """(item,) items with everything that does not depend on a world's state."""
+    items = draw_items(len(parts))
+    items["kind"] = [part.kind for part in parts]
+    items["flags"] = [part.flags for part in parts]
+    items["fill"] = np.array([part.color for part in parts]).reshape(-1, 3)
+    items["line"] = items["fill"] * OUTLINE_DARKENING
+    items["vertex_first"] = table.vertex_first[shape_of]
+    items["vertex_count"] = table.vertex_count[shape_of]
+    items["alpha"] = np.where(table.sensor[shape_of], SENSOR_ALPHA, 1.0)
+    items["flags"][table.sensor[shape_of]] &= ~DrawFlag.SHADOW
+    for kind, ground in ((ShapeKind.HALF_PLANE, SLATE), (ShapeKind.TERRAIN, MEADOW)):
+        chosen = table.kinds[shape_of] == kind
+        items["layer"][chosen] = Layer.GROUND
+        items["flags"][chosen] = DrawFlag.NONE
+        for field, color in zip(("fill", "deep", "line"), ground, strict=True):
+            items[field][chosen] = color
+    items["flags"][table.closed[shape_of]] |= DrawFlag.CLOSED
+    return items
+
+
+def find_bounds(draw_list: DrawList) -> Bounds:
+    """Box around all bounded items, else around the terrains; half-planes have no extent."""
+    low, high = item_boxes(draw_list)
+    kinds = draw_list.items["kind"]
+    for wanted in (kinds < DrawKind.HALF_PLANE, kinds == DrawKind.TERRAIN):
+        if wanted.any():
+            left, bottom = low[wanted].min(axis=0)
+            right, top = high[wanted].max(axis=0)
+            return Bounds(float(left), float(bottom), float(right), float(top))
+    return Bounds(-5.0, -5.0, 5.0, 5.0)
+
+
+def item_boxes(draw_list: DrawList) -> tuple[FloatArray, FloatArray]:
+    """Lower and upper corners (item, 2) of the items' bounding boxes in m."""
+    items, vertices = draw_list
+    turn = np.abs(items["rotation"])
+    extent = np.empty((len(items), 2))
+    extent[:, 0] = turn[:, 0] * items["size"][:, 0] + turn[:, 1] * items["size"][:, 1]
+    extent[:, 1] = turn[:, 1] * items["size"][:, 0] + turn[:, 0] * items["size"][:, 1]
+    extent += items["radius"][:, None]
+    low, high = items["position"] - extent, items["position"] + extent
+    for k in np.flatnonzero(items["vertex_count"]):
+        first = items["vertex_first"][k]
+        own = vertices[first : first + items["vertex_count"][k]]
+        placed = rotate(items["rotation"][k], own) + items["position"][k]
+        low[k], high[k] = placed.min(axis=0), placed.max(axis=0)
+    return low, high

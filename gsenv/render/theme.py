@@ -1,0 +1,71 @@
+"""Colours and proportions of the pictures; pixel sizes are fractions of the image height."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Rgb = tuple[float, float, float]
+
+# Bodies take these colours in turn.
+PALETTE: NDArray[np.uint8] = np.array(
+    [
+        (238, 90, 46),  # vermilion
+        (252, 172, 20),  # amber
+        (168, 203, 134),  # sage
+        (104, 158, 196),  # sky blue
+        (44, 54, 98),  # navy
+        (126, 46, 143),  # plum
+        (70, 174, 144),  # jade
+        (248, 180, 148),  # peach
+    ],
+    dtype=np.uint8,
+)
+STATIC_COLOR: Rgb = (134, 143, 154)  # shapes that belong to the world itself
+TYRE_COLOR: Rgb = (44, 47, 56)
+RIM_COLOR: Rgb = (206, 211, 218)
+HUB_COLOR: Rgb = (96, 103, 114)
+
+FORCE_COLOR: Rgb = (255, 214, 10)
+CONTACT_COLOR: Rgb = (255, 70, 70)
+JOINT_COLOR: Rgb = (255, 255, 255)
+AXIS_COLORS: tuple[Rgb, Rgb] = ((240, 70, 80), (90, 210, 90))
+HALO_COLOR: Rgb = (16, 18, 26)
+HALO_ALPHA = 0.6
+
+INK_COLOR: Rgb = (30, 37, 56)
+PANEL_COLOR: Rgb = (252, 252, 252)
+PANEL_ALPHA = 0.62
+
+OUTLINE_DARKENING = 0.42  # outline colour over fill colour
+
+
+class Ground(NamedTuple):
+    """Colours of a ground: just below its edge, deep down, and the edge band itself."""
+
+    top: Rgb
+    deep: Rgb
+    edge: Rgb
+
+
+SLATE = Ground(top=(141, 151, 164), deep=(98, 106, 117), edge=(104, 113, 128))
+MEADOW = Ground(top=(150, 128, 106), deep=(104, 88, 78), edge=(122, 165, 84))
+
+
+class Theme(NamedTuple):
+    """Everything about the look that is neither a shape nor a body."""
+
+    sky_top: Rgb = (206, 223, 240)
+    sky_bottom: Rgb = (247, 243, 236)
+    sky_end: float = 0.87  # fraction of the height where the sky reaches its bottom colour
+    outline: float = 0.0048
+    outline_min: float = 0.8  # px
+    ground_edge: float = 0.0070
+    ground_depth: float = 0.20  # depth over which a ground darkens
+    shadow_alpha: float = 0.34
+    shadow_offset: tuple[float, float] = (0.0095, 0.0125)  # right and down
+    shadow_softness: float = 0.0270  # width of the whole penumbra
+    band_contrast: float = 0.022  # of the metre bands that make a moving ground readable
+
+
+DEFAULT_THEME = Theme()

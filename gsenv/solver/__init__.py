@@ -1,0 +1,33 @@
+"""The engine: scenes of rigid bodies, and one sparse solver that makes all their rows true.
+
+Imports numpy and numba only; knows nothing of environments, rewards or drawing.
+"""
+
+from .diagnostics import Contacts, Diagnostics
+from .model import Model, Options
+from .parameters import Parameters
+from .planar.shapes import Box, Capsule, Circle, HalfPlane, Polygon, Terrain
+from .problem import Problem, solve
+from .scene import Handle, Scene
+from .state import Snapshot
+from .world import World
+
+__all__ = [
+    "Box",
+    "Capsule",
+    "Circle",
+    "Contacts",
+    "Diagnostics",
+    "HalfPlane",
+    "Handle",
+    "Model",
+    "Options",
+    "Parameters",
+    "Polygon",
+    "Problem",
+    "Scene",
+    "Snapshot",
+    "Terrain",
+    "World",
+    "solve",
+]

@@ -1,0 +1,117 @@
+"""Checks of what users pass in: one clear sentence naming what and where, before anything changes."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[Any]
+
+
+def finite(value: Any, what: str) -> float:
+    """A finite float, or ValueError."""
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        raise ValueError(f"{what} must be a number, got {value!r}.") from None
+    if not np.isfinite(number):
+        raise ValueError(f"{what} must be finite, got {value!r}.")
+    return number
+
+
+def positive(value: Any, what: str) -> float:
+    number = finite(value, what)
+    if number <= 0.0:
+        raise ValueError(f"{what} must be positive, got {value!r}.")
+    return number
+
+
+def not_negative(value: Any, what: str) -> float:
+    number = finite(value, what)
+    if number < 0.0:
+        raise ValueError(f"{what} must not be negative, got {value!r}.")
+    return number
+
+
+def bound(value: Any, what: str) -> float:
+    """Not negative; infinity is allowed."""
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        raise ValueError(f"{what} must be a number, got {value!r}.") from None
+    if not number >= 0.0:
+        raise ValueError(f"{what} must not be negative or NaN, got {value!r}.")
+    return number
+
+
+def vector(value: Any, size: int, what: str) -> Array:
+    """A float64 vector of ``size`` finite numbers."""
+    try:
+        array = np.asarray(value, np.float64)
+    except (TypeError, ValueError):
+        raise ValueError(f"{what} must be {size} numbers, got {value!r}.") from None
+    if array.shape != (size,):
+        raise ValueError(f"{what} must be {size} numbers, got an array of shape {array.shape}.")
+    if not np.isfinite(array).all():
+        raise ValueError(f"{what} must be finite, got {value!r}.")
+    return array
+
+
+def values(value: Any, shape: tuple[int, ...], what: str) -> Array:
+    """Finite float64 values broadcast to ``shape``."""
+    try:
+        array = np.asarray(value, np.float64)
+    except (TypeError, ValueError):
+        raise ValueError(f"{what} must be numbers, got {value!r}.") from None
+    if not np.isfinite(array).all():
+        raise ValueError(f"{what} must be finite, got {value!r}.")
+    try:
+        return np.broadcast_to(array, shape)
+    except ValueError:
+        raise ValueError(
+            f"{what} must fit the shape {shape}, got an array of shape {array.shape}."
+        ) from None
+
+
+def choice(value: Any, known: Iterable[str], what: str) -> str:
+    """One of ``known``, or ValueError that lists them and the nearest."""
+    names = list(known)
+    if value in names:
+        return str(value)
+    near = difflib.get_close_matches(str(value), names, 1)
+    hint = f"; did you mean {near[0]!r}?" if near else ""
+    raise ValueError(f"{what} {value!r} is unknown; known are {', '.join(names)}{hint}")
+
+
+def worlds(selection: Any, count: int, what: str = "worlds") -> NDArray[np.intp]:
+    """Indices of the chosen worlds: None for all, an int, a sequence of ints or a bool mask."""
+    if selection is None:
+        return np.arange(count)
+    array = np.asarray(selection)
+    if array.dtype == np.bool_:
+        if array.shape != (count,):
+            raise ValueError(
+                f"{what}: a mask needs the shape ({count},), got an array of shape {array.shape}."
+            )
+        return np.flatnonzero(array)
+    array = np.atleast_1d(array)
+    if array.ndim != 1 or (array.size and array.dtype.kind not in "iu"):
+        raise ValueError(f"{what} must be world numbers or a bool mask, got {selection!r}.")
+    index = array.astype(np.intp)
+    if index.size and (index.min() < 0 or index.max() >= count):
+        raise ValueError(f"{what} must be from 0 to {count - 1}, got {selection!r}.")
+    if len(np.unique(index)) != len(index):
+        raise ValueError(f"{what} names a world twice: {selection!r}.")
+    return index
+
+
+def unique(name: Any, taken: Sequence[str] | dict[str, Any], what: str) -> str:
+    if not isinstance(name, str) or not name:
+        raise ValueError(f"{what} needs a name, got {name!r}.")
+    if name in taken:
+        raise ValueError(f"{what} {name!r} exists already.")
+    return name

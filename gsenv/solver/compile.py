@@ -1,0 +1,241 @@
+"""Scene -> Model: names become indices, shapes become records, densities become masses."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .broadphase import encode_exclusion
+from .model import (
+    ACTUATOR_DTYPE,
+    Array,
+    BodyKind,
+    Model,
+    body_model_dtype,
+    body_parameter_dtype,
+    body_state_dtype,
+    constraint_row_dtype,
+    joint_model_dtype,
+    joint_parameter_dtype,
+    joint_state_dtype,
+    shape_model_dtype,
+    shape_parameter_dtype,
+    world_parameter_dtype,
+)
+from .planar import shapes as planar_shapes
+from .planar.joints import JointKind
+
+if TYPE_CHECKING:
+    from .scene import BodySpec, Scene
+
+JOINT_KINDS = {"rows": JointKind.ROWS, "weld": JointKind.WELD, "target": JointKind.TARGET}
+WITH_VERTICES = (planar_shapes.CAPSULE, planar_shapes.POLYGON, planar_shapes.TERRAIN)
+
+
+def check_body(spec: BodySpec) -> None:
+    """Refuse a body whose shapes or mass make no sense, naming it."""
+    what = f"body {spec.name!r}"
+    for shape in spec.shapes:
+        if not isinstance(shape, planar_shapes.Shape):
+            raise ValueError(f"{what}: {shape!r} is not a shape.")
+        try:
+            planar_shapes.validate(shape, 2)
+        except ValueError as error:
+            raise ValueError(f"{what}: {error}") from None
+        if not shape.solid and spec.kind == BodyKind.DYNAMIC:
+            name = type(shape).__name__
+            raise ValueError(f"{what}: a {name} belongs on a static or kinematic body.")
+    if spec.kind != BodyKind.DYNAMIC:
+        return
+    mass, _, inertia = solid_mass(spec.shapes)
+    if spec.mass is None and not mass > 0.0:
+        raise ValueError(f"{what} is dynamic and needs a mass or a shape with density.")
+    if spec.inertia is None and not inertia > 0.0:
+        raise ValueError(f"{what} is dynamic and needs an inertia or a shape with density.")
+
+
+def solid_mass(shapes: tuple[Any, ...]) -> tuple[float, Array, float]:
+    """(mass kg, centre of mass m in the body's frame, inertia kg m^2 about it) from densities."""
+    mass = 0.0
+    moment = np.zeros(2)
+    parts = []
+    for shape in shapes:
+        if not shape.solid or shape.sensor:
+            continue
+        area, center, inertia = planar_shapes.mass_properties(shape)
+        m = area * shape.density
+        mass += m
+        moment += m * np.asarray(center)
+        parts.append((m, np.asarray(center), inertia * shape.density))
+    if mass <= 0.0:
+        return 0.0, np.zeros(2), 0.0
+    middle = moment / mass
+    total = sum(i + m * float(((c - middle) ** 2).sum()) for m, c, i in parts)
+    return mass, middle, float(total)
+
+
+def compile_scene(scene: Scene) -> Model:
+    bodies = list(scene.bodies.values())
+    if not bodies:
+        raise ValueError("Scene: there is no body to simulate.")
+    shape_count = sum(len(spec.shapes) for spec in bodies)
+    models = np.zeros(len(bodies), body_model_dtype())
+    shapes = np.zeros(shape_count, shape_model_dtype())
+    nominal = np.zeros(len(bodies), body_parameter_dtype(2))
+    sizes = np.zeros(shape_count, shape_parameter_dtype(2))
+    start = np.zeros(len(bodies), body_state_dtype(2))
+    shape_names: list[str] = []
+    vertices: list[Array] = []
+    colors = np.zeros((shape_count, 3), np.uint8)
+    vertex = 0
+    s = 0
+    for b, spec in enumerate(bodies):
+        models[b] = (int(spec.kind), int(spec.fast), s, len(spec.shapes))
+        _fill_body(spec, nominal[b : b + 1], start[b : b + 1])
+        for k, shape in enumerate(spec.shapes):
+            compiled = planar_shapes.shape_record(shape, sizes.dtype)
+            sizes[s] = compiled.record
+            shapes[s]["kind"] = int(shape.kind)
+            shapes[s]["body"] = b
+            shapes[s]["category"] = _int64(shape.category)
+            shapes[s]["mask"] = _int64(shape.mask)
+            shapes[s]["sensor"] = bool(shape.sensor)
+            shapes[s]["vertex_first"] = vertex
+            shapes[s]["vertex_count"] = len(compiled.vertices)
+            vertex += len(compiled.vertices)
+            vertices.append(compiled.vertices)
+            shape_names.append(shape.name or f"{spec.name}/{k}")
+            if spec.color is not None:
+                colors[s] = spec.color
+            s += 1
+    colored = all(spec.color is not None for spec in bodies if spec.kind == BodyKind.DYNAMIC)
+    world = np.zeros((), world_parameter_dtype(2))
+    world["gravity"] = scene.gravity
+    joints, joint_parameters, joint_states, rows = _compile_joints(scene, bodies)
+    return Model(
+        dim=2,
+        body_names=tuple(scene.bodies),
+        joint_names=tuple(scene.joints),
+        actuator_names=tuple(scene.actuators),
+        sensor_names=tuple(scene.sensors),
+        shape_names=tuple(shape_names),
+        bodies=models,
+        shapes=shapes,
+        joints=joints,
+        actuators=_compile_actuators(scene),
+        sensors=tuple((spec.kind, spec.body) for spec in scene.sensors.values()),
+        exclusions=np.array(
+            sorted(encode_exclusion(a, b) for a, b in scene.excluded), np.int64
+        ),
+        nominal_world=world,
+        nominal_bodies=nominal,
+        nominal_shapes=sizes,
+        nominal_joints=joint_parameters,
+        nominal_rows=rows,
+        nominal_vertices=np.concatenate(vertices)
+        if vertices
+        else np.zeros(0, planar_shapes.vertex_dtype()),
+        start_bodies=start,
+        start_joints=joint_states,
+        mass_given=np.array([spec.mass is not None for spec in bodies]),
+        inertia_given=np.array([spec.inertia is not None for spec in bodies]),
+        shape_colors=colors if colored else None,
+        needs_vertices=bool(np.isin(shapes["kind"], WITH_VERTICES).any()),
+    )
+
+
+def _int64(bits: int) -> int:
+    """Bits of a mask as a signed 64-bit number."""
+    bits = int(bits) & (2**64 - 1)
+    return bits - 2**64 if bits >= 2**63 else bits
+
+
+def _fill_body(spec: BodySpec, nominal: Array, start: Array) -> None:
+    """Mass, extent and authored state of one body, into one-entry slices."""
+    mass, center, inertia = solid_mass(spec.shapes)
+    if spec.kind == BodyKind.DYNAMIC:
+        if spec.mass is not None:
+            inertia *= spec.mass / mass if mass > 0.0 else 0.0
+            mass = spec.mass
+        if spec.inertia is not None:
+            inertia = spec.inertia
+        nominal["mass"] = mass
+        nominal["inertia"] = inertia
+        nominal["inv_mass"] = 1.0 / mass if spec.enabled else 0.0
+        nominal["inv_inertia"] = 1.0 / inertia if spec.enabled else 0.0
+    nominal["center"] = center
+    nominal["linear_damping"] = spec.linear_damping
+    nominal["angular_damping"] = spec.angular_damping
+    nominal["gravity_scale"] = spec.gravity_scale
+    solid = [shape for shape in spec.shapes if shape.solid]
+    nominal["extent"] = min((planar_shapes.extent(shape) for shape in solid), default=np.inf)
+    nominal["radius"] = max(
+        (planar_shapes.bounding_radius(shape, center) for shape in solid), default=0.0
+    )
+    nominal["enabled"] = spec.enabled
+    c, s = np.cos(spec.angle), np.sin(spec.angle)
+    offset = np.array([c * center[0] - s * center[1], s * center[0] + c * center[1]])
+    start["position"] = spec.position + offset
+    start["rotation"] = (c, s)
+    start["angle"] = spec.angle
+    if spec.kind != BodyKind.STATIC:
+        start["velocity"] = (*spec.linear_velocity, spec.angular_velocity)
+
+
+def _compile_joints(
+    scene: Scene, bodies: list[BodySpec]
+) -> tuple[Array, Array, Array, Array]:
+    specs = list(scene.joints.values())
+    models = np.zeros(len(specs), joint_model_dtype())
+    parameters = np.zeros(len(specs), joint_parameter_dtype(2))
+    states = np.zeros(len(specs), joint_state_dtype(2))
+    rows = np.zeros(sum(len(spec.rows) for spec in specs), constraint_row_dtype(2))
+    first = 0
+    for j, spec in enumerate(specs):
+        kind = JOINT_KINDS[spec.kind]
+        count = len(spec.rows) if spec.kind == "rows" else 3
+        models[j] = (int(kind), spec.body_a, spec.body_b, first, count, kind == JointKind.TARGET)
+        for row in spec.rows:
+            for name, value in row.items():
+                rows[first][name] = value
+            first += 1
+        _fill_joint(spec, bodies[spec.body_a], bodies[spec.body_b], parameters[j], states[j])
+    return models, parameters, states, rows
+
+
+def _fill_joint(spec: Any, a: BodySpec, b: BodySpec, parameters: Any, state: Any) -> None:
+    anchor_b = np.zeros(2) if spec.anchor_b is None else spec.anchor_b
+    c, s = np.cos(b.angle), np.sin(b.angle)
+    point = b.position + np.array(
+        [c * anchor_b[0] - s * anchor_b[1], s * anchor_b[0] + c * anchor_b[1]]
+    )
+    if spec.anchor_a is None:
+        ca, sa = np.cos(a.angle), np.sin(a.angle)
+        d = point - a.position
+        parameters["anchor_a"] = (ca * d[0] + sa * d[1], ca * d[1] - sa * d[0])
+    else:
+        parameters["anchor_a"] = spec.anchor_a
+    parameters["anchor_b"] = anchor_b
+    turn = b.angle - a.angle
+    parameters["reference"] = (np.cos(turn), np.sin(turn))
+    for name in ("frequency", "damping_ratio", "max_force", "max_torque", "enabled"):
+        parameters[name] = getattr(spec, name)
+    state["target_position"] = point
+    state["target_angle"] = b.angle
+    state["target_rotation"] = (c, s)
+
+
+def _compile_actuators(scene: Scene) -> Array:
+    actuators = np.zeros(len(scene.actuators), ACTUATOR_DTYPE)
+    joints = list(scene.joints.values())
+    for k, spec in enumerate(scene.actuators.values()):
+        actuators[k] = (
+            spec.joint,
+            joints[spec.joint].body_b,
+            spec.axis,
+            spec.mode == "position",
+            spec.lower,
+            spec.upper,
+        )
+    return actuators

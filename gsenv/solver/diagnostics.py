@@ -1,0 +1,161 @@
+"""What a step says of itself: contacts, counters, residuals, penetration, joint error, energies."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .jit import njit
+from .model import Array, Model
+
+if TYPE_CHECKING:
+    from .parameters import Parameters
+    from .state import State
+
+
+@njit
+def start_counters(state):  # type: ignore[no-untyped-def]
+    state.pair_count = 0
+    state.row_count = 0
+    state.island_count = 0
+    state.awake_count = 0
+    state.sweeps = 0
+    state.unconverged = 0
+    state.impacts = 0
+    state.residual = 0.0
+    state.natural_residual = 0.0
+
+
+@dataclass(frozen=True)
+class Contacts:
+    """Contact points of one world's last step; arrays with one entry a contact.
+
+    Attributes:
+        body_a, body_b, shape_a, shape_b: indices; the normal points from a to b.
+        point: m, (contact, dim), midway between the surfaces.
+        normal: unit, (contact, dim).
+        separation: m, at the end of the step; negative is overlap, positive a contact to come.
+        impulse: N s, (contact, dim), normal then tangents, summed over the step.
+        sensor: bool, reports only.
+    """
+
+    body_a: Array
+    body_b: Array
+    shape_a: Array
+    shape_b: Array
+    point: Array
+    normal: Array
+    separation: Array
+    impulse: Array
+    sensor: Array
+
+    def __len__(self) -> int:
+        return len(self.body_a)
+
+    @property
+    def touching(self) -> Array:
+        """(contact,) bool: pushed in the step, or overlapping."""
+        return (self.impulse[:, 0] > 0.0) | (self.separation <= 0.0)
+
+    def force_vector(self, timestep: float) -> Array:
+        """(contact, 2) N, mean force on body b over the step."""
+        n = self.normal
+        t = np.stack([-n[:, 1], n[:, 0]], -1)
+        return (n * self.impulse[:, :1] + t * self.impulse[:, 1:2]) / timestep
+
+
+def contacts_of(state: State, world: int) -> Contacts:
+    """A copy of the contacts of one world."""
+    c = state.contacts[world, : state.worlds["contact_count"][world]].copy()
+    return Contacts(
+        c["body_a"], c["body_b"], c["shape_a"], c["shape_b"], c["point"], c["normal"],
+        c["separation"], c["total_impulse"], c["sensor"] != 0,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Diagnostics:
+    """How wrong the last step was, and what it did; (world,) arrays.
+
+    Attributes:
+        residual: nm, the natural-map residual of the last substep's solve, free of units.
+        penetration: m, deepest overlap at the end of the step.
+        joint_error: m, largest distance between the anchors of a weld.
+        kinetic_energy, potential_energy: J; energy is their sum.
+        momentum: kg m/s, (world, dim).
+        sweeps: of all islands and substeps; unconverged: island substeps that ran out of them.
+        contacts, pairs, rows, islands, awake, impacts: counts of the last step.
+    """
+
+    residual: Array
+    penetration: Array
+    joint_error: Array
+    kinetic_energy: Array
+    potential_energy: Array
+    momentum: Array
+    sweeps: Array
+    unconverged: Array
+    contacts: Array
+    pairs: Array
+    rows: Array
+    islands: Array
+    awake: Array
+    impacts: Array
+
+    @property
+    def energy(self) -> Array:
+        """J, kinetic and potential; springs of joints are not counted."""
+        return self.kinetic_energy + self.potential_energy
+
+
+def diagnose(model: Model, parameters: Parameters, state: State) -> Diagnostics:
+    worlds = state.worlds
+    counts = worlds["contact_count"]
+    used = np.arange(state.contacts.shape[1]) < counts[:, None]
+    contacts = state.contacts
+    deep = np.where(used & (contacts["sensor"] == 0), -contacts["separation"], 0.0)
+    p = parameters.bodies
+    dynamic = (model.bodies["kind"] == 2) & (p["enabled"] != 0)
+    mass = np.where(dynamic, p["mass"], 0.0)
+    inertia = np.where(dynamic, p["inertia"], 0.0)
+    v = state.bodies["velocity"]
+    kinetic = 0.5 * (mass * (v[..., :2] ** 2).sum(-1) + inertia * v[..., 2] ** 2).sum(-1)
+    weight = (mass * p["gravity_scale"])[..., None] * parameters.worlds["gravity"][:, None]
+    potential = -(weight * state.bodies["position"]).sum((-1, -2))
+    return Diagnostics(
+        residual=worlds["natural_residual"].copy(),
+        penetration=np.maximum(deep.max(-1, initial=0.0), 0.0),
+        joint_error=_joint_error(model, parameters, state),
+        kinetic_energy=kinetic,
+        potential_energy=potential,
+        momentum=(mass[..., None] * v[..., :2]).sum(1),
+        sweeps=worlds["sweeps"].copy(),
+        unconverged=worlds["unconverged"].copy(),
+        contacts=counts.copy(),
+        pairs=worlds["pair_count"].copy(),
+        rows=worlds["row_count"].copy(),
+        islands=worlds["island_count"].copy(),
+        awake=worlds["awake_count"].copy(),
+        impacts=worlds["impacts"].copy(),
+    )
+
+
+def _joint_error(model: Model, parameters: Parameters, state: State) -> Array:
+    """(world,) m, largest gap between the anchors of an enabled weld."""
+    worst = np.zeros(len(state.worlds))
+    for j in np.flatnonzero(model.joints["kind"] == 1):
+        ends = []
+        for side in ("a", "b"):
+            body = model.joints[f"body_{side}"][j]
+            local = parameters.joints[f"anchor_{side}"][:, j] - parameters.bodies["center"][:, body]
+            rotation = state.bodies["rotation"][:, body]
+            c, s = rotation[:, 0], rotation[:, 1]
+            turned = np.stack(
+                [c * local[:, 0] - s * local[:, 1], s * local[:, 0] + c * local[:, 1]], -1
+            )
+            ends.append(state.bodies["position"][:, body] + turned)
+        gap = np.hypot(*(ends[1] - ends[0]).T)
+        worst = np.maximum(worst, np.where(parameters.joints["enabled"][:, j] != 0, gap, 0.0))
+    return worst

@@ -1,0 +1,272 @@
+"""The project's one kernel decorator: compile policy, on-disk cache, cold-start notice.
+
+Every kernel is compiled serial, without the GIL and without fastmath: bit-equal results come first,
+and numba's own thread pool does not survive a fork.
+
+Cache. numba keeps compiled code on disk, but it checks only the caller's own file: after an edit in a
+callee of another file the cached caller runs the OLD code. So the name of a cache entry holds a digest
+of all the sources that the kernel can call (`kernel_sources`), and the signature, the CPU and numba's
+version: one entry, one file, written to a temporary name and then renamed. There is no index to
+update, so cold starts side by side cannot mix up entries; they only compile the same thing twice.
+(numba's own index numbers the data files, and two processes that compile different signatures of one
+kernel can both take number 1.) Files lie where numba would put them: `$NUMBA_CACHE_DIR`,
+`__pycache__` beside the source, or the user's cache folder.
+
+`NUMBA_DISABLE_JIT=1` leaves plain Python functions (for coverage and debuggers).
+"""
+
+import hashlib
+import os
+import pickle
+import re
+import sys
+import threading
+from collections.abc import Callable
+from functools import cache, partial
+from pathlib import Path
+from time import perf_counter
+from typing import Any, TypeVar, overload
+
+import numba
+from numba.core import event
+from numba.core.caching import FunctionCache
+from numba.core.serialize import dumps
+
+_Kernel = TypeVar("_Kernel", bound=Callable[..., Any])
+
+_SOLVER = Path(__file__).parent
+_PACKAGE = _SOLVER.parent
+
+QUIET_SECONDS = 0.5
+"""Compile time [s] that a process spends in silence; after it, one line says what is happening.
+Lower and a single small helper is announced, higher and a cold start looks like a hang."""
+
+_kernels: list[Any] = []
+_notices_given: set[str] = set()
+
+
+@overload
+def njit(function: _Kernel) -> _Kernel: ...
+@overload
+def njit(*, forceinline: bool = False) -> Callable[[_Kernel], _Kernel]: ...
+def njit(function: Any = None, *, forceinline: bool = False) -> Any:
+    """Compile `function` on its first call, or load it from the cache.
+
+    `forceinline` makes LLVM inline it into its callers; the cost of numba's front end stays the same
+    (its own `inline="always"` was 10 to 70 times slower to compile). Returns numba's dispatcher
+    itself: a call pays for nothing else, and kernels call one another freely.
+    """
+    if function is None:
+        return partial(njit, forceinline=forceinline)
+    options = {"nogil": True, "error_model": "numpy", "forceinline": forceinline}
+    kernel: Any = numba.njit(**options)(function)
+    if not numba.config.DISABLE_JIT:
+        kernel = _with_cache(kernel, function, options)
+        _kernels.append(kernel)
+    return kernel
+
+
+def inline_njit(function: _Kernel) -> _Kernel:
+    """`njit` for small helpers: inlined into their callers by LLVM."""
+    return njit(forceinline=True)(function)
+
+
+def compiled_kernels() -> list[str]:
+    """Names ("module.function") of the kernels that this process has compiled or loaded, sorted.
+
+    A kernel that comes from the cache brings its callees along as machine code, and those are not
+    listed. To compare what two scenes need, give each a process with an empty `NUMBA_CACHE_DIR`.
+    """
+    return sorted(f"{kernel.__module__}.{kernel.__qualname__}" for kernel in _kernels if kernel.overloads)
+
+
+def kernel_sources(file: Path) -> tuple[Path, ...]:
+    """Folders (or single files) whose code a kernel in `file` can call; an edit there recompiles it.
+
+    The solver's kernels call only the solver. All others may call the solver, scenes and render (the
+    import contracts allow no more) and their own top-level folder.
+    """
+    if _SOLVER in file.parents:
+        return (_SOLVER,)
+    own = file
+    while (own.parent / "__init__.py").exists() and own.parent != _PACKAGE:
+        own = own.parent
+    shared = (_SOLVER, _PACKAGE / "scenes", _PACKAGE / "render")
+    return (*(folder for folder in shared if folder.exists() and folder != own), own)
+
+
+def source_digest(sources: tuple[Path, ...]) -> str:
+    """Hex digest of names and contents of all Python files in `sources`."""
+    digest = hashlib.sha256()
+    for source in sources:
+        for path in sorted(source.rglob("*.py")) if source.is_dir() else [source]:
+            content = path.read_bytes()
+            digest.update(f"{path.relative_to(source.parent).as_posix()}\0{len(content)}\0".encode())
+            digest.update(content)
+    return digest.hexdigest()
+
+
+@cache
+def _file_digest(file: str) -> str:
+    return source_digest(kernel_sources(Path(file)))
+
+
+class _EntryFiles:
+    """One file for each cache entry; stands in for numba's index with numbered data files."""
+
+    def __init__(self, folder: str, base: str, digest: str) -> None:
+        # base: "module.function-LINE.pyXY"
+        self._folder = folder
+        self._base = base
+        self._digest = digest[:16]
+
+    def load(self, key: Any) -> Any:
+        """The entry stored under `key`, or None."""
+        try:
+            stored_key, data = pickle.loads(self._path(key).read_bytes())
+        except Exception:  # missing or, in whatever way, unreadable: compile again
+            return None
+        return data if stored_key == key else None
+
+    def save(self, key: Any, data: Any) -> None:
+        """Store `data` under `key`; an entry appears whole or not at all."""
+        path = self._path(key)
+        partial_path = path.with_name(f"{path.name}.{os.getpid()}-{threading.get_ident()}.tmp")
+        try:
+            partial_path.write_bytes(dumps((key, data)))
+            os.replace(partial_path, path)
+        finally:
+            partial_path.unlink(missing_ok=True)
+        self._remove_stale()
+
+    def flush(self) -> None:
+        """Drop all entries of this kernel (numba's `recompile`)."""
+        for path in self._siblings():
+            path.unlink(missing_ok=True)
+
+    def _path(self, key: Any) -> Path:
+        config = numba.config
+        code_settings = (config.OPT, config.BOUNDSCHECK, config.LOOP_VECTORIZE, config.SLP_VECTORIZE)
+        name = hashlib.sha256(repr((numba.__version__, code_settings, key)).encode()).hexdigest()
+        return Path(self._folder) / f"{self._base}.{self._digest}.{name[:24]}.nbc"
+
+    def _siblings(self) -> list[Path]:
+        # A kernel's line changes with edits above it, so its stale files are found by any line.
+        name, _, python = self._base.rpartition(".")
+        function = name.rpartition("-")[0]
+        pattern = re.compile(rf"{re.escape(function)}-\d+\.{re.escape(python)}\.[0-9a-f]{{16}}\.[0-9a-f]{{24}}\.nbc")
+        return [path for path in Path(self._folder).iterdir() if pattern.fullmatch(path.name)]
+
+    def _remove_stale(self) -> None:
+        for path in self._siblings():
+            if f".{self._digest}." not in path.name:
+                path.unlink(missing_ok=True)
+
+
+class _KernelCache(FunctionCache):
+    """numba's cache of a function, over `_EntryFiles`.
+
+    Raises RuntimeError (from numba) where no folder is writable, AttributeError where numba's
+    private parts have moved.
+    """
+
+    def __init__(self, function: Callable[..., Any], digest: str) -> None:
+        super().__init__(function)
+        if not hasattr(self, "_cache_file"):
+            raise AttributeError("numba's FunctionCache has no _cache_file")
+        self._cache_file = _EntryFiles(self._cache_path, self._impl.filename_base, digest)
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        try:
+            super().save_overload(sig, data)
+        except OSError as error:  # a full disk, or a folder that is gone: the code itself is fine
+            _say_uncached(str(error))
+
+
+def _with_cache(kernel: Any, function: Callable[..., Any], options: dict[str, Any]) -> Any:
+    digest = _file_digest(function.__code__.co_filename)
+    try:
+        kernel._cache = _KernelCache(function, digest)  # what numba's own cache=True does
+    except AttributeError:
+        return _with_cache_folder(function, options, digest)
+    except RuntimeError:
+        _say_uncached("no folder is writable")
+    return kernel
+
+
+def _with_cache_folder(function: Callable[..., Any], options: dict[str, Any], digest: str) -> Any:
+    """For a numba whose private parts have moved: its own cache, one folder for each digest."""
+    given = numba.config.CACHE_DIR
+    folder = Path(given or Path.home() / ".cache" / "gsenv") / digest[:16]
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        _say_uncached(str(error))
+        return numba.njit(**options)(function)
+    numba.config.CACHE_DIR = str(folder)
+    try:
+        return numba.njit(cache=True, **options)(function)
+    finally:
+        numba.config.CACHE_DIR = given
+
+
+def _say_uncached(reason: str) -> None:
+    _say_once(
+        "uncached",
+        f"gsenv: compiled kernels cannot be kept ({reason}), so every process compiles them anew; "
+        "set NUMBA_CACHE_DIR to a writable folder",
+    )
+
+
+def _say_once(topic: str, line: str) -> None:
+    if topic not in _notices_given:
+        _notices_given.add(topic)
+        if sys.stderr is not None:  # None in a windowed process
+            print(line, file=sys.stderr, flush=True)
+
+
+def mute_compile_notice() -> None:
+    """No cold-start line from now on in this process: for callers that show progress themselves."""
+    _notices_given.add("compile")
+
+
+class _CompileNotice(event.Listener):
+    """Says once what is happening when this project's kernels are being compiled.
+
+    Hears compilations only, never calls or loads from the cache, so it costs a warm process nothing.
+    A cold entry point compiles its callees one inside the other; the clock runs on the outermost.
+    Events come under numba's compiler lock, one thread at a time.
+    """
+
+    def __init__(self) -> None:
+        self._depth = 0
+        self._began = 0.0
+        self._spent = 0.0
+
+    def on_start(self, event: Any) -> None:
+        if self._depth == 0:
+            if not any(kernel is event.data["dispatcher"] for kernel in _kernels):
+                return  # a kernel of the user's own
+            self._began = perf_counter()
+        self._depth += 1
+        self._say_when_slow(perf_counter() - self._began)
+
+    def on_end(self, event: Any) -> None:
+        if self._depth == 0:
+            return
+        elapsed = perf_counter() - self._began
+        self._say_when_slow(elapsed)
+        self._depth -= 1
+        if self._depth == 0:
+            self._spent += elapsed
+
+    def _say_when_slow(self, elapsed: float) -> None:
+        if self._spent + elapsed >= QUIET_SECONDS:
+            _say_once(
+                "compile",
+                "gsenv: compiling kernels for this machine, about 20 s, once "
+                "(run `gsenv warmup` to do it ahead of time)",
+            )
+
+
+event.register("numba:compile", _CompileNotice())

@@ -1,0 +1,210 @@
+"""Parameters: what may differ from world to world, set by name and always from checked values.
+
+Reading gives read-only arrays, ``world.parameters.friction`` (world, shape); writing goes through
+``set``, which derives masses anew and refuses bad values before it changes anything.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from . import check
+from .model import Array, BodyKind, Model
+from .planar import mass as planar_mass
+from .scene import Handle, find
+
+BODY_FIELDS = ("mass", "inertia", "linear_damping", "angular_damping", "gravity_scale", "enabled")
+SHAPE_FIELDS = ("friction", "restitution", "density", "half_extents", "radius", "half_length")
+JOINT_FIELDS = ("frequency", "damping_ratio", "max_force", "max_torque", "enabled")
+ROW_FIELDS = ("lower", "upper", "bias", "softness")
+
+
+class Parameters:
+    """Masses, sizes, materials, gains, gravity and ``enabled`` flags of N worlds.
+
+    The structured arrays ``bodies``, ``shapes``, ``joints``, ``rows``, ``vertices`` (world, item)
+    and ``worlds`` (world,) are for kernels that know what they do; users call ``set``.
+    """
+
+    def __init__(
+        self, model: Model, world_count: int, on_change: Callable[[Array], None] | None = None
+    ) -> None:
+        self._model = model
+        self._on_change = on_change  # told which worlds to wake
+        self.worlds = _tiled(model.nominal_world[None], world_count)[:, 0]
+        self.bodies = _tiled(model.nominal_bodies, world_count)
+        self.shapes = _tiled(model.nominal_shapes, world_count)
+        self.joints = _tiled(model.nominal_joints, world_count)
+        self.rows = _tiled(model.nominal_rows, world_count)
+        self.vertices = _tiled(model.nominal_vertices, world_count)
+
+    def __getattr__(self, name: str) -> Array:
+        """(world, body), (world, shape) or (world, joint) values of a field, read-only."""
+        if name.startswith("_"):
+            raise AttributeError(name)
+        if name in ("mass", "inertia", "linear_damping", "angular_damping", "gravity_scale"):
+            return _frozen(self.bodies[name])
+        if name == "enabled":
+            return _frozen(self.bodies[name] != 0)
+        if name in ("friction", "restitution", "density", "radius"):
+            return _frozen(self.shapes[name])
+        if name == "half_extents":
+            return _frozen(self.shapes["size"])
+        if name in ("frequency", "damping_ratio", "max_force", "max_torque"):
+            return _frozen(self.joints[name])
+        if name == "gravity":
+            return _frozen(self.worlds["gravity"])
+        raise AttributeError(f"Parameters has no field {name!r}.")
+
+    def set(self, item: Handle | str | None = None, worlds: Any = None, **fields: Any) -> None:
+        """Set fields of a body (with all its shapes), of a joint or of the world, in chosen worlds.
+
+        Args:
+            item: a body's or joint's handle, or a body's name; None for ``gravity``.
+            worlds: None for all, an int, ints or a bool mask.
+            fields: one number, or one for each chosen world. Bodies: mass, inertia,
+                linear_damping, angular_damping, gravity_scale, enabled, friction, restitution,
+                density, half_extents (.., 2), radius, half_length. Joints: frequency,
+                damping_ratio, max_force, max_torque, enabled. Constraints: enabled, lower, upper,
+                bias, softness. World: gravity (.., 2).
+
+        A new size or density gives a new mass unless the mass was given; a new mass scales the
+        inertia unless that is given too.
+
+        Raises:
+            ValueError: an unknown field, a NaN, or a value out of its range; nothing is changed.
+        """
+        chosen = check.worlds(worlds, len(self.worlds))
+        if item is None:
+            unknown = set(fields) - {"gravity"}
+            if unknown:
+                raise ValueError(f"parameters: {sorted(unknown)[0]!r} needs a body or a joint.")
+            dim = self._model.dim
+            self.worlds["gravity"][chosen] = check.values(
+                fields["gravity"], (len(chosen), dim), "parameters: gravity"
+            )
+        elif isinstance(item, Handle) and item.what == "joint":
+            self._set_joint(item, chosen, fields)
+        else:
+            self._set_body(find(item, "body", self._model.body_names, "parameters"), chosen, fields)
+        if self._on_change is not None:
+            self._on_change(chosen)
+
+    def _set_body(self, body: int, chosen: Array, fields: dict[str, Any]) -> None:
+        where = f"parameters of body {self._model.body_names[body]!r}"
+        checked = {}
+        for name, value in fields.items():
+            check.choice(name, BODY_FIELDS + SHAPE_FIELDS, f"{where}: field")
+            shape = (len(chosen), 2) if name == "half_extents" else (len(chosen),)
+            checked[name] = _in_range(name, check.values(value, shape, f"{where}: {name}"), where)
+        model = self._model.bodies[body]
+        shapes = range(model["shape_first"], model["shape_first"] + model["shape_count"])
+        self._check_form(checked, shapes, where)
+        if model["kind"] != BodyKind.DYNAMIC and {"mass", "inertia"} & set(checked):
+            raise ValueError(f"{where}: only a dynamic body has a mass.")
+        old_mass = self.bodies["mass"][chosen, body]
+        for name, values in checked.items():
+            if name in BODY_FIELDS:
+                self.bodies[name][chosen, body] = values
+            elif name == "half_extents":
+                self.shapes["size"][chosen, shapes.start] = values
+            elif name == "half_length":
+                self.shapes["size"][chosen, shapes.start, 0] = values
+            else:
+                for shape_index in shapes:
+                    self.shapes[name][chosen, shape_index] = values
+        self._derive(body, chosen, set(checked), old_mass)
+
+    def _check_form(self, checked: dict[str, Array], shapes: range, where: str) -> None:
+        sized = {"half_extents", "radius", "half_length"} & set(checked)
+        derived = sized | ({"density"} & set(checked))
+        if derived and len(shapes) != 1:
+            raise ValueError(f"{where}: {sorted(derived)[0]} needs a body with exactly one shape.")
+        for name in sized:
+            kind = int(self._model.shapes["kind"][shapes[0]])
+            if name not in planar_mass.SIZE_FIELDS.get(kind, ()):
+                raise ValueError(f"{where}: its shape has no {name}.")
+
+    def _derive(self, body: int, chosen: Array, names: set[str], old_mass: Array) -> None:
+        """What follows from sizes, densities, masses and flags."""
+        resized = bool(names & {"half_extents", "radius", "half_length", "density"})
+        model = self._model
+        if resized:
+            planar_mass.derive_extent(model, self.shapes, self.bodies, body, chosen)
+        if model.bodies["kind"][body] != BodyKind.DYNAMIC:
+            return
+        record = self.bodies[:, body]
+        if resized:
+            mass, inertia = planar_mass.mass_of_body(model, self.shapes, body, chosen)
+            if "mass" not in names and not model.mass_given[body]:
+                record["mass"][chosen] = mass
+            if "inertia" not in names and not model.inertia_given[body]:
+                record["inertia"][chosen] = inertia * (record["mass"][chosen] / mass)
+        elif "mass" in names and "inertia" not in names and not model.inertia_given[body]:
+            record["inertia"][chosen] *= record["mass"][chosen] / old_mass
+        enabled = record["enabled"][chosen] != 0
+        record["inv_mass"][chosen] = np.where(enabled, 1.0 / record["mass"][chosen], 0.0)
+        record["inv_inertia"][chosen] = np.where(enabled, 1.0 / record["inertia"][chosen], 0.0)
+
+    def _set_joint(self, joint: Handle, chosen: Array, fields: dict[str, Any]) -> None:
+        index = find(joint, "joint", self._model.joint_names, "parameters")
+        where = f"parameters of joint {joint.name!r}"
+        model = self._model.joints[index]
+        checked = {}
+        for name, value in fields.items():
+            check.choice(name, JOINT_FIELDS + ROW_FIELDS, f"{where}: field")
+            if name in ROW_FIELDS:
+                first, count = model["row_first"], len(self._rows_of(model))
+                if count == 0:
+                    raise ValueError(f"{where}: only a constraint has {name}.")
+                values = check.values(value, (len(chosen), count), f"{where}: {name}")
+                checked[name] = (values, first, count)
+            else:
+                values = check.values(value, (len(chosen),), f"{where}: {name}")
+                checked[name] = (_in_range(name, values, where), 0, 0)
+        for name, (values, first, count) in checked.items():
+            if name in ROW_FIELDS:
+                self.rows[name][chosen[:, None], np.arange(first, first + count)] = values
+            else:
+                self.joints[name][chosen, index] = values
+
+    def _rows_of(self, model: Any) -> range:
+        first = int(model["row_first"])
+        return range(first, first + int(model["row_count"])) if model["kind"] == 0 else range(0)
+
+    def reset(self, chosen: Array) -> None:
+        """The chosen worlds back to the nominal values."""
+        model = self._model
+        self.worlds[chosen] = model.nominal_world
+        self.bodies[chosen] = model.nominal_bodies
+        self.shapes[chosen] = model.nominal_shapes
+        self.joints[chosen] = model.nominal_joints
+        self.rows[chosen] = model.nominal_rows
+        self.vertices[chosen] = model.nominal_vertices
+
+    def arrays(self) -> dict[str, Array]:
+        names = ("worlds", "bodies", "shapes", "joints", "rows", "vertices")
+        return {name: getattr(self, name) for name in names}
+
+
+def _in_range(name: str, values: Array, where: str) -> Array:
+    positive = ("mass", "inertia", "half_extents", "radius", "half_length")
+    free = ("gravity_scale", "enabled")
+    if name in positive and (values <= 0.0).any():
+        raise ValueError(f"{where}: {name} must be positive, got {values.min()!r}.")
+    if name not in free and (values < 0.0).any():
+        raise ValueError(f"{where}: {name} must not be negative, got {values.min()!r}.")
+    return values != 0 if name == "enabled" else values
+
+
+def _tiled(nominal: Array, count: int) -> Array:
+    return np.ascontiguousarray(np.broadcast_to(nominal, (count, *nominal.shape)))
+
+
+def _frozen(array: Array) -> Array:
+    view = array.view()
+    view.flags.writeable = False
+    return view

@@ -1,0 +1,111 @@
+"""Rows of a contact: the normal row, then the friction row, coupled in the same sweep."""
+
+from __future__ import annotations
+
+from ..jit import njit
+from ..rows import BOUNDED, FRICTION, set_effective_mass
+
+_INFINITY = float("inf")
+
+
+@njit
+def set_point_row(row, bodies, body_parameters, body_a, body_b, px, py, ux, uy):  # type: ignore[no-untyped-def]
+    """J v = (velocity of b's point - velocity of a's point) . u, both points at (px, py)."""
+    row.body_a = body_a
+    row.body_b = body_b
+    a = bodies[body_a]
+    b = bodies[body_b]
+    ja = -((px - a.position[0]) * uy - (py - a.position[1]) * ux)
+    jb = (px - b.position[0]) * uy - (py - b.position[1]) * ux
+    row.jacobian_a[0] = -ux
+    row.jacobian_a[1] = -uy
+    row.jacobian_a[2] = ja
+    row.jacobian_b[0] = ux
+    row.jacobian_b[1] = uy
+    row.jacobian_b[2] = jb
+    set_response(row, body_parameters)
+
+
+@njit
+def set_response(row, body_parameters):  # type: ignore[no-untyped-def]
+    """M^-1 J^T of a planar row."""
+    a = body_parameters[row.body_a]
+    b = body_parameters[row.body_b]
+    row.response_a[0] = a.inv_mass * row.jacobian_a[0]
+    row.response_a[1] = a.inv_mass * row.jacobian_a[1]
+    row.response_a[2] = a.inv_inertia * row.jacobian_a[2]
+    row.response_b[0] = b.inv_mass * row.jacobian_b[0]
+    row.response_b[1] = b.inv_mass * row.jacobian_b[1]
+    row.response_b[2] = b.inv_inertia * row.jacobian_b[2]
+
+
+@njit
+def add_contact_rows(rows, row, contacts, indices, bodies, body_parameters, warm_start):  # type: ignore[no-untyped-def]
+    """Two rows a contact from ``rows[row]`` on; they keep their Jacobians for the whole step."""
+    for k in range(len(indices)):
+        contact = contacts[indices[k]]
+        a = contact.body_a
+        b = contact.body_b
+        px = contact.point[0]
+        py = contact.point[1]
+        nx = contact.normal[0]
+        ny = contact.normal[1]
+        normal = rows[row]
+        tangent = rows[row + 1]
+        set_point_row(normal, bodies, body_parameters, a, b, px, py, nx, ny)
+        set_point_row(tangent, bodies, body_parameters, a, b, px, py, -ny, nx)
+        normal.kind = BOUNDED
+        normal.lower = 0.0
+        normal.upper = _INFINITY
+        tangent.kind = FRICTION
+        tangent.friction = contact.friction
+        for r in range(2):
+            rows[row + r].source = indices[k]
+            rows[row + r].bias = 0.0
+            rows[row + r].softness = 0.0
+            rows[row + r].flight = 0.0
+            rows[row + r].impulse = contact.impulse[r] if warm_start else 0.0
+            set_effective_mass(rows[row + r])
+        contact.total_impulse[0] = 0.0
+        contact.total_impulse[1] = 0.0
+        row += 2
+    return row
+
+
+@njit
+def moved(row, motions):  # type: ignore[no-untyped-def]
+    """Change of a row's error by the displacements of this step so far, J dx."""
+    s = 0.0
+    a = motions[row.body_a]
+    b = motions[row.body_b]
+    for i in range(len(row.jacobian_a)):
+        s += row.jacobian_a[i] * (a.displacement[i] + a.shift[i])
+        s += row.jacobian_b[i] * (b.displacement[i] + b.shift[i])
+    return s
+
+
+@njit
+def refresh_contact_rows(rows, first, end, contacts, motions, h):  # type: ignore[no-untyped-def]
+    """Errors and biases for the substep: a gap may close within it, an overlap may not grow.
+
+    A contact that the impact phase left flying gets the exact bound for the parabola,
+    separation + h v - h^2/2 a >= 0, so that it slows nothing down before its impact.
+    """
+    for r in range(first, end, 2):
+        row = rows[r]
+        error = contacts[row.source].separation + moved(row, motions)
+        row.error = error
+        if row.flight != 0.0:
+            row.bias = max(error - 0.5 * h * h * row.flight, 0.0) / h
+        else:
+            row.bias = error / h if error > 0.0 else 0.0
+
+
+@njit
+def store_contact_impulses(rows, first, end, contacts):  # type: ignore[no-untyped-def]
+    """Impulses of a substep: the warm start of the next, and added to the sum of the step."""
+    for r in range(first, end, 2):
+        contact = contacts[rows[r].source]
+        for i in range(2):
+            contact.impulse[i] = rows[r + i].impulse
+            contact.total_impulse[i] += rows[r + i].impulse

@@ -1,0 +1,111 @@
+"""What the solve of an island did: impulse scale, natural-map residual, and the energy guard."""
+
+from __future__ import annotations
+
+from ..jit import njit
+
+
+@njit
+def impulse_floor(rows, count, pull, h):  # type: ignore[no-untyped-def]
+    """Scale of impulses below which a residual counts as absolute: 1 % of (g h)^2 sum 1/A_rr."""
+    s = 0.0
+    for r in range(count):
+        s += rows[r].effective_mass
+    return max(0.01 * pull * pull * h * h * s, 1e-300)
+
+
+@njit
+def guard_energy(rows, count, indices, bodies, body_parameters, motions):  # type: ignore[no-untyped-def]
+    """Scale impulses back if an unfinished solve made kinetic energy out of passive contacts.
+
+    The kinetic energy along the impulses, T(s) = |v_free + s dv|^2_M / 2, is least at s*; an exact
+    solve has s* >= 1, and s* < 1/2 means T(1) > T(0).  Friction cones contain every scaled impulse.
+    """
+    slope = 0.0
+    curve = 0.0
+    for k in range(len(indices)):
+        i = indices[k]
+        parameters = body_parameters[i]
+        for d in range(3):
+            m = parameters.mass if d < 2 else parameters.inertia
+            free = motions[i].free_velocity[d]
+            dv = bodies[i].velocity[d] - free
+            slope += m * dv * free
+            curve += m * dv * dv
+    if curve <= 0.0 or slope <= -0.5 * curve:
+        return False
+    s = max(-slope / curve, 0.0)
+    for r in range(count):
+        rows[r].impulse *= s
+    for k in range(len(indices)):
+        i = indices[k]
+        for d in range(3):
+            free = motions[i].free_velocity[d]
+            bodies[i].velocity[d] = free + s * (bodies[i].velocity[d] - free)
+    return True
+
+
+@njit
+def _cone(x, y, mu):  # type: ignore[no-untyped-def]
+    """Nearest point of {|t| <= mu n} to (n, t) = (x, y)."""
+    if abs(y) <= mu * x:
+        return x, y
+    if mu * abs(y) <= -x:
+        return 0.0, 0.0
+    n = (x + mu * abs(y)) / (1.0 + mu * mu)
+    return n, mu * n if y > 0.0 else -mu * n
+
+
+@njit
+def natural_residual(rows, count, contact_first, bodies, motions):  # type: ignore[no-untyped-def]
+    """nm of the island, squared: (sum |e|^2, sum |q/s|^2, sum |s r|^2).
+
+    e = s r - P(s r - w / s) for each bounded row and each contact's cone, with s = sqrt(A_rr)
+    (mean of the two rows of a contact) and De Saxce's w_n + mu |w_t| in the normal direction.
+    """
+    error = 0.0
+    load = 0.0
+    size = 0.0
+    r = 0
+    while r < count:
+        row = rows[r]
+        w, q = _row_velocity(row, bodies, motions)
+        if r < contact_first:
+            if row.diagonal > 0.0:
+                s = row.diagonal**0.5
+                x = s * row.impulse
+                lo = s * row.lower
+                hi = s * row.upper
+                e = x - min(max(x - w / s, lo), hi)
+                error += e * e
+                load += q * q / row.diagonal
+                size += x * x
+            r += 1
+            continue
+        tangent = rows[r + 1]
+        wt, qt = _row_velocity(tangent, bodies, motions)
+        d = 0.5 * (row.diagonal + tangent.diagonal)
+        s = d**0.5
+        x = s * row.impulse
+        y = s * tangent.impulse
+        n, t = _cone(x - (w + tangent.friction * abs(wt)) / s, y - wt / s, tangent.friction)
+        error += (x - n) * (x - n) + (y - t) * (y - t)
+        load += (q * q + qt * qt) / d
+        size += x * x + y * y
+        r += 2
+    return error, load, size
+
+
+@njit
+def _row_velocity(row, bodies, motions):  # type: ignore[no-untyped-def]
+    """(w, q): the row's velocity after and before the impulses."""
+    w = row.bias + row.softness * row.impulse
+    q = row.bias
+    a = bodies[row.body_a]
+    b = bodies[row.body_b]
+    ma = motions[row.body_a]
+    mb = motions[row.body_b]
+    for i in range(len(row.jacobian_a)):
+        w += row.jacobian_a[i] * a.velocity[i] + row.jacobian_b[i] * b.velocity[i]
+        q += row.jacobian_a[i] * ma.free_velocity[i] + row.jacobian_b[i] * mb.free_velocity[i]
+    return w, q

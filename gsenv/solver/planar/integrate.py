@@ -1,0 +1,108 @@
+"""Velocities and positions of free bodies over one substep, second order in smooth motion."""
+
+from __future__ import annotations
+
+from ..jit import njit
+from .math import turn
+
+
+@njit
+def start_motion(bodies, body_parameters, gravity, motions):  # type: ignore[no-untyped-def]
+    """Scratch of the step: accelerations, starting poses, no displacement yet."""
+    for i in range(len(bodies)):
+        body = bodies[i]
+        parameters = body_parameters[i]
+        motion = motions[i]
+        motion.acceleration[0] = 0.0
+        motion.acceleration[1] = 0.0
+        motion.acceleration[2] = body.force[2] * parameters.inv_inertia
+        if parameters.inv_mass > 0.0:
+            scale = parameters.gravity_scale
+            motion.acceleration[0] = gravity[0] * scale + body.force[0] * parameters.inv_mass
+            motion.acceleration[1] = gravity[1] * scale + body.force[1] * parameters.inv_mass
+        motion.start_position[0] = body.position[0]
+        motion.start_position[1] = body.position[1]
+        motion.start_rotation[0] = body.rotation[0]
+        motion.start_rotation[1] = body.rotation[1]
+        motion.start_angle = body.angle
+        for d in range(3):
+            motion.displacement[d] = 0.0
+            motion.shift[d] = 0.0
+            motion.correction[d] = 0.0
+            motion.start_velocity[d] = body.velocity[d]
+            motion.free_velocity[d] = body.velocity[d]
+
+
+@njit
+def integrate_velocities(indices, bodies, body_parameters, motions, h):  # type: ignore[no-untyped-def]
+    """v += h a, then damping, implicit: v / (1 + h c)."""
+    for k in range(len(indices)):
+        body = bodies[indices[k]]
+        motion = motions[indices[k]]
+        parameters = body_parameters[indices[k]]
+        linear = 1.0 / (1.0 + h * parameters.linear_damping)
+        angular = 1.0 / (1.0 + h * parameters.angular_damping)
+        for d in range(3):
+            motion.start_velocity[d] = body.velocity[d]
+        body.velocity[0] = (body.velocity[0] + h * motion.acceleration[0]) * linear
+        body.velocity[1] = (body.velocity[1] + h * motion.acceleration[1]) * linear
+        body.velocity[2] = (body.velocity[2] + h * motion.acceleration[2]) * angular
+        for d in range(3):
+            motion.free_velocity[d] = body.velocity[d]
+            motion.correction[d] = 0.0
+
+
+@njit
+def move_body(body, dx, dy, angle):  # type: ignore[no-untyped-def]
+    body.position[0] += dx
+    body.position[1] += dy
+    body.angle += angle
+    c, s = turn(body.rotation[0], body.rotation[1], angle)
+    body.rotation[0] = c
+    body.rotation[1] = s
+
+
+@njit
+def integrate_positions(indices, bodies, motions, h, trapezoid):  # type: ignore[no-untyped-def]
+    """x += h (v + correction) + shift; with ``trapezoid`` = 1, v is the mean of old and new.
+
+    The mean makes smooth motion second order (a parabola exact); the caller passes 0 where a
+    velocity jumped at a contact, which the mean would push into the other body.
+    """
+    for k in range(len(indices)):
+        body = bodies[indices[k]]
+        motion = motions[indices[k]]
+        for d in range(3):
+            v = body.velocity[d] + 0.5 * trapezoid * (motion.start_velocity[d] - body.velocity[d])
+            step = h * (v + motion.correction[d]) + motion.shift[d]
+            motion.correction[d] = step  # what move_body applies
+            motion.displacement[d] += step
+            motion.shift[d] = 0.0
+        move_body(body, motion.correction[0], motion.correction[1], motion.correction[2])
+
+
+@njit
+def move_kinematic(bodies, body_models, body_parameters, motions, time):  # type: ignore[no-untyped-def]
+    """Put kinematic bodies where they are ``time`` seconds into the step."""
+    for i in range(len(bodies)):
+        if body_models[i].kind == 1 and body_parameters[i].enabled:
+            body = bodies[i]
+            motion = motions[i]
+            for d in range(3):
+                motion.displacement[d] = body.velocity[d] * time
+            body.position[0] = motion.start_position[0]
+            body.position[1] = motion.start_position[1]
+            body.rotation[0] = motion.start_rotation[0]
+            body.rotation[1] = motion.start_rotation[1]
+            body.angle = motion.start_angle
+            move_body(
+                body, motion.displacement[0], motion.displacement[1], motion.displacement[2]
+            )
+
+
+@njit
+def clear_forces(bodies):  # type: ignore[no-untyped-def]
+    """Applied forces have acted and are gone."""
+    for i in range(len(bodies)):
+        for d in range(3):
+            bodies[i].force[d] = 0.0

@@ -1,0 +1,120 @@
+"""All substeps of one island: rows, impacts, solve, positions. Islands are independent in a step."""
+
+from __future__ import annotations
+
+from ..jit import njit
+from ..rows import apply_warm_start
+from ..solvers import solve_rows
+from .contact_rows import (
+    add_contact_rows,
+    moved,
+    refresh_contact_rows,
+    store_contact_impulses,
+)
+from .energy import guard_energy, impulse_floor, natural_residual
+from .impacts import resolve_impacts
+from .integrate import integrate_positions, integrate_velocities, move_kinematic
+from .joints import add_joint_rows, any_driven, store_joint_impulses
+from .joints.target import move_targets
+from .positions import correct_positions, smooth_fraction
+
+
+@njit
+def count_joint_rows(indices, joint_models):  # type: ignore[no-untyped-def]
+    count = 0
+    for k in range(len(indices)):
+        count += joint_models[indices[k]].row_count
+    return count
+
+
+@njit
+def bounces(contacts, indices):  # type: ignore[no-untyped-def]
+    for k in range(len(indices)):
+        if contacts[indices[k]].restitution > 0.0:
+            return True
+    return False
+
+
+@njit
+def step_island(
+    options,
+    world_state,
+    body_models,
+    body_parameters,
+    joint_models,
+    joint_parameters,
+    constraint_rows,
+    bodies,
+    contacts,
+    joint_states,
+    motions,
+    rows,
+    body_list,
+    contact_list,
+    joint_list,
+    pull,
+):  # type: ignore[no-untyped-def]
+    """Advance the bodies of one island by a whole timestep; returns (error, load, size) of nm."""
+    n = options.substeps
+    h = options.timestep / n
+    first = 0
+    driven = False
+    if joint_models is not None:
+        first = count_joint_rows(joint_list, joint_models)
+        driven = any_driven(joint_list, joint_models)
+    end = add_contact_rows(
+        rows, first, contacts, contact_list, bodies, body_parameters, options.warm_start
+    )
+    bouncy = bounces(contacts, contact_list)
+    world_state.row_count += end
+    error = 0.0
+    load = 0.0
+    size = 0.0
+    for s in range(n):
+        move_kinematic(bodies, body_models, body_parameters, motions, s * h)
+        refresh_contact_rows(rows, first, end, contacts, motions, h)
+        if bouncy:
+            world_state.impacts += resolve_impacts(
+                rows, first, end, contacts, bodies, motions, body_list, pull, h
+            )
+            refresh_contact_rows(rows, first, end, contacts, motions, h)
+        integrate_velocities(body_list, bodies, body_parameters, motions, h)
+        if joint_models is not None:
+            move_targets(joint_list, joint_models, joint_states, h)
+            add_joint_rows(
+                rows,
+                0,
+                joint_list,
+                joint_models,
+                joint_parameters,
+                joint_states,
+                constraint_rows,
+                bodies,
+                body_parameters,
+                options.warm_start,
+                h,
+            )
+        apply_warm_start(rows, end, bodies)
+        if end > 0:
+            floor = impulse_floor(rows, end, pull, h)
+            sweeps, residual = solve_rows(
+                rows, end, bodies, options.solver, options.sweeps, options.tolerance, floor
+            )
+            world_state.sweeps += sweeps
+            world_state.residual = max(world_state.residual, residual)
+            if residual > options.tolerance:
+                world_state.unconverged += 1
+                if not driven:
+                    guard_energy(rows, end, body_list, bodies, body_parameters, motions)
+            if s == n - 1:
+                error, load, size = natural_residual(rows, end, first, bodies, motions)
+            correct_positions(rows, end, first, motions, contacts, options, h)
+        smooth = smooth_fraction(rows, first, end, bodies, motions, contacts, h)
+        integrate_positions(body_list, bodies, motions, h, smooth)
+        store_contact_impulses(rows, first, end, contacts)
+        if joint_models is not None:
+            store_joint_impulses(rows, 0, joint_list, joint_models, joint_states)
+    for r in range(first, end, 2):
+        contacts[rows[r].source].separation += moved(rows[r], motions)
+    return error, load, size
+

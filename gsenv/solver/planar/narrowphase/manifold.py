@@ -1,0 +1,69 @@
+"""What two convex planar shapes say of each other: one normal, at most two points."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from gsenv.solver.jit import njit
+
+
+class Manifold(NamedTuple):
+    """Contact of shape a with shape b.
+
+    `separation` is measured along the normal and is a lower bound of the distance even where
+    there are no points (corner passes corner); infinite if the shapes are beyond the margin.
+    """
+
+    count: int
+    normal_x: float  # from a to b
+    normal_y: float
+    separation: float  # m, negative = overlap, of the whole
+    x0: float  # m, half-way between the two surfaces
+    y0: float
+    separation0: float  # m, of the point
+    feature0: int
+    x1: float
+    y1: float
+    separation1: float
+    feature1: int
+
+
+@njit
+def no_manifold() -> Manifold:
+    return Manifold(0, 0.0, 0.0, np.inf, 0.0, 0.0, 0.0, 0, 0.0, 0.0, 0.0, 0)
+
+
+@njit
+def bare_manifold(normal_x: float, normal_y: float, separation: float) -> Manifold:
+    """A separating direction without points."""
+    return Manifold(0, normal_x, normal_y, separation, 0.0, 0.0, 0.0, 0, 0.0, 0.0, 0.0, 0)
+
+
+@njit
+def point_manifold(
+    normal_x: float, normal_y: float, x: float, y: float, separation: float, feature: int
+) -> Manifold:
+    return Manifold(
+        1, normal_x, normal_y, separation, x, y, separation, feature, 0.0, 0.0, 0.0, 0
+    )
+
+
+@njit
+def flipped(m: Manifold) -> Manifold:
+    """The same contact seen as b with a."""
+    return Manifold(
+        m.count,
+        -m.normal_x,
+        -m.normal_y,
+        m.separation,
+        m.x0,
+        m.y0,
+        m.separation0,
+        m.feature0,
+        m.x1,
+        m.y1,
+        m.separation1,
+        m.feature1,
+    )

@@ -1,0 +1,217 @@
+"""Polygons against polygons, boxes, capsules and circles: separating axes and clipping.
+
+Both sides are seen as outlines: corners counter-clockwise and a radius around them.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from gsenv.solver.jit import njit
+from gsenv.solver.planar.math import Pose, relative, to_world
+from gsenv.solver.planar.narrowphase.boxes import GRAZE, REFERENCE_BIAS, clip_faces
+from gsenv.solver.planar.narrowphase.manifold import (
+    Manifold,
+    flipped,
+    no_manifold,
+    point_manifold,
+)
+
+
+class Outline(NamedTuple):
+    """Corners of a convex shape in its own frame: vertices if `first` >= 0, else those of a box."""
+
+    first: int
+    count: int  # of corners
+    half_x: float  # m
+    half_y: float
+    radius: float  # m, around the corners
+    extent: float  # m, smallest half-width
+
+
+@njit
+def outline_of(shape_model: Any, shape_parameter: Any) -> Outline:
+    """A circle is one corner, a capsule two, a box four."""
+    half_x = shape_parameter.size[0]
+    half_y = shape_parameter.size[1]
+    radius = shape_parameter.radius
+    extent = shape_parameter.extent
+    first = np.int64(-1)
+    count = np.int64(4 if half_y > 0.0 else (2 if half_x > 0.0 else 1))
+    if shape_model.vertex_count > 0:
+        first = np.int64(shape_model.vertex_first)
+        count = np.int64(shape_model.vertex_count)
+    return Outline(first, count, half_x, half_y, radius, extent)
+
+
+@njit
+def corner_of(outline: Outline, vertices: Any, i: int) -> tuple[float, float]:
+    if outline.first >= 0:
+        position = vertices[outline.first + i].position
+        return position[0], position[1]
+    x = outline.half_x if i == 1 or i == 2 else -outline.half_x
+    return x, outline.half_y if i >= 2 else -outline.half_y
+
+
+@njit
+def edge_normal(outline: Outline, vertices: Any, i: int) -> tuple[float, float]:
+    """Outward normal of the edge from corner i to the next one; a capsule has the edges 0 and 1."""
+    if outline.first >= 0:
+        normal = vertices[outline.first + i].normal
+        return normal[0], normal[1]
+    if outline.count == 2:
+        return 0.0, -1.0 if i == 0 else 1.0
+    if i == 0:
+        return 0.0, -1.0
+    if i == 1:
+        return 1.0, 0.0
+    if i == 2:
+        return 0.0, 1.0
+    return -1.0, 0.0
+
+
+@njit
+def support(outline: Outline, vertices: Any, x: float, y: float) -> tuple[float, int]:
+    """Least x * corner and its corner: how far the shape reaches against (x, y)."""
+    least = np.inf
+    lowest = 0
+    for i in range(outline.count):
+        corner_x, corner_y = corner_of(outline, vertices, i)
+        height = x * corner_x + y * corner_y
+        if height < least:
+            least = height
+            lowest = i
+    return least, lowest
+
+
+@njit
+def best_edge(a: Outline, b: Outline, vertices: Any, b_in_a: Pose) -> tuple[float, int]:
+    """Edge of a with the greatest core separation from b, and that separation."""
+    best = -np.inf
+    edge = 0
+    for i in range(a.count if a.count > 1 else 0):
+        nx, ny = edge_normal(a, vertices, i)
+        x, y = corner_of(a, vertices, i)
+        least, _ = support(
+            b, vertices, b_in_a.cos * nx + b_in_a.sin * ny, b_in_a.cos * ny - b_in_a.sin * nx
+        )
+        separation = nx * (b_in_a.x - x) + ny * (b_in_a.y - y) + least
+        if separation > best:
+            best = separation
+            edge = i
+    return best, edge
+
+
+@njit
+def edge_frame(outline: Outline, vertices: Any, edge: int, pose: Pose) -> tuple[Pose, float]:
+    """Middle of an edge in the world, x along its normal; and half its length."""
+    nx, ny = edge_normal(outline, vertices, edge)
+    x0, y0 = corner_of(outline, vertices, edge)
+    x1, y1 = corner_of(outline, vertices, (edge + 1) % outline.count)
+    x, y = to_world(pose, 0.5 * (x0 + x1), 0.5 * (y0 + y1))
+    cos = pose.cos * nx - pose.sin * ny
+    sin = pose.sin * nx + pose.cos * ny
+    return Pose(x, y, cos, sin), 0.5 * abs(nx * (y1 - y0) - ny * (x1 - x0))
+
+
+@njit
+def looking_edge(outline: Outline, vertices: Any, shape_in_frame: Pose) -> tuple[int, int]:
+    """Corners of the edge that looks most squarely against the frame's x axis, lower one first."""
+    if outline.count == 1:
+        return 0, 0
+    least = np.inf
+    edge = 0
+    for i in range(outline.count):
+        nx, ny = edge_normal(outline, vertices, i)
+        along = shape_in_frame.cos * nx - shape_in_frame.sin * ny
+        if along < least:
+            least = along
+            edge = i
+    after = (edge + 1) % outline.count
+    return min(edge, after), max(edge, after)
+
+
+@njit
+def polygon_polygon(
+    a: Outline, pose_a: Pose, b: Outline, pose_b: Pose, vertices: Any, margin: float
+) -> Manifold:
+    """Any two outlines of which at least one is a polygon."""
+    radius = a.radius + b.radius
+    best, edge = best_edge(a, b, vertices, relative(pose_a, pose_b))
+    other, other_edge = best_edge(b, a, vertices, relative(pose_b, pose_a))
+    if not max(best, other) - radius <= margin:
+        return no_manifold()
+    extent = min(a.extent, b.extent)
+    if other > best + REFERENCE_BIAS * extent:
+        return flipped(
+            face_contact(b, pose_b, other_edge, a, pose_a, vertices, extent, margin, 1)
+        )
+    return face_contact(a, pose_a, edge, b, pose_b, vertices, extent, margin, 0)
+
+
+@njit
+def face_contact(
+    a: Outline,
+    pose_a: Pose,
+    edge: int,
+    b: Outline,
+    pose_b: Pose,
+    vertices: Any,
+    extent: float,
+    margin: float,
+    side: int,
+) -> Manifold:
+    """Contact with an edge of a as the reference; features count in base 64."""
+    frame, half_width = edge_frame(a, vertices, edge, pose_a)
+    b_in_frame = relative(frame, pose_b)
+    corner0, corner1 = looking_edge(b, vertices, b_in_frame)
+    x0, y0 = corner_of(b, vertices, corner0)
+    x1, y1 = corner_of(b, vertices, corner1)
+    normal0, side0 = to_world(b_in_frame, x0, y0)
+    normal1, side1 = to_world(b_in_frame, x1, y1)
+    feature = (side * 64 + edge) * 64
+    if b.count == 1:
+        return corner_contact(
+            frame, half_width, normal0, side0, a.radius, b.radius, margin
+        )
+    return clip_faces(
+        frame, half_width, normal0, side0, normal1, side1, a.radius, b.radius,
+        GRAZE * extent, margin, feature + corner0, feature + corner1,
+    )  # fmt: skip
+
+
+@njit
+def corner_contact(
+    frame: Pose,
+    half_width: float,
+    normal: float,
+    side: float,
+    radius_a: float,
+    radius_b: float,
+    margin: float,
+) -> Manifold:
+    """A face with a circle: nearest point of the face; one feature all around."""
+    near = min(max(side, -half_width), half_width)
+    beside = side - near
+    distance = normal
+    nx = 1.0
+    ny = 0.0
+    if normal > 0.0 and beside != 0.0:
+        distance = np.sqrt(normal * normal + beside * beside)
+        nx = normal / distance
+        ny = beside / distance
+    separation = distance - radius_a - radius_b
+    if not separation <= margin:
+        return no_manifold()
+    reach = radius_a + 0.5 * separation
+    px, py = to_world(frame, nx * reach, near + ny * reach)
+    return point_manifold(
+        frame.cos * nx - frame.sin * ny,
+        frame.sin * nx + frame.cos * ny,
+        px,
+        py,
+        separation,
+        0,
+    )

@@ -1,0 +1,507 @@
+"""Terrains against circles, capsules, boxes and polygons.
+
+Two kinds of contact: a corner of the shape (a circle's only corner is its centre) on the chain, and a
+ridge of the chain on an edge of the shape.  A direction counts only if the chain as a whole allows it
+(between the normals of the two edges that meet at a ridge; straight up from an edge; nothing at a
+valley or where the chain goes straight on), so nothing catches on inner vertices.  A corner in a
+valley touches both sides.
+
+A corner behind the chain is pushed out of the nearest edge alone, and an edge that the middle of the
+shape has passed by more than its extent is open from behind.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from gsenv.solver.jit import njit
+from gsenv.solver.planar.math import Pose, rotate, to_local, to_world
+from gsenv.solver.planar.narrowphase.polygons import Outline, corner_of, edge_normal
+from gsenv.solver.planar.vertices import CONCAVE, CONVEX, FLAT, LEAF_SEGMENTS, leaf_count, next_leaf
+
+FACING = 1e-3  # sine: an edge of the shape that looks less against the ground is a side
+TILT = 0.2  # sine: a ridge still holds a face that is tilted so far beyond its two edges
+FACE, POINT, RIDGE = 0, 1, 2  # kinds of feature
+
+
+class Chain(NamedTuple):
+    """A terrain in its own frame."""
+
+    first: int
+    count: int
+    leaves: int
+
+
+class Mover(NamedTuple):
+    """A shape near a chain, in the chain's frame."""
+
+    pose: Pose
+    middle_x: float  # m, of its corners
+    middle_y: float
+    size: float  # m, from the middle to the farthest corner
+    velocity_x: float  # m/s, of its frame's origin, relative to the chain
+    velocity_y: float
+    spin: float  # rad/s
+    horizon: float  # s, how far ahead to look
+    margin: float  # m
+    radius: float  # m, around the corners
+    extent: float  # m
+
+
+class Tally(NamedTuple):
+    """Contacts so far and the nearest of them, in the chain's frame, normal out of the chain."""
+
+    count: int
+    separation: float
+    normal_x: float
+    normal_y: float
+
+
+@njit
+def chain_of(shape_model: Any) -> Chain:
+    count = shape_model.vertex_count
+    return Chain(shape_model.vertex_first, count, leaf_count(count))
+
+
+@njit
+def mover_of(
+    outline: Outline,
+    vertices: Any,
+    pose: Pose,
+    velocity: tuple[float, float, float],
+    horizon: float,
+    margin: float,
+) -> Mover:
+    """`pose` and `velocity` (m/s, m/s, rad/s) are relative to the chain."""
+    x = 0.0
+    y = 0.0
+    for i in range(outline.count):
+        corner_x, corner_y = corner_of(outline, vertices, i)
+        x += corner_x
+        y += corner_y
+    x /= outline.count
+    y /= outline.count
+    size2 = 0.0
+    for i in range(outline.count):
+        corner_x, corner_y = corner_of(outline, vertices, i)
+        size2 = max(size2, (corner_x - x) ** 2 + (corner_y - y) ** 2)
+    x, y = to_world(pose, x, y)
+    return Mover(
+        pose, x, y, np.sqrt(size2), velocity[0], velocity[1], velocity[2],
+        horizon, margin, outline.radius, outline.extent,
+    )  # fmt: skip
+
+
+@njit
+def velocity_at(mover: Mover, x: float, y: float) -> tuple[float, float]:
+    return (
+        mover.velocity_x - mover.spin * (y - mover.pose.y),
+        mover.velocity_y + mover.spin * (x - mover.pose.x),
+    )
+
+
+@njit
+def emit(
+    contacts: Any,
+    tally: Tally,
+    terrain: Pose,
+    x: float,
+    y: float,
+    nx: float,
+    ny: float,
+    separation: float,
+    feature: int,
+) -> Tally:
+    """Write a contact between the chain and a surface point; `(x, y)` lies half-way between."""
+    if tally.count < len(contacts):
+        contact = contacts[tally.count]
+        contact.point[0], contact.point[1] = to_world(terrain, x, y)
+        contact.normal[0], contact.normal[1] = rotate(terrain.cos, terrain.sin, nx, ny)
+        contact.separation = separation
+        contact.feature = feature
+    if separation < tally.separation:
+        return Tally(tally.count + 1, separation, nx, ny)
+    return Tally(tally.count + 1, tally.separation, tally.normal_x, tally.normal_y)
+
+
+@njit
+def terrain_contacts(
+    chain: Chain,
+    terrain: Pose,
+    outline: Outline,
+    mover: Mover,
+    vertices: Any,
+    contacts: Any,
+    count: int,
+) -> Tally:
+    """All contacts of a shape with a terrain; writes point, normal (out of the terrain), separation
+    and feature from entry `count` on, as far as there is room.
+    """
+    tally = Tally(count, np.inf, 0.0, 1.0)
+    for corner in range(outline.count):
+        x, y = corner_of(outline, vertices, corner)
+        x, y = to_world(mover.pose, x, y)
+        edge, distance, outside = nearest_edge(chain, mover, vertices, x, y)
+        if edge < 0:
+            continue
+        if outside:
+            tally = corner_outside(
+                chain, terrain, outline, mover, vertices, contacts, tally, corner, x, y
+            )
+        elif is_facing(outline, mover, vertices, corner, vertices[chain.first + edge].normal):
+            tally = corner_inside(
+                chain, terrain, mover, vertices, contacts, tally, corner, edge, distance, x, y
+            )
+    if outline.count > 1:
+        tally = ridges(chain, terrain, outline, mover, vertices, contacts, tally)
+    return tally
+
+
+@njit
+def is_facing(outline: Outline, mover: Mover, vertices: Any, corner: int, normal: Any) -> bool:
+    """False if both edges at the corner look the same way as the ground: it is on the far side."""
+    if outline.radius > 0.0 or outline.count < 3:
+        return True
+    nx = mover.pose.cos * normal[0] + mover.pose.sin * normal[1]
+    ny = mover.pose.cos * normal[1] - mover.pose.sin * normal[0]
+    ax, ay = edge_normal(outline, vertices, corner)
+    bx, by = edge_normal(outline, vertices, corner - 1 if corner > 0 else outline.count - 1)
+    return min(ax * nx + ay * ny, bx * nx + by * ny) < -FACING  # type: ignore[no-any-return]
+
+
+@njit
+def nearest_edge(
+    chain: Chain, mover: Mover, vertices: Any, x: float, y: float
+) -> tuple[int, float, bool]:
+    """(edge or -1, signed distance in m, True if the point is outside of the solid)."""
+    reach = mover.margin + mover.radius + mover.size + mover.extent
+    best = np.inf
+    edge = -1
+    node = 0
+    while True:
+        node = next_leaf(
+            vertices, chain.first, chain.leaves, node, x - reach, y - reach, x + reach, y + reach
+        )
+        if node == 0:
+            break
+        start = (node - chain.leaves) * LEAF_SEGMENTS
+        for i in range(start, min(start + LEAF_SEGMENTS, chain.count)):
+            if vertices[chain.first + i].next < 0 or has_passed(vertices[chain.first + i], mover):
+                continue
+            distance2 = distance_squared(vertices[chain.first + i], x, y)
+            if distance2 < best:
+                best = distance2
+                edge = i
+    if edge < 0:
+        return -1, 0.0, True
+    return edge, np.sqrt(best), is_outside(chain, vertices, edge, x, y)
+
+
+@njit
+def has_passed(vertex: Any, mover: Mover) -> bool:
+    """The middle of the shape is behind the edge by more than its extent."""
+    height = vertex.normal[0] * (mover.middle_x - vertex.position[0]) + vertex.normal[1] * (
+        mover.middle_y - vertex.position[1]
+    )
+    return height < -mover.extent  # type: ignore[no-any-return]
+
+
+@njit
+def along_edge(vertex: Any, x: float, y: float) -> float:
+    """Coordinate along the edge's direction, from its start; the normal is on its left."""
+    return vertex.normal[1] * (x - vertex.position[0]) - vertex.normal[0] * (  # type: ignore[no-any-return]
+        y - vertex.position[1]
+    )
+
+
+@njit
+def height_over(vertex: Any, x: float, y: float) -> float:
+    return vertex.normal[0] * (x - vertex.position[0]) + vertex.normal[1] * (  # type: ignore[no-any-return]
+        y - vertex.position[1]
+    )
+
+
+@njit
+def distance_squared(vertex: Any, x: float, y: float) -> float:
+    along = along_edge(vertex, x, y)
+    beyond = along - min(max(along, 0.0), vertex.length)
+    height = height_over(vertex, x, y)
+    return beyond * beyond + height * height  # type: ignore[no-any-return]
+
+
+@njit
+def is_outside(chain: Chain, vertices: Any, edge: int, x: float, y: float) -> bool:
+    """Side of the point, given its nearest edge: at a ridge outside, at a valley inside."""
+    vertex = vertices[chain.first + edge]
+    along = along_edge(vertex, x, y)
+    turn = FLAT
+    if along < 0.0:
+        turn = vertex.turn
+    elif along > vertex.length:
+        turn = vertices[chain.first + vertex.next].turn
+    if turn == CONVEX:
+        return True
+    if turn == CONCAVE:
+        return False
+    return height_over(vertex, x, y) >= 0.0
+
+
+@njit
+def lies_over(chain: Chain, vertices: Any, edge: int, x: float, y: float) -> bool:
+    """True if the foot of the point is on the edge.
+
+    Where the chain goes straight on, the shared vertex is judged by the later edge alone, so that
+    just one of the two has the foot.
+    """
+    vertex = vertices[chain.first + edge]
+    if along_edge(vertex, x, y) < 0.0:
+        return False
+    end = vertices[chain.first + vertex.next]
+    if end.turn == FLAT:
+        return along_edge(end, x, y) < 0.0
+    return along_edge(vertex, x, y) <= vertex.length  # type: ignore[no-any-return]
+
+
+@njit
+def corner_inside(
+    chain: Chain,
+    terrain: Pose,
+    mover: Mover,
+    vertices: Any,
+    contacts: Any,
+    tally: Tally,
+    corner: int,
+    edge: int,
+    distance: float,
+    x: float,
+    y: float,
+) -> Tally:
+    """The corner is in the solid: out by the nearest edge."""
+    vertex = vertices[chain.first + edge]
+    separation = -distance - mover.radius
+    back = mover.radius + 0.5 * separation
+    nx = vertex.normal[0]
+    ny = vertex.normal[1]
+    return emit(
+        contacts, tally, terrain, x - nx * back, y - ny * back, nx, ny, separation,
+        (vertex.run * 3 + FACE) * 64 + corner,
+    )  # fmt: skip
+
+
+@njit
+def corner_outside(
+    chain: Chain,
+    terrain: Pose,
+    outline: Outline,
+    mover: Mover,
+    vertices: Any,
+    contacts: Any,
+    tally: Tally,
+    corner: int,
+    x: float,
+    y: float,
+) -> Tally:
+    """The corner is in the open: all edges under it, and ridges that it is beside."""
+    reach = mover.margin + mover.radius
+    ux, uy = velocity_at(mover, x, y)
+    node = 0
+    while True:
+        node = next_leaf(
+            vertices, chain.first, chain.leaves, node, x - reach, y - reach, x + reach, y + reach
+        )
+        if node == 0:
+            return tally
+        start = (node - chain.leaves) * LEAF_SEGMENTS
+        for i in range(start, min(start + LEAF_SEGMENTS, chain.count)):
+            vertex = vertices[chain.first + i]
+            if vertex.turn == CONVEX:
+                tally = corner_beside_ridge(
+                    chain, terrain, mover, vertices, contacts, tally, corner, i, x, y
+                )
+            if vertex.next < 0:
+                continue
+            height = height_over(vertex, x, y)
+            separation = height - mover.radius
+            if height < 0.0 or separation > mover.margin:
+                continue
+            # where the corner comes down, not where it is now
+            time = time_to_close(separation, -(ux * vertex.normal[0] + uy * vertex.normal[1]), mover)
+            if not lies_over(chain, vertices, i, x + time * ux, y + time * uy):
+                continue
+            if not is_facing(outline, mover, vertices, corner, vertex.normal):
+                continue
+            back = mover.radius + 0.5 * separation
+            tally = emit(
+                contacts, tally, terrain,
+                x - vertex.normal[0] * back, y - vertex.normal[1] * back,
+                vertex.normal[0], vertex.normal[1], separation,
+                (vertex.run * 3 + FACE) * 64 + corner,
+            )  # fmt: skip
+
+
+@njit
+def time_to_close(separation: float, approach: float, mover: Mover) -> float:
+    """When a gap closes, in s; the horizon if later, 0 if it is closed."""
+    if separation <= 0.0:
+        return 0.0
+    if approach * mover.horizon <= separation:
+        return mover.horizon if approach > 0.0 else 0.0
+    return separation / approach
+
+
+@njit
+def corner_beside_ridge(
+    chain: Chain,
+    terrain: Pose,
+    mover: Mover,
+    vertices: Any,
+    contacts: Any,
+    tally: Tally,
+    corner: int,
+    i: int,
+    x: float,
+    y: float,
+) -> Tally:
+    """Corner against a convex vertex, if it lies between the normals of the two edges there."""
+    vertex = vertices[chain.first + i]
+    dx = x - vertex.position[0]
+    dy = y - vertex.position[1]
+    distance = np.sqrt(dx * dx + dy * dy)
+    separation = distance - mover.radius
+    if separation > mover.margin or not distance > 0.0:
+        return tally
+    before, after = beyond_arc(chain, vertices, i, dx, dy)
+    if before >= 0.0 or after >= 0.0:
+        return tally
+    nx = dx / distance
+    ny = dy / distance
+    back = mover.radius + 0.5 * separation
+    return emit(
+        contacts, tally, terrain, x - nx * back, y - ny * back, nx, ny, separation,
+        (i * 3 + POINT) * 64 + corner,
+    )  # fmt: skip
+
+
+@njit
+def beyond_arc(
+    chain: Chain, vertices: Any, i: int, dx: float, dy: float
+) -> tuple[float, float]:
+    """How far (dx, dy) leans back over the edge before vertex i, and forward over the one after.
+
+    Both negative between the normals.  At an end of an open chain the arc ends along the chain's
+    own direction: nothing hits the end from behind.
+    """
+    vertex = vertices[chain.first + i]
+    if vertex.previous >= 0:
+        edge = vertices[chain.first + vertex.previous]
+        before = -(edge.normal[1] * dx - edge.normal[0] * dy)
+    else:
+        before = -(vertex.normal[0] * dx + vertex.normal[1] * dy)
+    if vertex.next >= 0:
+        after = vertex.normal[1] * dx - vertex.normal[0] * dy
+    else:
+        edge = vertices[chain.first + vertex.previous]
+        after = -(edge.normal[0] * dx + edge.normal[1] * dy)
+    return before, after
+
+
+@njit
+def ridges(
+    chain: Chain,
+    terrain: Pose,
+    outline: Outline,
+    mover: Mover,
+    vertices: Any,
+    contacts: Any,
+    tally: Tally,
+) -> Tally:
+    """Convex vertices of the chain against the edges of the shape."""
+    reach = mover.size + mover.radius + mover.margin
+    node = 0
+    while True:
+        node = next_leaf(
+            vertices, chain.first, chain.leaves, node,
+            mover.middle_x - reach, mover.middle_y - reach,
+            mover.middle_x + reach, mover.middle_y + reach,
+        )  # fmt: skip
+        if node == 0:
+            return tally
+        start = (node - chain.leaves) * LEAF_SEGMENTS
+        for i in range(start, min(start + LEAF_SEGMENTS, chain.count)):
+            if vertices[chain.first + i].turn == CONVEX:
+                tally = ridge(chain, terrain, outline, mover, vertices, contacts, tally, i)
+
+
+@njit
+def ridge(
+    chain: Chain,
+    terrain: Pose,
+    outline: Outline,
+    mover: Mover,
+    vertices: Any,
+    contacts: Any,
+    tally: Tally,
+    i: int,
+) -> Tally:
+    """Vertex i against the edge that it has entered least, of those that the chain lets touch it."""
+    vertex = vertices[chain.first + i]
+    x, y = to_local(mover.pose, vertex.position[0], vertex.position[1])
+    best = -np.inf
+    highest = -np.inf
+    edge = -1
+    for k in range(outline.count):
+        mx, my = edge_normal(outline, vertices, k)
+        corner_x, corner_y = corner_of(outline, vertices, k)
+        height = mx * (x - corner_x) + my * (y - corner_y)
+        highest = max(highest, height)
+        if height <= best:
+            continue
+        wx, wy = rotate(mover.pose.cos, mover.pose.sin, -mx, -my)
+        before, after = beyond_arc(chain, vertices, i, wx, wy)
+        if before < TILT and after < TILT:
+            best = height
+            edge = k
+    separation = best - mover.radius
+    if edge < 0 or separation > mover.margin or best < -2.0 * mover.extent:
+        return tally
+    mx, my = edge_normal(outline, vertices, edge)
+    if not over_shape_edge(outline, mover, vertices, vertex, edge, x, y, separation, highest):
+        return tally
+    nx, ny = rotate(mover.pose.cos, mover.pose.sin, -mx, -my)
+    px, py = to_world(mover.pose, x - 0.5 * separation * mx, y - 0.5 * separation * my)
+    feature = (i * 3 + RIDGE) * 64 + edge
+    return emit(contacts, tally, terrain, px, py, nx, ny, separation, feature)
+
+
+@njit
+def over_shape_edge(
+    outline: Outline,
+    mover: Mover,
+    vertices: Any,
+    vertex: Any,
+    edge: int,
+    x: float,
+    y: float,
+    separation: float,
+    highest: float,
+) -> bool:
+    """True if the vertex, (x, y) in the shape's frame, is under that edge when they meet."""
+    if highest <= 0.0:
+        return True  # inside of the shape
+    mx, my = edge_normal(outline, vertices, edge)
+    ux, uy = velocity_at(mover, vertex.position[0], vertex.position[1])
+    ux, uy = (
+        mover.pose.cos * ux + mover.pose.sin * uy,
+        mover.pose.cos * uy - mover.pose.sin * ux,
+    )
+    time = time_to_close(separation, ux * mx + uy * my, mover)
+    x -= time * ux
+    y -= time * uy
+    corner_x, corner_y = corner_of(outline, vertices, edge)
+    end_x, end_y = corner_of(outline, vertices, (edge + 1) % outline.count)
+    # counter-clockwise: the edge runs along (-my, mx)
+    along = -my * (x - corner_x) + mx * (y - corner_y)
+    length = -my * (end_x - corner_x) + mx * (end_y - corner_y)
+    return 0.0 <= along <= length  # type: ignore[no-any-return]

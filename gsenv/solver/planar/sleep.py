@@ -1,0 +1,45 @@
+"""Sleeping: an island whose bodies have all been slow for a while stops being simulated."""
+
+from __future__ import annotations
+
+from ..jit import njit
+
+
+@njit
+def wake_count(bodies, body_models, body_parameters):  # type: ignore[no-untyped-def]
+    """Bodies that may move in this step: awake dynamic ones and moving kinematic ones."""
+    count = 0
+    for i in range(len(bodies)):
+        if body_parameters[i].enabled == 0:
+            continue
+        if body_models[i].kind == 2:
+            if bodies[i].asleep == 0:
+                count += 1
+        elif body_models[i].kind == 1:
+            v = bodies[i].velocity
+            if v[0] != 0.0 or v[1] != 0.0 or v[2] != 0.0:
+                count += 1
+    return count
+
+
+@njit
+def update_sleep(indices, bodies, body_parameters, options):  # type: ignore[no-untyped-def]
+    """Count the time at rest of an awake island's bodies; put it to sleep as a whole."""
+    least = options.sleep_time
+    for k in range(len(indices)):
+        body = bodies[indices[k]]
+        speed = (body.velocity[0] ** 2 + body.velocity[1] ** 2) ** 0.5
+        speed += abs(body.velocity[2]) * body_parameters[indices[k]].radius
+        body.asleep = 0
+        if speed > options.sleep_speed:
+            body.sleep_time = 0.0
+        else:
+            body.sleep_time += options.timestep
+        least = min(least, body.sleep_time)
+    if least < options.sleep_time or options.sleep == 0:
+        return
+    for k in range(len(indices)):
+        body = bodies[indices[k]]
+        body.asleep = 1
+        for d in range(3):
+            body.velocity[d] = 0.0

@@ -1,0 +1,195 @@
+"""One step of a planar world, as a table of contents. All substeps run in one jitted call."""
+
+from __future__ import annotations
+
+from ..broadphase import find_pairs
+from ..contact_cache import match_contacts, merge_sleeping
+from ..diagnostics import start_counters
+from ..islands import build_islands
+from ..jit import njit
+from ..optional import at
+from .geometry import update_geometry
+from .integrate import clear_forces, move_kinematic, start_motion
+from .island_step import step_island
+from .joints import start_joints
+from .joints.target import drive_targets
+from .narrowphase import find_contacts
+from .sleep import update_sleep, wake_count
+from .sweep_fast import keep_start, sweep_fast_bodies
+
+OK = 0
+MORE_PAIRS = 1
+MORE_CONTACTS = 2
+
+
+@njit
+def step_world(
+    w,
+    options,
+    body_models,
+    shape_models,
+    joint_models,
+    actuators,
+    exclusions,
+    world_parameters,
+    body_parameters,
+    shape_parameters,
+    joint_parameters,
+    constraint_rows,
+    vertices,
+    world_states,
+    bodies,
+    contacts,
+    joint_states,
+    control,
+    geometry,
+    pairs,
+    found,
+    merged,
+    motions,
+    islands,
+    island_bodies,
+    island_contacts,
+    island_joints,
+    rows,
+    broadphase,
+    fast_start,
+):  # type: ignore[no-untyped-def]
+    """One step of world ``w``. The arrays are as in step_worlds."""
+    dt = options.timestep
+    gravity = world_parameters[w].gravity
+    state = world_states[w]
+    if joint_models is not None:
+        drive_targets(
+            actuators, control[w], at(joint_parameters, w), at(joint_states, w),
+            bodies[w], body_parameters[w],
+        )
+    if wake_count(bodies[w], body_models, body_parameters[w]) == 0:
+        start_counters(state)
+        state.step += 1
+        return OK, 0
+
+    update_geometry(
+        bodies[w], body_models, body_parameters[w], shape_models, shape_parameters[w],
+        at(vertices, w), gravity, dt, geometry,
+    )
+    pair_count = find_pairs(geometry, shape_models, exclusions, broadphase, pairs)
+    if pair_count > len(pairs):
+        return MORE_PAIRS, pair_count
+    found_count = find_contacts(
+        bodies[w], body_models, body_parameters[w], shape_models, shape_parameters[w],
+        at(vertices, w), geometry, pairs, pair_count, gravity, dt, found,
+    )
+    if found_count > len(found):
+        return MORE_CONTACTS, found_count
+    contact_count = merge_sleeping(
+        contacts[w], state.contact_count, found, found_count, geometry, merged
+    )
+    if contact_count > len(merged):
+        return MORE_CONTACTS, contact_count
+    match_contacts(contacts[w], state.contact_count, merged, contact_count)
+    for k in range(contact_count):
+        contacts[w, k] = merged[k]
+
+    start_counters(state)
+    state.pair_count = pair_count
+    state.contact_count = contact_count
+    start_motion(bodies[w], body_parameters[w], gravity, motions)
+    if fast_start is not None:
+        keep_start(bodies[w], body_models, fast_start)
+    island_count = build_islands(
+        bodies[w], body_models, body_parameters[w], contacts[w], contact_count,
+        joint_models, at(joint_parameters, w), motions, islands,
+        island_bodies, island_contacts, island_joints,
+    )
+    if joint_models is not None:
+        start_joints(at(joint_states, w), at(joint_parameters, w))
+    pull = (gravity[0] * gravity[0] + gravity[1] * gravity[1]) ** 0.5
+    error = 0.0
+    load = 0.0
+    size = 0.0
+    for i in range(island_count):
+        island = islands[i]
+        if island.awake == 0:
+            continue
+        body_list = island_bodies[island.body_first : island.body_first + island.body_count]
+        e, q, r = step_island(
+            options, state, body_models, body_parameters[w], joint_models,
+            at(joint_parameters, w), at(constraint_rows, w), bodies[w], contacts[w],
+            at(joint_states, w), motions, rows, body_list,
+            island_contacts[island.contact_first : island.contact_first + island.contact_count],
+            island_joints[island.joint_first : island.joint_first + island.joint_count],
+            pull,
+        )
+        error += e
+        load += q
+        size += r
+        state.island_count += 1
+        state.awake_count += island.body_count
+        update_sleep(body_list, bodies[w], body_parameters[w], options)
+    state.natural_residual = (error / max(load, size)) ** 0.5 if error > 0.0 else 0.0
+    move_kinematic(bodies[w], body_models, body_parameters[w], motions, dt)
+    if fast_start is not None:
+        sweep_fast_bodies(
+            bodies[w], body_models, body_parameters[w], shape_models, shape_parameters[w],
+            at(vertices, w), geometry, exclusions, fast_start, found,
+        )
+    clear_forces(bodies[w])
+    state.step += 1
+    return OK, 0
+
+
+@njit
+def step_worlds(
+    first,
+    last,
+    until,
+    options,
+    body_models,
+    shape_models,
+    joint_models,
+    actuators,
+    exclusions,
+    world_parameters,
+    body_parameters,
+    shape_parameters,
+    joint_parameters,
+    constraint_rows,
+    vertices,
+    world_states,
+    bodies,
+    contacts,
+    joint_states,
+    control,
+    geometry,
+    pairs,
+    found,
+    merged,
+    motions,
+    islands,
+    island_bodies,
+    island_contacts,
+    island_joints,
+    rows,
+    broadphase,
+    fast_start,
+):  # type: ignore[no-untyped-def]
+    """Step worlds first..last-1 until each has taken ``until[w]`` steps.
+
+    Returns (status, needed): OK, or which buffer is too small for the next step of a world and how
+    many entries it needs.  That step has then changed nothing; call again with larger buffers.
+    The arrays up to ``control`` are (world, item); the rest is scratch for one world at a time.
+    Arguments that a scene has no use for are None, and nothing behind them is compiled.
+    """
+    for w in range(first, last):
+        while world_states[w].step < until[w]:
+            status, needed = step_world(
+                w, options[0], body_models, shape_models, joint_models, actuators, exclusions,
+                world_parameters, body_parameters, shape_parameters, joint_parameters,
+                constraint_rows, vertices, world_states, bodies, contacts, joint_states, control,
+                geometry, pairs, found, merged, motions, islands, island_bodies,
+                island_contacts, island_joints, rows, broadphase, fast_start,
+            )
+            if status != OK:
+                return status, needed
+    return OK, 0

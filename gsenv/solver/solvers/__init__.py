@@ -1,0 +1,21 @@
+"""How all rows of an island are made true at once: the one place that knows a method."""
+
+from __future__ import annotations
+
+from ..jit import njit
+from ..model import SolverKind
+from .nncg import solve_nncg
+from .pgs import solve_pgs
+
+_PGS = int(SolverKind.PGS)
+
+
+@njit
+def solve_rows(rows, count, bodies, kind, max_sweeps, tolerance, floor):  # type: ignore[no-untyped-def]
+    """Solve ``rows[:count]``; updates their impulses and the bodies' velocities.
+
+    Returns (sweeps, residual). ``floor``: impulse scale below which the residual is absolute.
+    """
+    if kind == _PGS:
+        return solve_pgs(rows, count, bodies, max_sweeps, tolerance, floor)
+    return solve_nncg(rows, count, bodies, max_sweeps, tolerance, floor)

@@ -1,0 +1,361 @@
+"""World: N worlds of one scene, side by side. The only stateful class of the solver."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from . import check, threads
+from .diagnostics import Contacts, Diagnostics, contacts_of, diagnose
+from .model import Array, Model, Options
+from .parameters import Parameters
+from .planar import step as planar_step
+from .scene import Handle, Scene, find
+from .state import Snapshot, State, Workspace, first_contact_capacity, take_snapshot
+
+
+class World:
+    """``world_count`` copies of a scene, stepped together.
+
+    Args:
+        scene: a Scene, or a Model that ``Scene.compile`` made.
+        world_count: how many.
+        threads: worlds are shared out over this many threads; the bits do not depend on it.
+        options: how to step.
+
+    Attributes:
+        control: float64 (world, actuator), read at each step; out-of-range values are clipped.
+        parameters: what differs from world to world.
+        state: structured arrays of all that changes.
+        model: what is the same in all worlds.
+
+    Raises:
+        ValueError: bad arguments of any method, in one sentence; nothing is changed then.
+    """
+
+    def __init__(
+        self,
+        scene: Scene | Model,
+        world_count: int = 1,
+        threads: int = 1,
+        options: Options | None = None,
+    ) -> None:
+        if not isinstance(world_count, (int, np.integer)) or world_count < 1:
+            raise ValueError(f"World: world_count must be a positive number, got {world_count!r}.")
+        if not isinstance(threads, (int, np.integer)) or threads < 1:
+            raise ValueError(f"World: threads must be a positive number, got {threads!r}.")
+        self.model = scene.compile() if isinstance(scene, Scene) else scene
+        self.world_count = int(world_count)
+        self.threads = min(int(threads), self.world_count)
+        self.parameters = Parameters(self.model, self.world_count, self._wake)
+        capacity = first_contact_capacity(self.model)
+        self.state = State(self.model, self.world_count, capacity)
+        self.control = self.state.control
+        self.options = Options() if options is None else options
+        self._workspaces: list[Workspace] = []
+
+    # ------------------------------------------------------------- stepping
+
+    @property
+    def options(self) -> Options:
+        """May be replaced between steps."""
+        return self._options
+
+    @options.setter
+    def options(self, options: Options) -> None:
+        self._options = options
+        self._options_record = options.record()
+
+    @property
+    def timestep(self) -> float:
+        """s."""
+        return self._options.timestep
+
+    def step(self, count: int = 1) -> None:
+        """Advance all worlds by ``count`` timesteps.
+
+        Raises:
+            ValueError: a control is NaN or infinite; nothing has moved.
+            MemoryError: the contacts of a step don't fit into memory.
+        """
+        if not np.isfinite(self.control).all():
+            w, k = np.argwhere(~np.isfinite(self.control))[0]
+            raise ValueError(
+                f"control of actuator {self.model.actuator_names[k]!r} in world {w} must be "
+                f"finite, got {self.control[w, k]!r}."
+            )
+        until = self.state.worlds["step"] + int(count)
+        parts = threads.ranges(self.world_count, self.threads)
+        while len(self._workspaces) < len(parts):
+            self._workspaces.append(Workspace(self.model, self.state.contacts.shape[1]))
+        while True:
+            results = threads.run(
+                [
+                    self._stepper(first, last, until, workspace)
+                    for (first, last), workspace in zip(parts, self._workspaces, strict=False)
+                ]
+            )
+            if all(status == planar_step.OK for status, _ in results):
+                return
+            self._grow(results)
+
+    def _stepper(self, first: int, last: int, until: Array, work: Workspace) -> Any:
+        model, parameters, state = self.model, self.parameters, self.state
+        jointed = model.has_joints
+        arguments = (
+            first, last, until, self._options_record,
+            model.bodies, model.shapes,
+            model.joints if jointed else None,
+            model.actuators if jointed else None,
+            model.exclusions,
+            parameters.worlds, parameters.bodies, parameters.shapes,
+            parameters.joints if jointed else None,
+            parameters.rows if jointed else None,
+            parameters.vertices if model.needs_vertices else None,
+            state.worlds, state.bodies, state.contacts,
+            state.joints if jointed else None,
+            state.control,
+            *work.arrays(),
+        )  # fmt: skip
+        return lambda: planar_step.step_worlds(*arguments)
+
+    def _grow(self, results: list[tuple[int, int]]) -> None:
+        """Larger buffers for the step that did not fit; it is then taken again."""
+        for (status, needed), work in zip(results, self._workspaces, strict=False):
+            if status == planar_step.MORE_PAIRS:
+                work.grow_pairs(2 * needed)
+        contacts = max((n for s, n in results if s == planar_step.MORE_CONTACTS), default=0)
+        if contacts:
+            self.state.grow_contacts(contacts + contacts // 2)
+            for work in self._workspaces:
+                work.grow_contacts(self.state.contacts.shape[1])
+
+    def reset(self, mask: Any = None, parameters: bool = True) -> None:
+        """The chosen worlds back to the authored state.
+
+        Args:
+            mask: None for all, an int, ints or a bool mask.
+            parameters: whether to put the parameters back to their nominal values as well.
+        """
+        chosen = check.worlds(mask, self.world_count, "reset: mask")
+        if parameters:
+            self.parameters.reset(chosen)
+        self.state.reset(self.model, chosen)
+
+    # ------------------------------------------------------------- reading
+
+    @property
+    def position(self) -> Array:
+        """(world, body, dim) m, of the bodies' own frames; read-only."""
+        center = self.parameters.bodies["center"]
+        bodies = self.state.bodies
+        if not center.any():
+            return _frozen(bodies["position"])
+        return _frozen(bodies["position"] - _rotated(bodies["rotation"], center))
+
+    @property
+    def center_of_mass(self) -> Array:
+        """(world, body, dim) m; read-only."""
+        return _frozen(self.state.bodies["position"])
+
+    @property
+    def angle(self) -> Array:
+        """(world, body) rad, not wrapped; read-only."""
+        return _frozen(self.state.bodies["angle"])
+
+    @property
+    def linear_velocity(self) -> Array:
+        """(world, body, dim) m/s, of the centres of mass; read-only."""
+        return _frozen(self.state.bodies["velocity"][..., :2])
+
+    @property
+    def angular_velocity(self) -> Array:
+        """(world, body) rad/s; read-only."""
+        return _frozen(self.state.bodies["velocity"][..., 2])
+
+    @property
+    def asleep(self) -> Array:
+        """(world, body) bool."""
+        return self.state.bodies["asleep"] != 0
+
+    @property
+    def time(self) -> Array:
+        """(world,) s since the last reset, at the present timestep."""
+        return self.state.worlds["step"] * self._options.timestep
+
+    def contacts(self, world: int = 0) -> Contacts:
+        """Contacts of a world's last step; see Contacts."""
+        index = check.worlds(int(world), self.world_count, "contacts: world")[0]
+        return contacts_of(self.state, index)
+
+    def diagnostics(self) -> Diagnostics:
+        """How wrong the last step was, and the energies; see Diagnostics."""
+        return diagnose(self.model, self.parameters, self.state)
+
+    def sensor(self, sensor: Handle | str) -> Array:
+        """(world, 3) reading of a sensor: pose, velocity, or touching and force of the last step."""
+        index = find(sensor, "sensor", self.model.sensor_names, "sensor")
+        kind, body = self.model.sensors[index]
+        if kind == "pose":
+            return np.concatenate([self.position[:, body], self.angle[:, body, None]], 1)
+        if kind == "velocity":
+            return self.state.bodies["velocity"][:, body].copy()
+        return self._touch(body)
+
+    def _touch(self, body: int) -> Array:
+        out = np.zeros((self.world_count, 3))
+        for w in range(self.world_count):
+            contacts = self.contacts(w)
+            sign = (contacts.body_b == body) * 1.0 - (contacts.body_a == body) * 1.0
+            force = contacts.force_vector(self._options.timestep) * sign[:, None]
+            out[w, 0] = bool(((sign != 0.0) & contacts.touching).any())
+            out[w, 1:] = force.sum(0)
+        return out
+
+    # ------------------------------------------------------------- acting
+
+    def apply_force(
+        self,
+        body: Handle | str,
+        force: Any,
+        point: Any = None,
+        worlds: Any = None,
+        torque: Any = 0.0,
+    ) -> None:
+        """Add a force for the next step, held constant over it.
+
+        Args:
+            force: N, (dim,) or (chosen world, dim).
+            point: m, world point it acts at; None is the centre of mass.
+            torque: N m, on top.
+        """
+        b = find(body, "body", self.model.body_names, "apply_force")
+        where = f"apply_force on body {self.model.body_names[b]!r}"
+        chosen = check.worlds(worlds, self.world_count)
+        n = len(chosen)
+        f = check.values(force, (n, 2), f"{where}: force")
+        t = np.array(check.values(torque, (n,), f"{where}: torque"))
+        if point is not None:
+            arm = check.values(point, (n, 2), f"{where}: point")
+            arm = arm - self.state.bodies["position"][chosen, b]
+            t = t + arm[:, 0] * f[:, 1] - arm[:, 1] * f[:, 0]
+        self.state.bodies["force"][chosen, b, :2] += f
+        self.state.bodies["force"][chosen, b, 2] += t
+        self._wake(chosen, b)
+
+    def set_pose(
+        self, body: Handle | str, position: Any = None, angle: Any = None, worlds: Any = None
+    ) -> None:
+        """Put a body somewhere: position m (dim,) or (chosen world, dim), angle rad."""
+        b = find(body, "body", self.model.body_names, "set_pose")
+        where = f"set_pose of body {self.model.body_names[b]!r}"
+        chosen = check.worlds(worlds, self.world_count)
+        n = len(chosen)
+        place = None if position is None else check.values(position, (n, 2), f"{where}: position")
+        turn = None if angle is None else check.values(angle, (n,), f"{where}: angle")
+        if place is None:
+            place = np.array(self.position[chosen, b])
+        record = self.state.bodies
+        if turn is not None:
+            record["angle"][chosen, b] = turn
+            record["rotation"][chosen, b, 0] = np.cos(turn)
+            record["rotation"][chosen, b, 1] = np.sin(turn)
+        center = self.parameters.bodies["center"][chosen, b]
+        record["position"][chosen, b] = place + _rotated(record["rotation"][chosen, b], center)
+        self.state.forget_impulses(chosen, b)
+        self._wake(chosen)
+
+    def set_velocity(
+        self, body: Handle | str, linear: Any = None, angular: Any = None, worlds: Any = None
+    ) -> None:
+        """Set velocities: linear m/s of the centre of mass, angular rad/s."""
+        b = find(body, "body", self.model.body_names, "set_velocity")
+        where = f"set_velocity of body {self.model.body_names[b]!r}"
+        if self.model.bodies["kind"][b] == 0:
+            raise ValueError(f"{where}: it is static.")
+        chosen = check.worlds(worlds, self.world_count)
+        n = len(chosen)
+        v = None if linear is None else check.values(linear, (n, 2), f"{where}: linear")
+        w = None if angular is None else check.values(angular, (n,), f"{where}: angular")
+        if v is not None:
+            self.state.bodies["velocity"][chosen, b, :2] = v
+        if w is not None:
+            self.state.bodies["velocity"][chosen, b, 2] = w
+        self._wake(chosen, b)
+
+    def set_target(
+        self,
+        joint: Handle | str,
+        position: Any = None,
+        angle: Any = None,
+        linear: Any = None,
+        angular: Any = None,
+        worlds: Any = None,
+    ) -> None:
+        """Move a target joint's goal: position m, angle rad, and how fast it moves on by itself."""
+        j = find(joint, "joint", self.model.joint_names, "set_target")
+        where = f"set_target of joint {self.model.joint_names[j]!r}"
+        if not self.model.joints["wakes"][j]:
+            raise ValueError(f"{where}: it is not a target joint.")
+        chosen = check.worlds(worlds, self.world_count)
+        n = len(chosen)
+        fields = {
+            "target_position": (position, (n, 2)),
+            "target_angle": (angle, (n,)),
+            "linear": (linear, (n, 2)),
+            "angular": (angular, (n,)),
+        }
+        checked = {
+            name: check.values(value, shape, f"{where}: {name}")
+            for name, (value, shape) in fields.items()
+            if value is not None
+        }
+        record = self.state.joints
+        for name, values in checked.items():
+            if name == "linear":
+                record["target_velocity"][chosen, j, :2] = values
+            elif name == "angular":
+                record["target_velocity"][chosen, j, 2] = values
+            else:
+                record[name][chosen, j] = values
+
+    def _wake(self, chosen: Array, body: int | None = None) -> None:
+        """Wake a body, or all of the chosen worlds' bodies where what they rest on may change."""
+        which = slice(None) if body is None else body
+        for name in ("asleep", "sleep_time"):
+            self.state.bodies[name][chosen, which] = 0
+
+    # ------------------------------------------------------------- snapshots
+
+    def save(self, worlds: Any = None) -> Snapshot:
+        """A bit-exact copy of the chosen worlds' State and Parameters; picklable."""
+        chosen = check.worlds(worlds, self.world_count)
+        return take_snapshot(self.model, self.parameters, self.state, chosen)
+
+    def restore(self, snapshot: Snapshot, worlds: Any = None) -> None:
+        """Put saved worlds into the chosen ones; one saved world may fill many.
+
+        Raises:
+            ValueError: the snapshot is of another scene, or the counts don't match.
+        """
+        chosen = check.worlds(worlds, self.world_count)
+        snapshot.check(self.model, len(chosen))
+        if snapshot.contact_capacity > self.state.contacts.shape[1]:
+            self.state.grow_contacts(snapshot.contact_capacity)
+            for work in self._workspaces:
+                work.grow_contacts(self.state.contacts.shape[1])
+        snapshot.write(self.parameters, self.state, chosen)
+
+
+
+def _frozen(array: Array) -> Array:
+    view = array.view()
+    view.flags.writeable = False
+    return view
+
+
+def _rotated(rotation: Array, vector: Array) -> Array:
+    c, s = rotation[..., 0], rotation[..., 1]
+    x, y = vector[..., 0], vector[..., 1]
+    return np.stack([c * x - s * y, s * x + c * y], -1)

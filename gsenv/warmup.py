@@ -1,0 +1,45 @@
+"""What `gsenv warmup` runs: every public path once, so that its kernels are compiled and cached."""
+
+from collections.abc import Callable
+from functools import partial
+
+import gymnasium
+import numpy as np
+
+from gsenv.envs import ENVS
+
+
+def warmup_targets() -> list[tuple[str, Callable[[], None]]]:
+    """Pairs of a label and a function that compiles, or loads from the cache, what the label names."""
+    from gsenv.scenes import SCENES
+
+    targets: list[tuple[str, Callable[[], None]]] = []
+    for entry in ENVS:
+        targets.append((entry.id, partial(_run_env, entry.id)))
+        targets.append((f"{entry.id} (vector)", partial(_run_vector_env, entry.id)))
+    targets += [(f"scene:{name}", partial(_run_scene, name)) for name in SCENES]
+    return targets
+
+
+def _run_env(env_id: str) -> None:
+    env = gymnasium.make(env_id, render_mode="rgb_array")
+    env.reset(seed=0)
+    env.step(np.zeros_like(env.action_space.sample()))
+    env.render()
+    env.close()
+
+
+def _run_vector_env(env_id: str) -> None:
+    envs = gymnasium.make_vec(env_id, num_envs=2)
+    envs.reset(seed=0)
+    envs.step(np.zeros_like(envs.action_space.sample()))
+    envs.close()
+
+
+def _run_scene(name: str) -> None:
+    from gsenv.render import SceneRenderer
+    from gsenv.scenes import make_world
+
+    world = make_world(name)
+    world.step()
+    SceneRenderer(world, width=64, height=48).render()

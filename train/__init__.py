@@ -1,0 +1,1 @@
+"""Experiments, installed as `gsenv.train`: one script each, with its settings on top."""
