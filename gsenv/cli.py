@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from difflib import get_close_matches
+from math import ceil
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, NoReturn
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
     Policy = Callable[[gymnasium.Env[Any, Any]], Any]
 
 SCENE_PREFIX = "scene:"
-SCENE_FPS = 60
+SCENE_FPS = 60.0
 """Frames per second of a recorded scene, at most: a scene with a shorter timestep skips steps."""
 
 OK, FAILED, WRONG_USAGE, INTERRUPTED = 0, 1, 2, 130
@@ -160,9 +161,8 @@ def _record(options: argparse.Namespace) -> int:
         with _progress() as progress, _video_writer(options.out, footage.fps) as video:
             task = progress.add_task(options.target, total=footage.frame_count)
             for frame in footage.frames:
-                with _uninterrupted():
-                    video.write(frame)
-                    written += 1
+                _write(video, frame)
+                written += 1
                 progress.advance(task)
             progress.update(task, total=written)
     except KeyboardInterrupt:
@@ -173,6 +173,23 @@ def _record(options: argparse.Namespace) -> int:
         raise _CliError(f"cannot write {options.out}: {error.strerror or error}", FAILED) from error
     print(f"{options.out}: {written} frames, {written / footage.fps:.1f} s")
     return OK
+
+
+def _video_writer(path: Path, fps: float) -> "VideoWriter":
+    from gsenv.render.video import VideoWriter
+
+    try:
+        return VideoWriter(path, fps)
+    except ValueError as error:  # a file name extension that it does not know
+        raise _CliError(str(error), WRONG_USAGE) from error
+
+
+def _write(video: "VideoWriter", frame: "Frame") -> None:
+    try:
+        with _uninterrupted():
+            video.write(frame)
+    except ValueError as error:  # a size that the format does not allow
+        raise _CliError(str(error), WRONG_USAGE) from error
 
 
 @contextmanager
@@ -194,15 +211,6 @@ def _uninterrupted() -> "Iterator[None]":
         signal.signal(signal.SIGINT, previous)
     if pending:
         raise KeyboardInterrupt
-
-
-def _video_writer(path: Path, fps: float) -> "VideoWriter":
-    from gsenv.render.video import VideoWriter
-
-    try:
-        return VideoWriter(path, fps)
-    except ValueError as error:  # a file name extension that it does not know
-        raise _CliError(str(error), WRONG_USAGE) from error
 
 
 def _footage(options: argparse.Namespace) -> _Footage:
@@ -274,13 +282,15 @@ def _frame(env: "gymnasium.Env[Any, Any]") -> "Frame":
 
 def _scene_footage(options: argparse.Namespace) -> _Footage:
     from gsenv.render import SceneRenderer
+    from gsenv.render.video import GIF_MAX_FPS
     from gsenv.scenes import SCENES, make_world
 
     name = options.target.removeprefix(SCENE_PREFIX)
     world = make_world(name)
     width, height = options.size or (640, 480)
     renderer = SceneRenderer(world, width=width, height=height)
-    steps_per_frame = max(1, round(1 / (SCENE_FPS * world.timestep)))
+    fps_limit = min(SCENE_FPS, GIF_MAX_FPS) if options.out.suffix.lower() == ".gif" else SCENE_FPS
+    steps_per_frame = ceil(1 / (fps_limit * world.timestep) - 1e-9)  # 1e-9: 1/60 s is one step at 60 fps
     step_count = options.steps or round(SCENES[name].duration / world.timestep)
 
     def frames() -> "Iterator[Frame]":

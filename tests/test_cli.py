@@ -126,6 +126,7 @@ def test_version_and_help_end_with_success(capsys: pytest.CaptureFixture[str]) -
         (["record", "GStack-v0", "--out", "x.mp4", "--steps", "0"], "'0' is not a positive whole number"),
         (["record", "GStack-v0", "--out", "x.mp4", "--steps", "many"], "'many' is not a positive whole number"),
         (["record", "GStack-v0", "--out", "x.mp4", "--size", "640"], "'640' is not a size such as 640x480"),
+        (["record", "GStack-v0", "--out", "x.mp4", "--size", "641x480"], "even sizes"),
         (["record", "GStack-v0", "--out", "x.mp4", "--policy", "best"], "invalid choice: 'best'"),
     ],
 )
@@ -233,14 +234,30 @@ def test_record_makes_a_video_that_other_programs_read(env: CountingEnv, tmp_pat
     assert iio.imread(out).shape == (6, 48, 64, 3)
 
 
+@pytest.mark.parametrize(
+    ("timestep", "out", "shown", "fps"),
+    [
+        (1 / 240, "x.mp4", [0, 4, 8, 12], 60.0),
+        (1 / 60, "x.mp4", list(range(13)), 60.0),
+        (1 / 60, "x.gif", [0, 2, 4, 6, 8, 10, 12], 30.0),  # GIF viewers slow down above 50
+        (1 / 100, "x.mp4", [0, 2, 4, 6, 8, 10, 12], 50.0),
+    ],
+)
 def test_scene_is_recorded_at_its_own_pace(
-    writer: Callable[[], ListWriter], monkeypatch: pytest.MonkeyPatch
+    writer: Callable[[], ListWriter],
+    monkeypatch: pytest.MonkeyPatch,
+    timestep: float,
+    out: str,
+    shown: list[int],
+    fps: float,
 ) -> None:
     import gsenv.render
 
     class World:
-        timestep = 1 / 240
         steps = 0
+
+        def __init__(self) -> None:
+            self.timestep = timestep
 
         def step(self) -> None:
             self.steps += 1
@@ -254,9 +271,9 @@ def test_scene_is_recorded_at_its_own_pace(
 
     monkeypatch.setattr(scenes, "make_world", lambda name: World())
     monkeypatch.setattr(gsenv.render, "SceneRenderer", Renderer)
-    assert cli.main(["record", "scene:stack", "--out", "x.mp4", "--steps", "20", "--size", "64x48"]) == 0
-    assert [int(frame[0, 0, 0]) for frame in writer().frames] == [0, 4, 8, 12, 16, 20]
-    assert writer().fps == pytest.approx(60)
+    assert cli.main(["record", "scene:stack", "--out", out, "--steps", "12", "--size", "64x48"]) == 0
+    assert [int(frame[0, 0, 0]) for frame in writer().frames] == shown
+    assert writer().fps == pytest.approx(fps)
     assert writer().frames[0].shape == (48, 64, 3)
 
 

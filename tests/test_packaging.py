@@ -122,32 +122,39 @@ def normalised(name: str) -> str:
 
 
 PATH = re.compile(r"(?:[\w.-]+/)*[\w-][\w.-]*(?:\.(?:md|py|toml|txt)|/)")
-BASES = ("", "gsenv", "gsenv/solver")
+BASES = ("", "gsenv", "gsenv/solver", "gsenv/solver/planar")
 """Where the text's paths may start."""
 
 
 def paths_in_trees(text: str) -> set[str]:
-    """Full paths of the files and folders in the fenced trees of `text`, where indenting nests."""
+    """Full paths of the files and folders in the fenced trees of `text`.
+
+    Indenting nests. A line is names, two or more blanks, a remark; names in a folder's remark lie in it.
+    """
     found = set()
     for tree in re.findall(r"^```\w*\n(.*?)^```", text, re.DOTALL | re.MULTILINE):
         parents: list[tuple[int, str]] = []
         for line in tree.splitlines():
-            indent = len(line) - len(line.lstrip())
-            names = [word for word in line.split() if PATH.fullmatch(word)]
-            if not names:
+            names, _, remark = re.sub(r"[,;:]", "", line).strip().partition("  ")
+            paths = [word for word in names.split() if PATH.fullmatch(word)]
+            if not paths:
                 continue
+            indent = len(line) - len(line.lstrip())
             while parents and parents[-1][0] >= indent:
                 parents.pop()
             parent = parents[-1][1] if parents else ""
-            found |= {parent + name for name in names}
-            if names[0].endswith("/"):
-                parents.append((indent, parent + names[0]))
+            folder = parent + paths[0] if paths[0].endswith("/") else parent
+            if folder != parent:
+                parents.append((indent, folder))
+            found |= {parent + path for path in paths}
+            found |= {folder + word for word in remark.split() if PATH.fullmatch(word)}
     return found
 
 
 def test_trees_are_read_with_their_nesting() -> None:
-    tree = "x\n```\na/\n  b/   rules in c.py\n    d.py e.py\n  f.py\ng.toml\n```\n`z.py`\n"
-    assert paths_in_trees(tree) == {"a/", "a/b/", "a/c.py", "a/b/d.py", "a/b/e.py", "a/f.py", "g.toml"}
+    tree = "x\n```\na/\n  b/   rules in c.py, and more\n    d.py e.py  made by g.py\n  f.py\nh.toml\n```\n`z.py`\n"
+    expected = {"a/", "a/b/", "a/b/c.py", "a/b/d.py", "a/b/e.py", "a/b/g.py", "a/f.py", "h.toml"}
+    assert paths_in_trees(tree) == expected
 
 
 def test_architecture_names_only_paths_that_exist() -> None:

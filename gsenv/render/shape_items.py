@@ -56,7 +56,7 @@ class Part(NamedTuple):
 def ball_parts(color: NDArray[np.float64]) -> list[Part]:
     """A disc with a bar off its middle, so that the whole turn can be read."""
     light = color + STRIPE_LIGHTENING * (255.0 - color)
-    bar = Part(DrawKind.CAPSULE, light, DrawFlag.SHADE, center=0.36, length=0.24, radius=0.15)
+    bar = Part(DrawKind.CAPSULE, light, DrawFlag.SHADE, center=0.38, length=0.28, radius=0.17)
     return [Part(DrawKind.CAPSULE, color), bar]
 
 

@@ -16,6 +16,7 @@ BASELINE, CAP_HEIGHT, LINE_HEIGHT = 2.0, 6.0, 10.0  # grid units
 PEN_RADIUS = 0.46
 GAP = 1.7  # between glyphs
 SPACE = 2.4
+MIN_WIDTH = 0.7
 SMOOTHING_ROUNDS = 3
 RING = "@06464202"
 
@@ -81,7 +82,7 @@ def glyph_width(character: str) -> float:
     """Grid units; digits are all equally wide, so that numbers do not jitter."""
     if character in _DIGITS:
         return 4.0
-    return float(glyph_segments(character)[:, ::2].max())
+    return max(float(glyph_segments(character)[:, ::2].max()), MIN_WIDTH)
 
 
 @lru_cache(maxsize=1024)

@@ -65,7 +65,7 @@ class Theme(NamedTuple):
     shadow_alpha: float = 0.34
     shadow_offset: tuple[float, float] = (0.0095, 0.0125)  # right and down
     shadow_softness: float = 0.0270  # width of the whole penumbra
-    band_contrast: float = 0.022  # of the metre bands that make a moving ground readable
+    band_contrast: float = 0.018  # of the metre bands that make a moving ground readable
 
 
 DEFAULT_THEME = Theme()

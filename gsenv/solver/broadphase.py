@@ -47,13 +47,14 @@ def broadphase_dtype(dim: int) -> np.dtype[Any]:
     )
 
 
-def broadphase_scratch(shape_count: int, dim: int) -> Array:
-    """Scratch array for find_pairs with so many shapes."""
+def broadphase_scratch(shape_count: int, dim: int) -> Array | None:
+    """Scratch of find_pairs for so many shapes; None where it needs (and compiles) no tree."""
+    if shape_count <= BRUTE_FORCE_COUNT:
+        return None
     leaves = 1
     while leaves * LEAF_SHAPES < shape_count:
         leaves *= 2
-    many = shape_count > BRUTE_FORCE_COUNT
-    return np.zeros(max(shape_count, 2 * leaves, RADIX if many else 0), broadphase_dtype(dim))
+    return np.zeros(max(shape_count, 2 * leaves, RADIX), broadphase_dtype(dim))
 
 
 def encode_exclusion(body_a: int, body_b: int) -> int:
@@ -77,14 +78,6 @@ def is_excluded(exclusions: Array, body_a: int, body_b: int) -> bool:
 
 
 @njit
-def boxes_meet(a: Any, b: Any) -> bool:
-    for axis in range(len(a.lower)):
-        if not (a.lower[axis] <= b.upper[axis] and b.lower[axis] <= a.upper[axis]):
-            return False
-    return True
-
-
-@njit
 def may_touch(shape_a: Any, shape_b: Any, exclusions: Array | None) -> bool:
     """Filters: body, category bits, excluded body pairs. The arguments are shape models."""
     if shape_a.body == shape_b.body:
@@ -92,8 +85,7 @@ def may_touch(shape_a: Any, shape_b: Any, exclusions: Array | None) -> bool:
     if (shape_a.category & shape_b.mask) == 0 or (shape_b.category & shape_a.mask) == 0:
         return False
     if exclusions is not None:
-        if is_excluded(exclusions, shape_a.body, shape_b.body):
-            return False
+        return not is_excluded(exclusions, shape_a.body, shape_b.body)
     return True
 
 
@@ -103,27 +95,50 @@ def is_pair(
 ) -> bool:
     one = geometry[a]
     other = geometry[b]
-    if (one.awake | other.awake) == 0 or (one.dynamic | other.dynamic) == 0:
+    if (one.awake | other.awake) == 0 or (one.dynamic | other.dynamic) == 0 or other.active == 0:
         return False
-    if not boxes_meet(one, other):
-        return False
+    for axis in range(len(one.lower)):  # written so that NaN meets nothing
+        if not (one.lower[axis] <= other.upper[axis] and other.lower[axis] <= one.upper[axis]):
+            return False
     return may_touch(shape_models[a], shape_models[b], exclusions)
 
 
 @njit
 def find_pairs(
-    geometry: Array, shape_models: Array, exclusions: Array | None, scratch: Array, pairs: Array
+    geometry: Array,
+    shape_models: Array,
+    exclusions: Array | None,
+    scratch: Array | None,
+    pairs: Array,
 ) -> int:
     """Pairs (shape_a < shape_b) that may touch in this step, sorted; returns how many there are.
 
     `geometry`, `shape_models` (shape,), `exclusions` sorted codes of encode_exclusion or None,
-    `scratch` of broadphase_scratch, `pairs` of PAIR_DTYPE.  If the result exceeds len(pairs), only
-    the first ones were written: make room for that many and ask again.
+    `scratch` of broadphase_scratch or None, `pairs` of PAIR_DTYPE.  If the result exceeds
+    len(pairs), only the first ones were written: make room for that many and ask again.
 
     At least one of the two is awake, at least one is dynamic, and they are on different bodies.
     """
-    if len(geometry) <= BRUTE_FORCE_COUNT:
-        return compare_all(geometry, shape_models, exclusions, pairs)
+    if scratch is not None:
+        return find_pairs_by_tree(geometry, shape_models, exclusions, scratch, pairs)
+    count = 0
+    for a in range(len(geometry)):
+        if geometry[a].active == 0:
+            continue
+        for b in range(a + 1, len(geometry)):
+            if is_pair(geometry, shape_models, exclusions, a, b):
+                if count < len(pairs):
+                    pairs[count].shape_a = a
+                    pairs[count].shape_b = b
+                count += 1
+    return count
+
+
+@njit
+def find_pairs_by_tree(
+    geometry: Array, shape_models: Array, exclusions: Array | None, scratch: Array, pairs: Array
+) -> int:
+    """The same for many shapes."""
     shape_count, loose_count = list_shapes(geometry, scratch)
     sort_along_curve(geometry, scratch, shape_count)
     leaves = build_tree(geometry, scratch, shape_count)
@@ -140,23 +155,6 @@ def find_pairs(
                 pairs[count].shape_a = a
                 pairs[count].shape_b = scratch[i].partner
             count += 1
-    return count
-
-
-@njit
-def compare_all(
-    geometry: Array, shape_models: Array, exclusions: Array | None, pairs: Array
-) -> int:
-    count = 0
-    for a in range(len(geometry)):
-        if geometry[a].active == 0:
-            continue
-        for b in range(a + 1, len(geometry)):
-            if geometry[b].active != 0 and is_pair(geometry, shape_models, exclusions, a, b):
-                if count < len(pairs):
-                    pairs[count].shape_a = a
-                    pairs[count].shape_b = b
-                count += 1
     return count
 
 
@@ -296,40 +294,34 @@ def ask_tree(
     found = 0
     asking = geometry[a]
     for i in range(loose_count):
-        found = add_partner(geometry, shape_models, exclusions, scratch, a, scratch[i].loose, found)
+        b = np.int64(scratch[i].loose)
+        if b > a and is_pair(geometry, shape_models, exclusions, a, b):
+            scratch[found].partner = b
+            found += 1
     node = 1
     while True:
         # a sleeping shape looks for awake ones alone
         entry = scratch[node - 1]
-        if (asking.awake | entry.awake) != 0 and boxes_meet(asking, entry):
+        meets = (asking.awake | entry.awake) != 0
+        for axis in range(len(entry.lower)):
+            meets = meets and (
+                asking.lower[axis] <= entry.upper[axis] and entry.lower[axis] <= asking.upper[axis]
+            )
+        if meets:
             if node < leaves:
                 node *= 2
                 continue
             first = (node - leaves) * LEAF_SHAPES
             for i in range(first, min(first + LEAF_SHAPES, count)):
-                b = scratch[i].order
-                found = add_partner(geometry, shape_models, exclusions, scratch, a, b, found)
+                b = np.int64(scratch[i].order)
+                if b > a and is_pair(geometry, shape_models, exclusions, a, b):
+                    scratch[found].partner = b
+                    found += 1
         while node & 1:  # up from right children
             node >>= 1
         if node == 0:
             return found
         node += 1
-
-
-@njit
-def add_partner(
-    geometry: Array,
-    shape_models: Array,
-    exclusions: Array | None,
-    scratch: Array,
-    a: int,
-    b: int,
-    found: int,
-) -> int:
-    if b > a and is_pair(geometry, shape_models, exclusions, a, b):
-        scratch[found].partner = b
-        return found + 1
-    return found
 
 
 @njit

@@ -87,8 +87,9 @@ class CsrMatrix:
         length = np.diff(other.indptr)[self.indices]
         ends = np.cumsum(length)
         # k walks the row of `other` that each entry of this matrix meets
-        k = np.arange(int(length.sum())) + np.repeat(other.indptr[self.indices] - ends + length,
-                                                     length)
+        k = np.arange(int(length.sum())) + np.repeat(
+            other.indptr[self.indices] - ends + length, length
+        )
         return CsrMatrix.from_entries(
             np.repeat(self.entry_rows, length),
             other.indices[k],

@@ -389,9 +389,7 @@ def _bounds(
     return array
 
 
-def _contacts(
-    contacts: Contacts | None, count: int, prefix: str
-) -> tuple[Index, Index, Vector]:
+def _contacts(contacts: Contacts | None, count: int, prefix: str) -> tuple[Index, Index, Vector]:
     """First row, dim and friction of each contact, validated."""
     if contacts is None:
         return np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0)

@@ -349,9 +349,7 @@ def iterate(
     rows = len(impulse)
     error = np.empty(rows)
     project(lower, upper, blocks, impulse)
-    e_square, size = natural_map(
-        indptr, indices, data, rhs, lower, upper, blocks, impulse, error
-    )
+    e_square, size = natural_map(indptr, indices, data, rhs, lower, upper, blocks, impulse, error)
     nm = measure(e_square, size, data_square, growth)
     if nm <= tolerance:
         return 0, nm
@@ -368,9 +366,7 @@ def iterate(
     for i in range(len(blocks)):
         has_friction = has_friction or (blocks[i].dim > 1 and blocks[i].friction > 0.0)
     for count in range(1, max_sweeps + 1):
-        change, size = sweep(
-            indptr, indices, data, rhs, lower, upper, blocks, share, impulse
-        )
+        change, size = sweep(indptr, indices, data, rhs, lower, upper, blocks, share, impulse)
         near = change <= 100.0 * tolerance * tolerance * max(data_square, size)
         if near or count % CHECK_EVERY == 0 or count == max_sweeps:
             e_square, size = natural_map(
@@ -422,10 +418,10 @@ def iterate(
 
 
 def make_blocks(
-    block_row: NDArray[np.int64],
-    block_dim: NDArray[np.int64],
-    friction: NDArray[np.float64],
-    own: NDArray[np.float64],
+    block_row: Indices,
+    block_dim: Indices,
+    friction: Floats,
+    own: Floats,
 ) -> np.recarray[Any, Any]:
     """The BLOCK records; `own` (block, 3, 3) is each block's diagonal part of W, zero-padded."""
     blocks = np.zeros(len(block_row), BLOCK).view(np.recarray)  # fields by name without jit too
@@ -444,13 +440,13 @@ def make_blocks(
     radius = np.hypot(half_difference, schur[:, 0, 1])
     angle = 0.5 * np.arctan2(schur[:, 0, 1], half_difference)
     # in 2D the second tangent does not exist and stays the second axis
-    cos, sin = np.where(block_dim == 3, [np.cos(angle), np.sin(angle)], [[1.0], [0.0]])
+    spatial = block_dim == 3
+    cos, sin = np.where(spatial, [np.cos(angle), np.sin(angle)], [[1.0], [0.0]])
     middle = 0.5 * (schur[:, 0, 0] + schur[:, 1, 1])
-    flat = block_dim == 3
     floor = 1e-12 * np.where(trace > 0.0, trace, 1.0)
     blocks["w_nn"], blocks["cos"], blocks["sin"] = w_nn, cos, sin
-    blocks["stiffness_1"] = np.maximum(np.where(flat, middle + radius, schur[:, 0, 0]), floor)
-    blocks["stiffness_2"] = np.maximum(np.where(flat, middle - radius, 0.0), floor)
+    blocks["stiffness_1"] = np.maximum(np.where(spatial, middle + radius, schur[:, 0, 0]), floor)
+    blocks["stiffness_2"] = np.maximum(np.where(spatial, middle - radius, 0.0), floor)
     blocks["k_1"] = cos * coupling[:, 0] + sin * coupling[:, 1]
     blocks["k_2"] = cos * coupling[:, 1] - sin * coupling[:, 0]
     return blocks

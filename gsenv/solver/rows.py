@@ -31,6 +31,7 @@ def row_dtype(dim: int) -> np.dtype[Any]:
             ("body_b", "i4"),
             ("kind", "i4"),
             ("source", "i4"),  # contact or joint the row comes from
+            ("flying", "i4"),  # 1: the impact phase left this contact in flight
             ("jacobian_a", "f8", (ndof,)),
             ("jacobian_b", "f8", (ndof,)),
             ("response_a", "f8", (ndof,)),  # M^-1 J^T: velocity change per unit impulse
@@ -47,7 +48,7 @@ def row_dtype(dim: int) -> np.dtype[Any]:
             ("direction", "f8"),  # conjugate direction
             ("error", "f8"),  # m, violation in position: what the position pass corrects
             ("position_impulse", "f8"),
-            ("flight", "f8"),  # m/s^2, free acceleration of a contact left flying by an impact
+            ("flight", "f8"),  # m/s^2, its free acceleration then
         ],
         align=True,
     )

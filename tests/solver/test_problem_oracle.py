@@ -157,9 +157,7 @@ def test_sliding_follows_the_push_in_every_direction(dim: int) -> None:
     # a unit mass pressed down at 1 m/s and pushed at 2 m/s: friction is exactly opposite
     for angle in np.linspace(0.0, 2.0 * np.pi, 25):
         push = 2.0 * np.array([np.cos(angle), np.sin(angle)])[: dim - 1]
-        problem = Problem.from_delassus(
-            np.eye(dim), [-1.0, *push], friction=0.25, contact_dim=dim
-        )
+        problem = Problem.from_delassus(np.eye(dim), [-1.0, *push], friction=0.25, contact_dim=dim)
         solution = solve(problem, tolerance=1e-13)
         speed = float(np.linalg.norm(push))
         reach = min(0.25, speed) if speed else 0.0

@@ -63,7 +63,7 @@ def add_contact_rows(rows, row, contacts, indices, bodies, body_parameters, warm
             rows[row + r].source = indices[k]
             rows[row + r].bias = 0.0
             rows[row + r].softness = 0.0
-            rows[row + r].flight = 0.0
+            rows[row + r].flying = 0
             rows[row + r].impulse = contact.impulse[r] if warm_start else 0.0
             set_effective_mass(rows[row + r])
         contact.total_impulse[0] = 0.0
@@ -95,8 +95,9 @@ def refresh_contact_rows(rows, first, end, contacts, motions, h):  # type: ignor
         row = rows[r]
         error = contacts[row.source].separation + moved(row, motions)
         row.error = error
-        if row.flight != 0.0:
+        if row.flying:
             row.bias = max(error - 0.5 * h * h * row.flight, 0.0) / h
+            row.error = max(error, 0.0)  # a bounce inside the substep starts from below
         else:
             row.bias = error / h if error > 0.0 else 0.0
 

@@ -9,12 +9,13 @@ from numpy.typing import NDArray
 
 from gsenv.solver.jit import njit
 from gsenv.solver.model import BodyKind
-from gsenv.solver.planar.math import Pose, rotate, to_world
+from gsenv.solver.planar.math import Pose, to_world
 from gsenv.solver.planar.shapes import HALF_PLANE, POLYGON, TERRAIN
 
 Array = NDArray[Any]
 
 DYNAMIC = int(BodyKind.DYNAMIC)
+KINEMATIC = int(BodyKind.KINEMATIC)
 STATIC = int(BodyKind.STATIC)
 BASE_MARGIN = 0.02  # of a body's extent: contacts this near are kept even at rest
 
@@ -25,14 +26,14 @@ def shape_pose(body: Any, body_parameter: Any, shape_parameter: Any) -> Pose:
     cos = body.rotation[0]
     sin = body.rotation[1]
     local = shape_parameter.local_rotation
-    x, y = rotate(
-        cos,
-        sin,
-        shape_parameter.local_position[0] - body_parameter.center[0],
-        shape_parameter.local_position[1] - body_parameter.center[1],
+    x = shape_parameter.local_position[0] - body_parameter.center[0]
+    y = shape_parameter.local_position[1] - body_parameter.center[1]
+    return Pose(
+        body.position[0] + cos * x - sin * y,
+        body.position[1] + sin * x + cos * y,
+        cos * local[0] - sin * local[1],
+        sin * local[0] + cos * local[1],
     )
-    c, s = rotate(cos, sin, local[0], local[1])
-    return Pose(body.position[0] + x, body.position[1] + y, c, s)
 
 
 @njit
@@ -42,37 +43,25 @@ def bounding_box(
     """(lower x, lower y, upper x, upper y) of a shape at `pose`, in m."""
     if shape_model.kind == HALF_PLANE:
         return -np.inf, -np.inf, np.inf, np.inf
+    x = pose.x
+    y = pose.y
+    half_x = shape_parameter.size[0]
+    half_y = shape_parameter.size[1]
     if vertices is not None:
         if shape_model.kind == POLYGON:
-            return _polygon_box(shape_model, vertices, pose)
+            return polygon_box(shape_model, vertices, pose)
         if shape_model.kind == TERRAIN:
             root = vertices[shape_model.vertex_first]
             half_x = 0.5 * (root.node_upper[0] - root.node_lower[0])
             half_y = 0.5 * (root.node_upper[1] - root.node_lower[1])
             x, y = to_world(pose, root.node_lower[0] + half_x, root.node_lower[1] + half_y)
-            return _turned_box(x, y, pose.cos, pose.sin, half_x, half_y, 0.0)
-    return _turned_box(
-        pose.x,
-        pose.y,
-        pose.cos,
-        pose.sin,
-        shape_parameter.size[0],
-        shape_parameter.size[1],
-        shape_parameter.radius,
-    )
-
-
-@njit
-def _turned_box(
-    x: float, y: float, cos: float, sin: float, half_x: float, half_y: float, radius: float
-) -> tuple[float, float, float, float]:
-    wide = abs(cos) * half_x + abs(sin) * half_y + radius
-    high = abs(sin) * half_x + abs(cos) * half_y + radius
+    wide = abs(pose.cos) * half_x + abs(pose.sin) * half_y + shape_parameter.radius
+    high = abs(pose.sin) * half_x + abs(pose.cos) * half_y + shape_parameter.radius
     return x - wide, y - high, x + wide, y + high
 
 
 @njit
-def _polygon_box(shape_model: Any, vertices: Any, pose: Pose) -> tuple[float, float, float, float]:
+def polygon_box(shape_model: Any, vertices: Any, pose: Pose) -> tuple[float, float, float, float]:
     lower_x = np.inf
     lower_y = np.inf
     upper_x = -np.inf
@@ -107,17 +96,6 @@ def reach_of(body: Any, kind: int, parameter: Any, gravity: Array, timestep: flo
 
 
 @njit
-def is_awake(body: Any, kind: int) -> bool:
-    """An awake dynamic or a moving kinematic body."""
-    if kind == DYNAMIC:
-        return body.asleep == 0  # type: ignore[no-any-return]
-    if kind == STATIC:
-        return False
-    moving = body.velocity[0] != 0.0 or body.velocity[1] != 0.0 or body.velocity[2] != 0.0
-    return moving  # type: ignore[no-any-return]
-
-
-@njit
 def update_geometry(
     bodies: Array,
     body_models: Array,
@@ -144,7 +122,10 @@ def update_geometry(
         active = parameter.enabled != 0 and body_parameter.enabled != 0
         entry.active = 1 if active else 0
         entry.dynamic = 1 if active and kind == DYNAMIC else 0
-        entry.awake = 1 if active and is_awake(body, kind) else 0
+        awake = kind == DYNAMIC and body.asleep == 0
+        if kind == KINEMATIC:  # moving, at all
+            awake = body.velocity[0] != 0.0 or body.velocity[1] != 0.0 or body.velocity[2] != 0.0
+        entry.awake = 1 if active and awake else 0
         if not active:
             continue
         pose = shape_pose(body, body_parameter, parameter)

@@ -84,9 +84,10 @@ def _impact_time(rows, r, contacts, bodies, motions, pull, h):  # type: ignore[n
     gap = row.error + _shifted(row, motions)
     time = meeting_time(gap, u, a, start)
     if time > h:
+        row.flying = 1
         row.flight = a
         return _NEVER
-    row.flight = 0.0
+    row.flying = 0
     speed = -(u + a * time)
     if speed <= 1e-12 * (abs(u) + abs(a) * h):
         return _NEVER

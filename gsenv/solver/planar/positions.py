@@ -68,12 +68,11 @@ def smooth_fraction(rows, contact_first, count, bodies, motions, contacts, h):  
         extent = contacts[row.source].extent
         a = motions[row.body_a]
         b = motions[row.body_b]
-        after = row.error
+        after = row.error  # impacts' shift is in it
         for i in range(len(row.jacobian_a)):
             va = 0.5 * (bodies[row.body_a].velocity[i] + a.start_velocity[i])
             vb = 0.5 * (bodies[row.body_b].velocity[i] + b.start_velocity[i])
-            after += row.jacobian_a[i] * (h * va + a.shift[i])
-            after += row.jacobian_b[i] * (h * vb + b.shift[i])
+            after += h * (row.jacobian_a[i] * va + row.jacobian_b[i] * vb)
         if after < min(row.error, 0.0) - 1e-5 * extent:
             return 0.0
     return 1.0

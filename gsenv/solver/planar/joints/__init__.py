@@ -43,7 +43,7 @@ def add_joint_rows(
             rows[row + r].body_a = model.body_a
             rows[row + r].body_b = model.body_b
             rows[row + r].source = j
-            rows[row + r].flight = 0.0
+            rows[row + r].flying = 0
         if model.kind == _ROWS:
             set_user_rows(rows, row, model, constraint_rows, bodies, body_parameters, h)
         elif model.kind == _WELD:

@@ -1,31 +1,12 @@
-"""Circles against circles and boxes."""
+"""Circles against circles, boxes and capsules: all of them boxes grown by a radius."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from gsenv.solver.jit import njit
-from gsenv.solver.planar.math import Pose, rotate, to_local, to_world
+from gsenv.solver.planar.math import Pose
 from gsenv.solver.planar.narrowphase.manifold import Manifold, no_manifold, point_manifold
-
-
-@njit
-def circle_circle(
-    pose_a: Pose, radius_a: float, pose_b: Pose, radius_b: float, margin: float
-) -> Manifold:
-    dx = pose_b.x - pose_a.x
-    dy = pose_b.y - pose_a.y
-    distance = np.sqrt(dx * dx + dy * dy)
-    separation = distance - radius_a - radius_b
-    if not separation <= margin:
-        return no_manifold()
-    nx = 0.0
-    ny = 1.0  # same centre: any direction, up is the kindest
-    if distance > 0.0:
-        nx = dx / distance
-        ny = dy / distance
-    reach = radius_a + 0.5 * separation
-    return point_manifold(nx, ny, pose_a.x + nx * reach, pose_a.y + ny * reach, separation, 0)
 
 
 @njit
@@ -33,31 +14,45 @@ def box_circle(
     pose_a: Pose,
     half_x: float,
     half_y: float,
+    radius_a: float,
     pose_b: Pose,
-    radius: float,
+    radius_b: float,
     margin: float,
 ) -> Manifold:
-    """Box a, circle b: nearest point of the box, or the nearest face if the centre is inside."""
-    x, y = to_local(pose_a, pose_b.x, pose_b.y)
+    """Grown box a, circle b: nearest point of the core, or its nearest face from inside."""
+    dx = pose_b.x - pose_a.x
+    dy = pose_b.y - pose_a.y
+    x = pose_a.cos * dx + pose_a.sin * dy
+    y = pose_a.cos * dy - pose_a.sin * dx
     near_x = min(max(x, -half_x), half_x)
     near_y = min(max(y, -half_y), half_y)
-    dx = x - near_x
-    dy = y - near_y
-    distance = np.sqrt(dx * dx + dy * dy)
-    if not distance - radius <= margin:
+    nx = x - near_x
+    ny = y - near_y
+    distance = np.sqrt(nx * nx + ny * ny)
+    if not distance - radius_a - radius_b <= margin:
         return no_manifold()
     if distance > 0.0:
-        dx /= distance
-        dy /= distance
+        nx /= distance
+        ny /= distance
     elif half_x - abs(x) < half_y - abs(y):
-        dx = 1.0 if x > 0.0 else -1.0
-        near_x = dx * half_x
+        nx = 1.0 if x > 0.0 else -1.0
+        near_x = nx * half_x
         distance = abs(x) - half_x
     else:
-        dy = 1.0 if y >= 0.0 else -1.0
-        near_y = dy * half_y
+        ny = 1.0 if y >= 0.0 else -1.0
+        near_y = ny * half_y
         distance = abs(y) - half_y
-    separation = distance - radius
-    nx, ny = rotate(pose_a.cos, pose_a.sin, dx, dy)
-    px, py = to_world(pose_a, near_x + 0.5 * separation * dx, near_y + 0.5 * separation * dy)
-    return point_manifold(nx, ny, px, py, separation, 0)
+    separation = distance - radius_a - radius_b
+    reach = radius_a + 0.5 * separation
+    x = near_x + nx * reach
+    y = near_y + ny * reach
+    cos = pose_a.cos
+    sin = pose_a.sin
+    return point_manifold(
+        cos * nx - sin * ny,
+        sin * nx + cos * ny,
+        pose_a.x + cos * x - sin * y,
+        pose_a.y + sin * x + cos * y,
+        separation,
+        0,
+    )

@@ -165,20 +165,36 @@ def face_contact(
 ) -> Manifold:
     """Contact with an edge of a as the reference; features count in base 64."""
     frame, half_width = edge_frame(a, vertices, edge, pose_a)
+    return face_manifold(
+        frame, half_width, a.radius, b, pose_b, vertices, GRAZE * extent, margin,
+        (side * 64 + edge) * 64,
+    )  # fmt: skip
+
+
+@njit
+def face_manifold(
+    frame: Pose,
+    half_width: float,
+    radius: float,
+    b: Outline,
+    pose_b: Pose,
+    vertices: Any,
+    graze: float,
+    margin: float,
+    feature: int,
+) -> Manifold:
+    """A face as in clip_faces, grown by a radius, with an outline."""
     b_in_frame = relative(frame, pose_b)
     corner0, corner1 = looking_edge(b, vertices, b_in_frame)
     x0, y0 = corner_of(b, vertices, corner0)
-    x1, y1 = corner_of(b, vertices, corner1)
     normal0, side0 = to_world(b_in_frame, x0, y0)
-    normal1, side1 = to_world(b_in_frame, x1, y1)
-    feature = (side * 64 + edge) * 64
     if b.count == 1:
-        return corner_contact(
-            frame, half_width, normal0, side0, a.radius, b.radius, margin
-        )
+        return corner_contact(frame, half_width, normal0, side0, radius, b.radius, margin)
+    x1, y1 = corner_of(b, vertices, corner1)
+    normal1, side1 = to_world(b_in_frame, x1, y1)
     return clip_faces(
-        frame, half_width, normal0, side0, normal1, side1, a.radius, b.radius,
-        GRAZE * extent, margin, feature + corner0, feature + corner1,
+        frame, half_width, normal0, side0, normal1, side1, radius, b.radius,
+        graze, margin, feature + corner0, feature + corner1,
     )  # fmt: skip
 
 

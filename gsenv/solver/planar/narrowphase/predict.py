@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from gsenv.solver.jit import njit
 from gsenv.solver.planar.math import Pose
 from gsenv.solver.planar.narrowphase.manifold import Manifold, no_manifold
-from gsenv.solver.planar.narrowphase.motion import Motion, advanced
+from gsenv.solver.planar.narrowphase.motion import Motion, advanced, motion_of, velocity_of
 from gsenv.solver.planar.narrowphase.table import collide
 
 Array = NDArray[Any]
@@ -25,16 +25,10 @@ MAX_ADVANCES = 12
 
 
 @njit
-def approach_speed(m: Manifold, one: Motion, other: Motion) -> float:
-    """Upper bound in m/s of how fast the gap along the normal can close."""
-    linear = m.normal_x * (one.velocity_x - other.velocity_x) + m.normal_y * (
-        one.velocity_y - other.velocity_y
-    )
-    return linear + abs(one.spin) * one.swing + abs(other.spin) * other.swing
-
-
-@njit
 def predict(
+    bodies: Array,
+    body_models: Array,
+    body_parameters: Array,
     shape_models: Array,
     shape_parameters: Array,
     vertices: Array | None,
@@ -42,25 +36,35 @@ def predict(
     b: int,
     pose_a: Pose,
     pose_b: Pose,
-    motion_a: Motion,
-    motion_b: Motion,
     now: Manifold,
+    gravity: Array,
+    timestep: float,
     margin: float,
     touching: float,
-    timestep: float,
-) -> tuple[Manifold, float]:
-    """(manifold at the time of contact, that time in s); no points if there is none in the step.
+) -> Manifold:
+    """Manifold at the time of contact, told for the present; without points if there is none.
 
     `now` is the manifold at the present poses; a gap of `touching` m counts as contact.
     """
+    body_a = shape_models[a].body
+    body_b = shape_models[b].body
+    parameter_a = body_parameters[body_a]
+    parameter_b = body_parameters[body_b]
+    motion_a = motion_of(bodies[body_a], parameter_a, body_models[body_a].kind, gravity, timestep)
+    motion_b = motion_of(bodies[body_b], parameter_b, body_models[body_b].kind, gravity, timestep)
+    swing = abs(motion_a.spin) * motion_a.swing + abs(motion_b.spin) * motion_b.swing
     m = now
     time = 0.0
     for _ in range(MAX_ADVANCES):
         if not m.separation < np.inf:
-            return no_manifold(), time
-        speed = approach_speed(m, motion_a, motion_b)
+            return no_manifold()
+        speed = (
+            swing
+            + m.normal_x * (motion_a.velocity_x - motion_b.velocity_x)
+            + m.normal_y * (motion_a.velocity_y - motion_b.velocity_y)
+        )  # the gap closes no faster
         if not speed * (timestep - time) > m.separation:
-            return no_manifold(), time
+            return no_manifold()
         time += m.separation / speed
         m = collide(
             shape_models, shape_parameters, vertices, a, b,
@@ -68,4 +72,34 @@ def predict(
         )  # fmt: skip
         if m.separation <= touching:
             break
-    return m, time
+    return brought_back(m, motion_a, motion_b, parameter_a.inv_mass, parameter_b.inv_mass, time)
+
+
+@njit
+def brought_back(
+    m: Manifold, a: Motion, b: Motion, inv_mass_a: float, inv_mass_b: float, time: float
+) -> Manifold:
+    """A manifold of `time` s ahead, told for the present.
+
+    Each separation grows by what is covered until then, so that the bound "normal velocity >=
+    -separation / timestep" stops the bodies just where they meet.  The points move back with the
+    lighter body, whose lever arm they must have.
+    """
+    weight = inv_mass_a / (inv_mass_a + inv_mass_b) if inv_mass_a + inv_mass_b > 0.0 else 0.5
+    back_x = time * (weight * a.velocity_x + (1.0 - weight) * b.velocity_x)
+    back_y = time * (weight * a.velocity_y + (1.0 - weight) * b.velocity_y)
+    gap0 = time * closing_speed(m, a, b, m.x0, m.y0, time)
+    gap1 = time * closing_speed(m, a, b, m.x1, m.y1, time)
+    return Manifold(
+        m.count, m.normal_x, m.normal_y, m.separation + gap0,
+        m.x0 - back_x, m.y0 - back_y, m.separation0 + gap0, m.feature0,
+        m.x1 - back_x, m.y1 - back_y, m.separation1 + gap1, m.feature1,
+    )  # fmt: skip
+
+
+@njit
+def closing_speed(m: Manifold, a: Motion, b: Motion, x: float, y: float, time: float) -> float:
+    """How fast the material points at (x, y) come together along the normal after `time` s."""
+    ax, ay = velocity_of(a, x, y, time)
+    bx, by = velocity_of(b, x, y, time)
+    return m.normal_x * (ax - bx) + m.normal_y * (ay - by)
