@@ -61,7 +61,9 @@ class ListWriter:
     def __init__(self, path: Path, fps: float) -> None:
         if Path(path).suffix not in {".mp4", ".gif"}:
             raise ValueError(f"{path} must end in .mp4 or .gif")
-        self.path, self.fps, self.frames, self.closed = path, fps, [], False
+        self.fps = fps
+        self.frames: list[Any] = []
+        self.closed = False
         self.made.append(self)
 
     def __enter__(self) -> "ListWriter":

@@ -104,7 +104,7 @@ def project_capsule(item: Any, x: float, y: float, scale: float, out: Any) -> An
 
 @njit
 def find_corner(
-    item: Any, vertices: NDArray[np.float64], k: int, x: float, y: float, scale: float
+    item: Any, vertices: NDArray[np.float64], k: Any, x: float, y: float, scale: float
 ) -> tuple[Any, Any]:
     """Corner k of a box or polygon in px."""
     if item.kind == BOX:
@@ -156,7 +156,7 @@ def project_polygon(
 
 @njit
 def store_edge(
-    edges: FloatArray, row: int, ax: Any, ay: Any, bx: Any, by: Any, inner_x: Any, inner_y: Any
+    edges: FloatArray, row: Any, ax: Any, ay: Any, bx: Any, by: Any, inner_x: Any, inner_y: Any
 ) -> Any:
     """Line (nx, ny, offset) through a and b with the inner point on its negative side.
 
@@ -198,7 +198,7 @@ def project_half_plane(
 
 
 @njit
-def start_item(item: Any, out: Any, row: int) -> None:
+def start_item(item: Any, out: Any, row: Any) -> None:
     """Everything that needs no geometry."""
     out.kind = item.kind
     out.casts_shadow = item.flags & SHADOW

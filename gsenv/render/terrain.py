@@ -52,7 +52,9 @@ def project_terrains(
         closed = bool(item["flags"] & DrawFlag.CLOSED)
         outline = chain if closed else close_chain(chain, height)
         if not closed and (np.diff(chain[:, 0]) >= 0.0).all():
-            surface = np.interp(np.arange(width) + 0.5, *chain.T, left=FAR, right=FAR)[None, :]
+            columns = np.arange(width) + 0.5
+            x, y = chain.T
+            surface = np.interp(columns, x, y, left=FAR, right=FAR)[None, :]
             tops.append(chain[:, 1].min())
         else:
             surface = fold_surface(outline, width, height, reach)
@@ -107,7 +109,7 @@ def fold_surface(
     area = 0.5 * np.sum(outline[:, 0] * after[:, 1] - after[:, 0] * outline[:, 1])
     # Pixel y points down: with the ground on the right hand, a positive area encloses ground.
     ground = winding != 0.0 if area > 0.0 else winding == 0.0
-    return rows[:, None] + np.where(ground, -reach, FAR)
+    return np.asarray(rows[:, None] + np.where(ground, -reach, FAR), np.float64)
 
 
 def select_segments(

@@ -157,7 +157,7 @@ class _LosslessSink:
 
     def append_data(self, frame: NDArray[np.uint8]) -> None:
         assert self._process.stdin is not None
-        self._process.stdin.write(frame)
+        self._process.stdin.write(frame.data)
 
     def close(self) -> None:
         _, message = self._process.communicate()

@@ -44,10 +44,11 @@ class Frames(NamedTuple):
 
 
 def rotate(rotation: FloatArray, vectors: FloatArray) -> FloatArray:
-    """(..., 2) vectors turned by (..., 2) (cos, sin)."""
-    cos, sin = rotation[..., 0], rotation[..., 1]
-    x, y = vectors[..., 0], vectors[..., 1]
-    return np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1)
+    """(..., 2) vectors turned by (..., 2) (cos, sin): a complex product is the fastest way."""
+    a = np.ascontiguousarray(rotation, np.float64).view(np.complex128)
+    b = np.ascontiguousarray(vectors, np.float64).view(np.complex128)
+    turned: FloatArray = (a * b).view(np.float64)
+    return turned
 
 
 def read_table(world: World) -> ShapeTable:

@@ -14,6 +14,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numba import int64
 from numpy.typing import NDArray
 
 from gsenv.solver.jit import njit
@@ -203,7 +204,7 @@ def sort_along_curve(geometry: Array, scratch: Array, count: int) -> None:
 
 @njit
 def center(entry: Any, axis: int) -> float:
-    return 0.5 * (entry.lower[axis] + entry.upper[axis])  # type: ignore[no-any-return]
+    return 0.5 * (entry.lower[axis] + entry.upper[axis])
 
 
 @njit
@@ -294,7 +295,7 @@ def ask_tree(
     found = 0
     asking = geometry[a]
     for i in range(loose_count):
-        b = np.int64(scratch[i].loose)
+        b = int64(scratch[i].loose)
         if b > a and is_pair(geometry, shape_models, exclusions, a, b):
             scratch[found].partner = b
             found += 1
@@ -313,7 +314,7 @@ def ask_tree(
                 continue
             first = (node - leaves) * LEAF_SHAPES
             for i in range(first, min(first + LEAF_SHAPES, count)):
-                b = np.int64(scratch[i].order)
+                b = int64(scratch[i].order)
                 if b > a and is_pair(geometry, shape_models, exclusions, a, b):
                     scratch[found].partner = b
                     found += 1

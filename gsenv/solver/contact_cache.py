@@ -18,8 +18,8 @@ Array = NDArray[Any]
 def pair_order(a: Any, b: Any) -> int:
     """Negative, zero or positive as contact a's pair comes before, with or after b's."""
     if a.shape_a != b.shape_a:
-        return a.shape_a - b.shape_a  # type: ignore[no-any-return]
-    return a.shape_b - b.shape_b  # type: ignore[no-any-return]
+        return a.shape_a - b.shape_a
+    return a.shape_b - b.shape_b
 
 
 @njit
@@ -47,7 +47,7 @@ def is_kept(contact: Any, geometry: Array) -> bool:
     """True if no search was made for the pair: both sides are there, neither is awake."""
     a = geometry[contact.shape_a]
     b = geometry[contact.shape_b]
-    return a.active != 0 and b.active != 0 and a.awake == 0 and b.awake == 0  # type: ignore[no-any-return]
+    return a.active != 0 and b.active != 0 and a.awake == 0 and b.awake == 0
 
 
 @njit

@@ -29,9 +29,10 @@ class BodyKind(IntEnum):
 class SolverKind(IntEnum):
     PGS = 0
     NNCG = 1
+    SUBSPACE = 2
 
 
-SOLVERS = {"pgs": SolverKind.PGS, "nncg": SolverKind.NNCG}
+SOLVERS = {"pgs": SolverKind.PGS, "nncg": SolverKind.NNCG, "subspace": SolverKind.SUBSPACE}
 
 
 def body_model_dtype() -> np.dtype[Any]:
@@ -273,6 +274,7 @@ def motion_dtype(dim: int) -> np.dtype[Any]:
             ("start_position", "f8", (dim,)),  # at the start of the step
             ("start_rotation", "f8", (ROTATION_SIZE[dim],)),
             ("start_angle", "f8"),
+            ("mass_matrix", "f8", (ndof, ndof)),  # kg and kg m^2, of dynamic bodies
             ("event_time", "f8"),  # s into the substep of the body's last impact
             ("parent", "i4"),  # union-find
             ("island", "i4"),
@@ -322,7 +324,8 @@ class Options:
         timestep: s, one ``World.step``.
         substeps: solves per step; contacts are found once per step.
         solver: ``"pgs"`` (plain projected Gauss-Seidel) or ``"nncg"`` (the same sweeps,
-            accelerated as a conjugate gradient method).
+            accelerated as a conjugate gradient method) or ``"subspace"`` (these with direct
+            steps on the active rows, where an island is a tower or chain).
         sweeps: most sweeps per island and substep.
         tolerance: natural-map residual at which an island's sweeps stop.
         position_sweeps: sweeps of the position pass.
@@ -337,15 +340,15 @@ class Options:
 
     timestep: float = 1.0 / 60.0
     substeps: int = 2
-    solver: str = "nncg"
+    solver: str = "subspace"
     sweeps: int = 30
-    tolerance: float = 1e-4
+    tolerance: float = 1e-5
     position_sweeps: int = 2
     warm_start: bool = True
     sleep: bool = True
     sleep_speed: float = 0.003
     sleep_time: float = 0.5
-    slop: float = 1e-3
+    slop: float = 1e-4
     push_speed: float = 3.0
     correction_rate: float = 0.2
 

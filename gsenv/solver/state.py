@@ -23,6 +23,7 @@ from .model import (
 from .parameters import Parameters
 from .planar.sweep_fast import sweep_start_dtype
 from .rows import row_dtype
+from .solvers.envelope import BLOCKS_PER_BODY, block_dtype, envelope_dtype
 
 STATE_ARRAYS = ("worlds", "bodies", "joints", "control")
 
@@ -78,6 +79,9 @@ class Workspace:
         self.broadphase = broadphase_scratch(len(model.shapes), model.dim)
         fast = model.bodies["fast"].any()
         self.fast_start = np.zeros(bodies, sweep_start_dtype()) if fast else None
+        self.envelope = np.zeros(bodies, envelope_dtype(model.dim))
+        self.envelope["place"] = -1
+        self.blocks = np.zeros(BLOCKS_PER_BODY * bodies, block_dtype(model.dim))
         self.pairs = np.zeros(16 + 4 * len(model.shapes), PAIR_DTYPE)
         self.grow_contacts(contact_capacity)
 
@@ -91,13 +95,14 @@ class Workspace:
         self.island_contacts = np.zeros(capacity, np.int32)
         joint_rows = NDOF[dim] * len(self._model.joints)
         self.rows = np.zeros(dim * capacity + joint_rows, row_dtype(dim))
+        self.edges = np.zeros(2 * len(self.rows), np.int32)
 
     def arrays(self) -> tuple[Array | None, ...]:
         """In the order of the step kernel's arguments."""
         return (
             self.geometry, self.pairs, self.found, self.merged, self.motions, self.islands,
             self.island_bodies, self.island_contacts, self.island_joints, self.rows,
-            self.broadphase, self.fast_start,
+            self.broadphase, self.fast_start, self.envelope, self.edges, self.blocks,
         )  # fmt: skip
 
 

@@ -38,7 +38,9 @@ def follow(times: np.ndarray, **options: float) -> np.ndarray:
     camera = FollowCamera([0], smooth_time=options.get("smooth_time", 0.4))
     corners = np.array([(0.0, 0.0), (4.0, 1.0), (3.0, 5.0), (9.0, 5.0), (9.0, 0.0)])
     path = np.stack([np.interp(times, np.arange(5), corners[:, k]) for k in (0, 1)], axis=1)
-    return np.array([camera.update(p[None], t, WIDTH, HEIGHT).center for p, t in zip(path, times, strict=True)])
+    return np.array(
+        [camera.update(p[None], t, WIDTH, HEIGHT).center for p, t in zip(path, times, strict=True)]
+    )
 
 
 def test_the_frame_rate_does_not_change_the_path() -> None:
@@ -53,7 +55,9 @@ def test_a_step_is_followed_without_overshoot() -> None:
     for t in np.linspace(1e-6, 5.0, 500):
         centers.append(camera.update(np.array([[2.0, 0.0]]), t, WIDTH, HEIGHT).center[0])
     path = np.array(centers)
-    assert (np.diff(path) > -1e-12).all() and path[0] < 0.01 and path.max() <= 2.0 + 1e-9
+    assert (np.diff(path) > -1e-12).all()
+    assert path[0] < 0.01
+    assert path.max() <= 2.0 + 1e-9
     assert path[-1] == pytest.approx(2.0, abs=1e-4)
 
 
@@ -86,5 +90,6 @@ def test_all_followed_bodies_stay_in_view() -> None:
     positions = np.array([(-10.0, 0.0), (99.0, 99.0), (10.0, 3.0)])
     view = camera.update(positions, 0.0, WIDTH, HEIGHT)
     pixels = view.to_pixel(positions[[0, 2]], WIDTH, HEIGHT)
-    assert (pixels > 0.0).all() and (pixels < (WIDTH, HEIGHT)).all()
+    assert (pixels > 0.0).all()
+    assert (pixels < (WIDTH, HEIGHT)).all()
     np.testing.assert_allclose(view.center, (0.0, 1.5))

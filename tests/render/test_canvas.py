@@ -38,7 +38,9 @@ def one(item: NDArray[np.void], vertices: NDArray[np.float64] = NO_VERTICES) -> 
 
 def terrain(points: Any, flags: DrawFlag = DrawFlag.NONE) -> DrawList:
     chain = np.array(points, np.float64)
-    item = draw_item(DrawKind.TERRAIN, fill=WHITE, flags=flags, layer=Layer.GROUND, vertices=(0, len(chain)))
+    item = draw_item(
+        DrawKind.TERRAIN, fill=WHITE, flags=flags, layer=Layer.GROUND, vertices=(0, len(chain))
+    )
     return DrawList(item, chain)
 
 
@@ -78,7 +80,9 @@ def test_area_is_the_closed_form(name: str, offset: tuple[float, float]) -> None
 
 def test_clockwise_polygons_are_the_same_polygons() -> None:
     item, _ = SHAPES["polygon"]
-    np.testing.assert_array_equal(coverage(one(item, PENTAGON)), coverage(one(item, PENTAGON[::-1])))
+    np.testing.assert_array_equal(
+        coverage(one(item, PENTAGON)), coverage(one(item, PENTAGON[::-1]))
+    )
 
 
 @pytest.mark.parametrize("name", ["circle", "capsule", "box", "polygon"])
@@ -100,15 +104,15 @@ def test_the_outline_is_inside_the_silhouette(name: str) -> None:
     outlined = plain.copy()
     outlined["flags"] = DrawFlag.OUTLINE
     outlined["line"] = (0.0, 255.0, 0.0)
-    theme = DARK._replace(outline=3.0 / SIZE)
-    images = [Canvas(SIZE, SIZE, theme).draw(one(i, PENTAGON), PIXEL_CAMERA) for i in (plain, outlined)]
-    np.testing.assert_array_equal(images[0][..., 1], images[1][..., 1])  # green: fill and line alike
-    red = images[1][..., 0] / 255.0
+    theme = DARK._replace(outline=2.0 / SIZE)
+    plain_image, image = (
+        Canvas(SIZE, SIZE, theme).draw(one(i, PENTAGON), PIXEL_CAMERA) for i in (plain, outlined)
+    )
+    np.testing.assert_array_equal(plain_image[..., 1], image[..., 1])  # green: fill and line alike
+    whole, red = plain_image[..., 0] / 255.0, image[..., 0] / 255.0
     assert red[SIZE // 2, SIZE // 2] == 1.0
-    whole = images[0][..., 0] / 255.0
-    rim = (whole - red).sum()
-    boundary = np.abs(np.diff(whole, axis=0)).sum()  # of the projection, so about 2/3 of the rim
-    assert 3.0 * boundary < rim < 6.0 * boundary
+    perimeter = np.hypot(*np.gradient(whole)).sum()
+    assert (whole - red).sum() == pytest.approx(2.0 * perimeter, rel=0.12)
 
 
 def test_grounds_cover_exactly_their_half_plane() -> None:
@@ -135,7 +139,14 @@ def test_terrain_fills_below_and_leaves_the_sky_above() -> None:
 
 
 def test_cliffs_overhangs_and_ends_have_the_right_area() -> None:
-    stairs = [(-40.3, -10.0), (-10.2, -10.0), (-10.2, 15.5), (20.7, 15.5), (20.7, -30.0), (45.4, -30.0)]
+    stairs = [
+        (-40.3, -10.0),
+        (-10.2, -10.0),
+        (-10.2, 15.5),
+        (20.7, 15.5),
+        (20.7, -30.0),
+        (45.4, -30.0),
+    ]
     steps = [(-40.3, -10.2, -10.0), (-10.2, 20.7, 15.5), (20.7, 45.4, -30.0)]
     area = sum((right - left) * (60.0 + top) for left, right, top in steps)
     assert coverage(terrain(stairs)).sum() == pytest.approx(area, rel=0.01)
@@ -146,7 +157,8 @@ def test_cliffs_overhangs_and_ends_have_the_right_area() -> None:
 
 def test_the_ground_is_on_the_right_hand() -> None:
     ceiling = coverage(terrain([(80.0, 10.0), (-80.0, 10.0)]))
-    assert ceiling[:49].min() == 1.0 and ceiling[51:].max() == 0.0
+    assert ceiling[:49].min() == 1.0
+    assert ceiling[51:].max() == 0.0
     island = np.array([(-30.0, -20.0), (-30.0, 20.0), (30.0, 20.0), (30.0, -20.0)])  # clockwise
     inside = coverage(terrain(island, DrawFlag.CLOSED)).sum()
     assert inside == pytest.approx(60.0 * 40.0, rel=0.01)
@@ -170,12 +182,16 @@ def test_shadows_fall_on_sky_and_ground_but_not_on_shapes() -> None:
 
 def test_touching_shapes_cast_one_shadow_without_a_seam() -> None:
     def shadow(*boxes: NDArray[np.void]) -> NDArray[np.int64]:
-        theme = Theme(sky_top=WHITE, sky_bottom=WHITE, shadow_softness=12.0 / SIZE, shadow_offset=(0.0, 0.4))
+        theme = Theme(
+            sky_top=WHITE, sky_bottom=WHITE, shadow_softness=12.0 / SIZE, shadow_offset=(0.0, 0.4)
+        )
         image = Canvas(SIZE, SIZE, theme).draw(one(np.concatenate(boxes)), PIXEL_CAMERA)
         return image[80:, :, 0].astype(int)
 
     def box(x: float, half: float) -> NDArray[np.void]:
-        return draw_item(DrawKind.BOX, (x, 10.0), size=(half, 20.0), fill=WHITE, flags=DrawFlag.SHADOW)
+        return draw_item(
+            DrawKind.BOX, (x, 10.0), size=(half, 20.0), fill=WHITE, flags=DrawFlag.SHADOW
+        )
 
     whole = shadow(box(0.0, 30.0))
     assert whole.min() < 200
@@ -189,7 +205,9 @@ def test_what_is_out_of_sight_is_never_painted(monkeypatch: pytest.MonkeyPatch) 
     here = draw_item(DrawKind.BOX, size=(10.0, 10.0), fill=WHITE, flags=DrawFlag.SHADOW)
     angles = rng.uniform(0.0, 2.0 * np.pi, 2000)
     away = np.repeat(draw_item(DrawKind.BOX, size=(9.0, 9.0), fill=WHITE), 2000)
-    away["position"] = rng.uniform(120.0, 1e6, (2000, 1)) * np.stack([np.cos(angles), np.sin(angles)], 1)
+    away["position"] = rng.uniform(120.0, 1e6, (2000, 1)) * np.stack(
+        [np.cos(angles), np.sin(angles)], 1
+    )
     painted = []
     original = canvas_module.paint
 
@@ -217,7 +235,9 @@ def test_broken_poses_disappear(bad: float) -> None:
 
 
 def test_shapes_across_the_border_are_cut() -> None:
-    item = draw_item(DrawKind.BOX, (60.0, 60.0), size=(20.0, 20.0), fill=WHITE, flags=DrawFlag.OUTLINE)
+    item = draw_item(
+        DrawKind.BOX, (60.0, 60.0), size=(20.0, 20.0), fill=WHITE, flags=DrawFlag.OUTLINE
+    )
     item["line"] = WHITE
     assert coverage(one(item)).sum() == pytest.approx(400.0, rel=0.01)
 
@@ -259,9 +279,9 @@ def test_joined_lists_keep_their_vertices() -> None:
 
 def test_slow_gradients_are_dithered_not_banded() -> None:
     image = Canvas(64, 512, DEFAULT_THEME).draw(one(draw_item(DrawKind.BOX)[:0]), Camera())
-    rows = image[:400, :, 0].astype(float).mean(axis=1)
-    line = np.polyval(np.polyfit(np.arange(400), rows, 1), np.arange(400))
-    assert np.abs(rows - line).max() < 0.2  # rounding alone would be 0.5 off
+    blocks = image[:400, :, 0].astype(float).reshape(50, 8, 64).mean(axis=(1, 2))
+    line = np.polyval(np.polyfit(np.arange(50), blocks, 1), np.arange(50))
+    assert np.abs(blocks - line).max() < 0.1  # rounding alone would be 0.4 off
 
 
 def test_a_moving_camera_moves_the_ground() -> None:

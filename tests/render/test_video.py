@@ -23,8 +23,7 @@ def frame(k: int, width: int = 84, height: int = 84) -> NDArray[np.uint8]:
 
 
 def read(path: Path) -> list[NDArray[np.uint8]]:
-    with imageio.get_reader(path) as reader:
-        return [np.asarray(image)[..., :3] for image in reader]
+    return [np.asarray(image)[..., :3] for image in imageio.mimread(path, memtest=False)]
 
 
 def entries(folder: Path) -> set[str]:
@@ -66,6 +65,12 @@ def test_the_old_file_stays_until_the_new_one_is_whole(tmp_path: Path) -> None:
     assert len(read(path)) == 1
 
 
+def write_then_fail(video: VideoWriter, error: type[BaseException]) -> None:
+    for k in range(7):
+        video.write(frame(k))
+    raise error
+
+
 @pytest.mark.parametrize("name", ["a.mp4", "a.gif"])
 @pytest.mark.parametrize("error", [KeyboardInterrupt, RuntimeError])
 def test_an_exception_keeps_the_frames_so_far(
@@ -73,9 +78,7 @@ def test_an_exception_keeps_the_frames_so_far(
 ) -> None:
     path = tmp_path / name
     with pytest.raises(error), VideoWriter(path, 25) as video:
-        for k in range(7):
-            video.write(frame(k))
-        raise error
+        write_then_fail(video, error)
     assert len(read(path)) == 7
     assert entries(tmp_path) == {name}
 
@@ -98,7 +101,9 @@ with VideoWriter(sys.argv[1], 25) as video:
 def test_ctrl_c_in_a_terminal_leaves_a_usable_file(tmp_path: Path, name: str) -> None:
     path = tmp_path / name
     command = [sys.executable, "-c", INTERRUPTED, str(path)]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True) as process:
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True
+    ) as process:
         assert process.stdout is not None
         assert process.stdout.readline() == b"ready\n"
         os.killpg(process.pid, signal.SIGINT)  # as a terminal does: to all children as well

@@ -148,11 +148,10 @@ def test_other_numba_falls_back_to_a_folder_for_each_digest(package: Path) -> No
     source.write_text(text.replace("from numba.core.caching import FunctionCache", without + "FunctionCache = Other"))
     assert source.read_text() != text
     cache = package / "cache"
-    environment = {"NUMBA_CACHE_DIR": str(cache)}
-    assert run(package, "1", **environment)[0] == "20"
-    assert run(package, "1", **environment)[:2] == ("20", "gsenv.solver.caller.caller")
+    assert run(package, "1", NUMBA_CACHE_DIR=str(cache))[0] == "20"
+    assert run(package, "1", NUMBA_CACHE_DIR=str(cache))[:2] == ("20", "gsenv.solver.caller.caller")
     (package / "gsenv/solver/callee.py").write_text(CALLEE.format(2))
-    assert run(package, "1", **environment)[0] == "30"
+    assert run(package, "1", NUMBA_CACHE_DIR=str(cache))[0] == "30"
     digests = [folder.name for folder in cache.iterdir() if re.fullmatch("[0-9a-f]{16}", folder.name)]
     assert len(digests) == 2
 

@@ -13,6 +13,10 @@ def start_motion(bodies, body_parameters, gravity, motions):  # type: ignore[no-
         body = bodies[i]
         parameters = body_parameters[i]
         motion = motions[i]
+        for d in range(3):
+            for e in range(3):
+                motion.mass_matrix[d, e] = 0.0
+            motion.mass_matrix[d, d] = parameters.mass if d < 2 else parameters.inertia
         motion.acceleration[0] = 0.0
         motion.acceleration[1] = 0.0
         motion.acceleration[2] = body.force[2] * parameters.inv_inertia

@@ -52,6 +52,9 @@ def step_island(
     body_list,
     contact_list,
     joint_list,
+    envelope,
+    edges,
+    blocks,
     pull,
 ):  # type: ignore[no-untyped-def]
     """Advance the bodies of one island by a whole timestep; returns (error, load, size) of nm."""
@@ -98,7 +101,18 @@ def step_island(
         if end > 0:
             floor = impulse_floor(rows, end, pull, h)
             sweeps, residual = solve_rows(
-                rows, end, bodies, options.solver, options.sweeps, options.tolerance, floor
+                rows,
+                end,
+                bodies,
+                options.solver,
+                options.sweeps,
+                options.tolerance,
+                floor,
+                body_list,
+                motions,
+                envelope,
+                edges,
+                blocks,
             )
             world_state.sweeps += sweeps
             world_state.residual = max(world_state.residual, residual)

@@ -54,6 +54,9 @@ def step_world(
     rows,
     broadphase,
     fast_start,
+    envelope,
+    edges,
+    blocks,
 ):  # type: ignore[no-untyped-def]
     """One step of world ``w``. The arrays are as in step_worlds."""
     dt = options.timestep
@@ -119,7 +122,7 @@ def step_world(
             at(joint_states, w), motions, rows, body_list,
             island_contacts[island.contact_first : island.contact_first + island.contact_count],
             island_joints[island.joint_first : island.joint_first + island.joint_count],
-            pull,
+            envelope, edges, blocks, pull,
         )
         error += e
         load += q
@@ -173,6 +176,9 @@ def step_worlds(
     rows,
     broadphase,
     fast_start,
+    envelope,
+    edges,
+    blocks,
 ):  # type: ignore[no-untyped-def]
     """Step worlds first..last-1 until each has taken ``until[w]`` steps.
 
@@ -189,6 +195,7 @@ def step_worlds(
                 constraint_rows, vertices, world_states, bodies, contacts, joint_states, control,
                 geometry, pairs, found, merged, motions, islands, island_bodies,
                 island_contacts, island_joints, rows, broadphase, fast_start,
+                envelope, edges, blocks,
             )
             if status != OK:
                 return status, needed

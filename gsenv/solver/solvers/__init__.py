@@ -6,16 +6,24 @@ from ..jit import njit
 from ..model import SolverKind
 from .nncg import solve_nncg
 from .pgs import solve_pgs
+from .subspace import solve_subspace
 
 _PGS = int(SolverKind.PGS)
+_NNCG = int(SolverKind.NNCG)
 
 
 @njit
-def solve_rows(rows, count, bodies, kind, max_sweeps, tolerance, floor):  # type: ignore[no-untyped-def]
+def solve_rows(
+    rows, count, bodies, kind, max_sweeps, tolerance, floor, bodies_of, motions, envelope, edges, blocks
+):  # type: ignore[no-untyped-def]
     """Solve ``rows[:count]``; updates their impulses and the bodies' velocities.
 
     Returns (sweeps, residual). ``floor``: impulse scale below which the residual is absolute.
     """
     if kind == _PGS:
         return solve_pgs(rows, count, bodies, max_sweeps, tolerance, floor)
-    return solve_nncg(rows, count, bodies, max_sweeps, tolerance, floor)
+    if kind == _NNCG:
+        return solve_nncg(rows, count, bodies, max_sweeps, tolerance, floor)
+    return solve_subspace(
+        rows, count, bodies, max_sweeps, tolerance, floor, bodies_of, motions, envelope, edges, blocks
+    )

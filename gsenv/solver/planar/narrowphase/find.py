@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numba import int64
 from numpy.typing import NDArray
 
 from gsenv.solver.jit import njit
@@ -46,8 +47,8 @@ def find_contacts(
     """
     count = 0
     for p in range(pair_count):
-        a = np.int64(pairs[p].shape_a)
-        b = np.int64(pairs[p].shape_b)
+        a = int64(pairs[p].shape_a)  # one integer type, or callees are compiled twice
+        b = int64(pairs[p].shape_b)
         routine = PAIR_TABLE[shape_models[a].kind, shape_models[b].kind]
         extent, margin = pair_scale(
             bodies, body_parameters, shape_models, shape_parameters, geometry, a, b, timestep
@@ -67,13 +68,13 @@ def find_contacts(
         m = collide(shape_models, shape_parameters, vertices, a, b, pose_a, pose_b, margin)
         if not m.separation <= margin:
             continue
-        to_come = m.separation > BASE_MARGIN * extent or (m.count == 0 and m.separation > 0.0)
+        to_come = m.separation > BASE_MARGIN * extent or (m.points == 0 and m.separation > 0.0)
         if to_come and routine != PLANES:
             m = predict(
                 bodies, body_models, body_parameters, shape_models, shape_parameters, vertices,
                 a, b, pose_a, pose_b, m, gravity, timestep, margin, TOUCHING * extent,
             )  # fmt: skip
-        for k in range(m.count):
+        for k in range(m.points):
             if count < len(contacts):
                 contact = contacts[count]
                 contact.normal[0] = m.normal_x
@@ -179,10 +180,10 @@ def find_chain_contacts(
         pose_in(geometry[shape]), terrain_motion, shape_motion, margin, timestep, contacts, count,
     )  # fmt: skip
     if terrain == b:
-        for k in range(count, min(tally.count, len(contacts))):
+        for k in range(count, min(tally.total, len(contacts))):
             for axis in range(2):
                 contacts[k].normal[axis] = -contacts[k].normal[axis]
-    return tally.count
+    return tally.total
 
 
 @njit

@@ -16,7 +16,7 @@ class Manifold(NamedTuple):
     there are no points (corner passes corner); infinite if the shapes are beyond the margin.
     """
 
-    count: int
+    points: int
     normal_x: float  # from a to b
     normal_y: float
     separation: float  # m, negative = overlap, of the whole
@@ -54,7 +54,7 @@ def point_manifold(
 def flipped(m: Manifold) -> Manifold:
     """The same contact seen as b with a."""
     return Manifold(
-        m.count,
+        m.points,
         -m.normal_x,
         -m.normal_y,
         m.separation,

@@ -24,7 +24,7 @@ class Outline(NamedTuple):
     """Corners of a convex shape in its own frame: vertices if `first` >= 0, else those of a box."""
 
     first: int
-    count: int  # of corners
+    corners: int
     half_x: float  # m
     half_y: float
     radius: float  # m, around the corners
@@ -38,11 +38,11 @@ def outline_of(shape_model: Any, shape_parameter: Any) -> Outline:
     half_y = shape_parameter.size[1]
     radius = shape_parameter.radius
     extent = shape_parameter.extent
-    first = np.int64(-1)
-    count = np.int64(4 if half_y > 0.0 else (2 if half_x > 0.0 else 1))
+    first = -1
+    count = 4 if half_y > 0.0 else (2 if half_x > 0.0 else 1)
     if shape_model.vertex_count > 0:
-        first = np.int64(shape_model.vertex_first)
-        count = np.int64(shape_model.vertex_count)
+        first = shape_model.vertex_first
+        count = shape_model.vertex_count
     return Outline(first, count, half_x, half_y, radius, extent)
 
 
@@ -61,7 +61,7 @@ def edge_normal(outline: Outline, vertices: Any, i: int) -> tuple[float, float]:
     if outline.first >= 0:
         normal = vertices[outline.first + i].normal
         return normal[0], normal[1]
-    if outline.count == 2:
+    if outline.corners == 2:
         return 0.0, -1.0 if i == 0 else 1.0
     if i == 0:
         return 0.0, -1.0
@@ -77,7 +77,7 @@ def support(outline: Outline, vertices: Any, x: float, y: float) -> tuple[float,
     """Least x * corner and its corner: how far the shape reaches against (x, y)."""
     least = np.inf
     lowest = 0
-    for i in range(outline.count):
+    for i in range(outline.corners):
         corner_x, corner_y = corner_of(outline, vertices, i)
         height = x * corner_x + y * corner_y
         if height < least:
@@ -91,7 +91,7 @@ def best_edge(a: Outline, b: Outline, vertices: Any, b_in_a: Pose) -> tuple[floa
     """Edge of a with the greatest core separation from b, and that separation."""
     best = -np.inf
     edge = 0
-    for i in range(a.count if a.count > 1 else 0):
+    for i in range(a.corners if a.corners > 1 else 0):
         nx, ny = edge_normal(a, vertices, i)
         x, y = corner_of(a, vertices, i)
         least, _ = support(
@@ -109,7 +109,7 @@ def edge_frame(outline: Outline, vertices: Any, edge: int, pose: Pose) -> tuple[
     """Middle of an edge in the world, x along its normal; and half its length."""
     nx, ny = edge_normal(outline, vertices, edge)
     x0, y0 = corner_of(outline, vertices, edge)
-    x1, y1 = corner_of(outline, vertices, (edge + 1) % outline.count)
+    x1, y1 = corner_of(outline, vertices, (edge + 1) % outline.corners)
     x, y = to_world(pose, 0.5 * (x0 + x1), 0.5 * (y0 + y1))
     cos = pose.cos * nx - pose.sin * ny
     sin = pose.sin * nx + pose.cos * ny
@@ -119,17 +119,17 @@ def edge_frame(outline: Outline, vertices: Any, edge: int, pose: Pose) -> tuple[
 @njit
 def looking_edge(outline: Outline, vertices: Any, shape_in_frame: Pose) -> tuple[int, int]:
     """Corners of the edge that looks most squarely against the frame's x axis, lower one first."""
-    if outline.count == 1:
+    if outline.corners == 1:
         return 0, 0
     least = np.inf
     edge = 0
-    for i in range(outline.count):
+    for i in range(outline.corners):
         nx, ny = edge_normal(outline, vertices, i)
         along = shape_in_frame.cos * nx - shape_in_frame.sin * ny
         if along < least:
             least = along
             edge = i
-    after = (edge + 1) % outline.count
+    after = (edge + 1) % outline.corners
     return min(edge, after), max(edge, after)
 
 
@@ -188,7 +188,7 @@ def face_manifold(
     corner0, corner1 = looking_edge(b, vertices, b_in_frame)
     x0, y0 = corner_of(b, vertices, corner0)
     normal0, side0 = to_world(b_in_frame, x0, y0)
-    if b.count == 1:
+    if b.corners == 1:
         return corner_contact(frame, half_width, normal0, side0, radius, b.radius, margin)
     x1, y1 = corner_of(b, vertices, corner1)
     normal1, side1 = to_world(b_in_frame, x1, y1)

@@ -91,7 +91,7 @@ def brought_back(
     gap0 = time * closing_speed(m, a, b, m.x0, m.y0, time)
     gap1 = time * closing_speed(m, a, b, m.x1, m.y1, time)
     return Manifold(
-        m.count, m.normal_x, m.normal_y, m.separation + gap0,
+        m.points, m.normal_x, m.normal_y, m.separation + gap0,
         m.x0 - back_x, m.y0 - back_y, m.separation0 + gap0, m.feature0,
         m.x1 - back_x, m.y1 - back_y, m.separation1 + gap1, m.feature1,
     )  # fmt: skip

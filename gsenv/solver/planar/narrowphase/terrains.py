@@ -30,7 +30,7 @@ class Chain(NamedTuple):
     """A terrain in its own frame."""
 
     first: int
-    count: int
+    vertices: int  # how many
     leaves: int
 
 
@@ -53,7 +53,7 @@ class Mover(NamedTuple):
 class Tally(NamedTuple):
     """Contacts so far and the nearest of them, in the chain's frame, normal out of the chain."""
 
-    count: int
+    total: int
     separation: float
     normal_x: float
     normal_y: float
@@ -77,14 +77,14 @@ def mover_of(
     """`pose` and `velocity` (m/s, m/s, rad/s) are relative to the chain."""
     x = 0.0
     y = 0.0
-    for i in range(outline.count):
+    for i in range(outline.corners):
         corner_x, corner_y = corner_of(outline, vertices, i)
         x += corner_x
         y += corner_y
-    x /= outline.count
-    y /= outline.count
+    x /= outline.corners
+    y /= outline.corners
     size2 = 0.0
-    for i in range(outline.count):
+    for i in range(outline.corners):
         corner_x, corner_y = corner_of(outline, vertices, i)
         size2 = max(size2, (corner_x - x) ** 2 + (corner_y - y) ** 2)
     x, y = to_world(pose, x, y)
@@ -115,15 +115,15 @@ def emit(
     feature: int,
 ) -> Tally:
     """Write a contact between the chain and a surface point; `(x, y)` lies half-way between."""
-    if tally.count < len(contacts):
-        contact = contacts[tally.count]
+    if tally.total < len(contacts):
+        contact = contacts[tally.total]
         contact.point[0], contact.point[1] = to_world(terrain, x, y)
         contact.normal[0], contact.normal[1] = rotate(terrain.cos, terrain.sin, nx, ny)
         contact.separation = separation
         contact.feature = feature
     if separation < tally.separation:
-        return Tally(tally.count + 1, separation, nx, ny)
-    return Tally(tally.count + 1, tally.separation, tally.normal_x, tally.normal_y)
+        return Tally(tally.total + 1, separation, nx, ny)
+    return Tally(tally.total + 1, tally.separation, tally.normal_x, tally.normal_y)
 
 
 @njit
@@ -140,7 +140,7 @@ def terrain_contacts(
     and feature from entry `count` on, as far as there is room.
     """
     tally = Tally(count, np.inf, 0.0, 1.0)
-    for corner in range(outline.count):
+    for corner in range(outline.corners):
         x, y = corner_of(outline, vertices, corner)
         x, y = to_world(mover.pose, x, y)
         edge, distance, outside = nearest_edge(chain, mover, vertices, x, y)
@@ -154,7 +154,7 @@ def terrain_contacts(
             tally = corner_inside(
                 chain, terrain, mover, vertices, contacts, tally, corner, edge, distance, x, y
             )
-    if outline.count > 1:
+    if outline.corners > 1:
         tally = ridges(chain, terrain, outline, mover, vertices, contacts, tally)
     return tally
 
@@ -162,13 +162,13 @@ def terrain_contacts(
 @njit
 def is_facing(outline: Outline, mover: Mover, vertices: Any, corner: int, normal: Any) -> bool:
     """False if both edges at the corner look the same way as the ground: it is on the far side."""
-    if outline.radius > 0.0 or outline.count < 3:
+    if outline.radius > 0.0 or outline.corners < 3:
         return True
     nx = mover.pose.cos * normal[0] + mover.pose.sin * normal[1]
     ny = mover.pose.cos * normal[1] - mover.pose.sin * normal[0]
     ax, ay = edge_normal(outline, vertices, corner)
-    bx, by = edge_normal(outline, vertices, corner - 1 if corner > 0 else outline.count - 1)
-    return min(ax * nx + ay * ny, bx * nx + by * ny) < -FACING  # type: ignore[no-any-return]
+    bx, by = edge_normal(outline, vertices, corner - 1 if corner > 0 else outline.corners - 1)
+    return min(ax * nx + ay * ny, bx * nx + by * ny) < -FACING
 
 
 @njit
@@ -187,7 +187,7 @@ def nearest_edge(
         if node == 0:
             break
         start = (node - chain.leaves) * LEAF_SEGMENTS
-        for i in range(start, min(start + LEAF_SEGMENTS, chain.count)):
+        for i in range(start, min(start + LEAF_SEGMENTS, chain.vertices)):
             if vertices[chain.first + i].next < 0 or has_passed(vertices[chain.first + i], mover):
                 continue
             distance2 = distance_squared(vertices[chain.first + i], x, y)
@@ -205,20 +205,20 @@ def has_passed(vertex: Any, mover: Mover) -> bool:
     height = vertex.normal[0] * (mover.middle_x - vertex.position[0]) + vertex.normal[1] * (
         mover.middle_y - vertex.position[1]
     )
-    return height < -mover.extent  # type: ignore[no-any-return]
+    return height < -mover.extent
 
 
 @njit
 def along_edge(vertex: Any, x: float, y: float) -> float:
     """Coordinate along the edge's direction, from its start; the normal is on its left."""
-    return vertex.normal[1] * (x - vertex.position[0]) - vertex.normal[0] * (  # type: ignore[no-any-return]
+    return vertex.normal[1] * (x - vertex.position[0]) - vertex.normal[0] * (
         y - vertex.position[1]
     )
 
 
 @njit
 def height_over(vertex: Any, x: float, y: float) -> float:
-    return vertex.normal[0] * (x - vertex.position[0]) + vertex.normal[1] * (  # type: ignore[no-any-return]
+    return vertex.normal[0] * (x - vertex.position[0]) + vertex.normal[1] * (
         y - vertex.position[1]
     )
 
@@ -228,7 +228,7 @@ def distance_squared(vertex: Any, x: float, y: float) -> float:
     along = along_edge(vertex, x, y)
     beyond = along - min(max(along, 0.0), vertex.length)
     height = height_over(vertex, x, y)
-    return beyond * beyond + height * height  # type: ignore[no-any-return]
+    return beyond * beyond + height * height
 
 
 @njit
@@ -261,7 +261,7 @@ def lies_over(chain: Chain, vertices: Any, edge: int, x: float, y: float) -> boo
     end = vertices[chain.first + vertex.next]
     if end.turn == FLAT:
         return along_edge(end, x, y) < 0.0
-    return along_edge(vertex, x, y) <= vertex.length  # type: ignore[no-any-return]
+    return along_edge(vertex, x, y) <= vertex.length
 
 
 @njit
@@ -314,7 +314,7 @@ def corner_outside(
         if node == 0:
             return tally
         start = (node - chain.leaves) * LEAF_SEGMENTS
-        for i in range(start, min(start + LEAF_SEGMENTS, chain.count)):
+        for i in range(start, min(start + LEAF_SEGMENTS, chain.vertices)):
             vertex = vertices[chain.first + i]
             if vertex.turn == CONVEX:
                 tally = corner_beside_ridge(
@@ -429,7 +429,7 @@ def ridges(
         if node == 0:
             return tally
         start = (node - chain.leaves) * LEAF_SEGMENTS
-        for i in range(start, min(start + LEAF_SEGMENTS, chain.count)):
+        for i in range(start, min(start + LEAF_SEGMENTS, chain.vertices)):
             if vertices[chain.first + i].turn == CONVEX:
                 tally = ridge(chain, terrain, outline, mover, vertices, contacts, tally, i)
 
@@ -451,7 +451,7 @@ def ridge(
     best = -np.inf
     highest = -np.inf
     edge = -1
-    for k in range(outline.count):
+    for k in range(outline.corners):
         mx, my = edge_normal(outline, vertices, k)
         corner_x, corner_y = corner_of(outline, vertices, k)
         height = mx * (x - corner_x) + my * (y - corner_y)
@@ -500,8 +500,8 @@ def over_shape_edge(
     x -= time * ux
     y -= time * uy
     corner_x, corner_y = corner_of(outline, vertices, edge)
-    end_x, end_y = corner_of(outline, vertices, (edge + 1) % outline.count)
+    end_x, end_y = corner_of(outline, vertices, (edge + 1) % outline.corners)
     # counter-clockwise: the edge runs along (-my, mx)
     along = -my * (x - corner_x) + mx * (y - corner_y)
     length = -my * (end_x - corner_x) + mx * (end_y - corner_y)
-    return 0.0 <= along <= length  # type: ignore[no-any-return]
+    return 0.0 <= along <= length

@@ -1,0 +1,210 @@
+"""Worlds to pictures."""
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from gsenv.render.camera import Camera, FollowCamera
+from gsenv.render.scene_renderer import SceneRenderer
+from gsenv.render.theme import FORCE_COLOR, PALETTE
+from gsenv.solver.planar.shapes import Box, Capsule, Circle, HalfPlane, Polygon, Terrain
+from gsenv.solver.scene import Scene
+from gsenv.solver.world import World
+
+WIDTH, HEIGHT = 160, 120
+CAMERA = Camera((0.0, 1.0), 6.0)  # 20 px per m
+HILLS = np.stack([np.linspace(-9.0, 9.0, 19), np.sin(np.linspace(-9.0, 9.0, 19))], axis=1)
+
+
+def make_world(world_count: int = 1) -> World:
+    scene = Scene()
+    scene.add_body("ground", "static", [HalfPlane()])
+    scene.add_body("box", shapes=[Box(half_extents=(0.5, 0.25))], position=(-2.0, 1.0))
+    scene.add_body("ball", shapes=[Circle(radius=0.5)], position=(0.0, 2.0))
+    scene.add_body(
+        "rod", shapes=[Capsule(half_length=0.5, radius=0.2)], position=(2.0, 1.0), angle=0.5
+    )
+    return World(scene, world_count)
+
+
+def pixel(x: float, y: float) -> tuple[int, int]:
+    """Row and column of a world point under CAMERA."""
+    column, row = CAMERA.to_pixel((x, y), WIDTH, HEIGHT)
+    return int(row), int(column)
+
+
+def changed(a: NDArray[np.uint8], b: NDArray[np.uint8]) -> NDArray[np.bool_]:
+    return (a != b).any(axis=2)
+
+
+def test_frames_are_fresh_rgb_arrays_and_repeat() -> None:
+    renderer = SceneRenderer(make_world(), WIDTH, HEIGHT)
+    first, second = renderer.render(), renderer.render()
+    assert first.shape == (HEIGHT, WIDTH, 3)
+    assert first.dtype == np.uint8
+    assert not np.shares_memory(first, second)
+    np.testing.assert_array_equal(first, second)
+
+
+def test_rendering_leaves_the_simulation_alone() -> None:
+    world = make_world()
+    arrays = [*vars(world.state).values(), *vars(world.parameters).values()]
+    arrays = [array for array in arrays if isinstance(array, np.ndarray)]
+    before = [array.tobytes() for array in arrays]
+    renderer = SceneRenderer(
+        world, WIDTH, HEIGHT, FollowCamera([1]), overlay=("contacts", "joints")
+    )
+    renderer.render(hud=("t",))
+    assert [array.tobytes() for array in arrays] == before
+
+
+def test_bodies_are_where_they_are_in_palette_colours() -> None:
+    image = SceneRenderer(make_world(), WIDTH, HEIGHT, CAMERA).render()
+    for k, point in enumerate([(-2.0, 1.0), (-0.25, 2.2), (2.0, 1.0)]):
+        # shading changes a colour by at most a tenth
+        np.testing.assert_allclose(image[pixel(*point)].astype(float), PALETTE[k], atol=27)
+    assert image[pixel(0.0, -1.0)].sum() < 400 < image[pixel(0.0, 3.5)].sum()
+
+
+def test_each_world_has_its_own_picture() -> None:
+    world = make_world(2)
+    world.set_pose("box", worlds=1, position=(1.0, 3.0))
+    renderer = SceneRenderer(world, WIDTH, HEIGHT, CAMERA)
+    moved = changed(renderer.render(0), renderer.render(1))
+    assert moved[pixel(-2.0, 1.0)]
+    assert moved[pixel(1.0, 3.0)]
+    assert not moved[pixel(2.0, 1.0)]
+
+
+@pytest.mark.parametrize("wheels", [(), (2,)])
+def test_a_turning_circle_can_be_seen_to_turn(wheels: tuple[int, ...]) -> None:
+    world = make_world()
+    renderer = SceneRenderer(world, WIDTH, HEIGHT, CAMERA, wheels=wheels)
+    start = renderer.render()
+    turns = (0.3, 1.0, np.pi) if not wheels else (0.3, 0.6)
+    for angle in turns:
+        world.set_pose("ball", angle=angle)
+        difference = changed(renderer.render(), start)
+        row, column = pixel(0.0, 2.0)
+        assert difference[row - 10 : row + 10, column - 10 : column + 10].sum() > 25
+        difference[row - 11 : row + 11, column - 11 : column + 11] = False
+        assert not difference.any()
+
+
+def test_disabled_bodies_vanish() -> None:
+    world = make_world(2)
+    renderer = SceneRenderer(world, WIDTH, HEIGHT, CAMERA)
+    full = renderer.render(1)
+    world.parameters.set("box", worlds=1, enabled=False)
+    assert changed(renderer.render(1), full)[pixel(-2.0, 1.0)]
+    np.testing.assert_array_equal(renderer.render(0), full)
+    world.parameters.set("box", worlds=1, enabled=True)
+    np.testing.assert_array_equal(renderer.render(1), full)
+
+
+def test_shape_offsets_and_centres_of_mass_do_not_mix() -> None:
+    scene = Scene()
+    parts = [Box(half_extents=(0.2, 0.2)), Box(half_extents=(0.2, 0.2), position=(1.0, 0.0))]
+    scene.add_body("pair", shapes=parts, position=(0.0, 1.0), angle=np.pi / 2.0)
+    image = SceneRenderer(World(scene), WIDTH, HEIGHT, CAMERA).render().astype(float)
+    for point in [(0.0, 1.0), (0.0, 2.0)]:
+        np.testing.assert_allclose(image[pixel(*point)], PALETTE[0], atol=27)
+    assert image[pixel(1.0, 1.0)].min() > 150
+    assert image[pixel(0.0, 0.5)].min() > 150
+
+
+def test_given_colours_win() -> None:
+    scene = Scene()
+    scene.add_body(
+        "box", shapes=[Box(half_extents=(1.0, 1.0))], position=(0.0, 1.0), color=(10, 200, 30)
+    )
+    image = SceneRenderer(World(scene), WIDTH, HEIGHT, CAMERA).render()
+    np.testing.assert_allclose(image[pixel(0.0, 1.0)], (10, 200, 30), atol=10)
+
+
+def test_terrain_and_polygons_are_drawn() -> None:
+    scene = Scene()
+    scene.add_body("hills", "static", [Terrain(vertices=HILLS)])
+    scene.add_body(
+        "wedge",
+        shapes=[Polygon(vertices=[(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)])],
+        position=(0.0, 2.0),
+    )
+    image = SceneRenderer(World(scene), WIDTH, HEIGHT, CAMERA).render().astype(int)
+    soil, sky = image[pixel(1.5, 0.0)], image[pixel(1.5, 1.8)]
+    assert soil[0] > soil[2] + 20
+    assert sky.min() > 180
+    assert (image[pixel(0.3, 2.3)] != image[pixel(0.8, 2.8)]).any()
+
+
+def test_the_default_camera_shows_all_bodies() -> None:
+    world = make_world()
+    world.set_pose("box", position=(-30.0, 12.0))
+    renderer = SceneRenderer(world, WIDTH, HEIGHT)
+    renderer.render()
+    assert isinstance(renderer.camera, Camera)
+    pixels = renderer.camera.to_pixel(world.position[0, 1:], WIDTH, HEIGHT)
+    assert (pixels > 0.0).all()
+    assert (pixels < (WIDTH, HEIGHT)).all()
+
+
+def test_the_follow_camera_keeps_its_body_in_place() -> None:
+    world = make_world()
+    renderer = SceneRenderer(world, WIDTH, HEIGHT, FollowCamera([2], height=6.0))
+    before = renderer.render()
+    world.set_pose("ball", position=(40.0, 7.0))
+    after = renderer.render()
+    middle = (slice(52, 68), slice(72, 88))
+    difference = before[middle].astype(int) - after[middle]
+    assert np.abs(difference).max() <= 1  # the dither alone
+
+
+def test_contact_arrows_show_point_and_direction() -> None:
+    world = make_world()
+    world.state.worlds["contact_count"] = 1
+    contact = world.state.contacts[0, :1]
+    contact["point"], contact["normal"] = (0.0, 0.0), (0.0, 1.0)
+    contact["total_impulse"] = (1.0, 0.0)
+    plain = SceneRenderer(world, WIDTH, HEIGHT, CAMERA).render()
+    renderer = SceneRenderer(world, WIDTH, HEIGHT, CAMERA, overlay=["contacts"])
+    marked = changed(renderer.render(), plain)
+    rows, columns = np.nonzero(marked)
+    row, column = pixel(0.0, 0.0)
+    assert row - 16 < rows.min() < row - 8
+    assert rows.max() < row + 6
+    assert column - 6 < columns.min()
+    assert columns.max() < column + 6
+    np.testing.assert_allclose(
+        renderer.render()[row - 7, column].astype(float), FORCE_COLOR, atol=60
+    )
+    contact["sensor"] = 1
+    np.testing.assert_array_equal(renderer.render(), plain)
+
+
+def test_joint_frames_sit_on_their_anchors() -> None:
+    scene = Scene()
+    scene.add_body("a", shapes=[Box(half_extents=(0.4, 0.4))], position=(-1.0, 1.0))
+    scene.add_body("b", shapes=[Box(half_extents=(0.4, 0.4))], position=(1.0, 1.0), angle=0.3)
+    scene.add_joint("weld", "weld", "a", "b", anchor=(0.0, 2.0))
+    world = World(scene)
+    plain, marked = (
+        SceneRenderer(world, WIDTH, HEIGHT, CAMERA, overlay=overlay).render()
+        for overlay in ((), ("joints",))
+    )
+    rows, columns = np.nonzero(changed(plain, marked))
+    row, column = pixel(0.0, 2.0)
+    assert abs(rows - row).max() < 9
+    assert abs(columns - column).max() < 9
+
+
+def test_the_hud_is_drawn_on_top() -> None:
+    renderer = SceneRenderer(make_world(), WIDTH, HEIGHT, CAMERA)
+    assert changed(renderer.render(hud=("t = 1.0 s",)), renderer.render())[4:15, 4:40].any()
+
+
+def test_bad_arguments() -> None:
+    world = make_world()
+    with pytest.raises(ValueError, match="overlay"):
+        SceneRenderer(world, overlay=("velocities",))
+    with pytest.raises(ValueError, match="width and height"):
+        SceneRenderer(world, 0, 10)
