@@ -170,9 +170,9 @@ class Task(ABC):
 
     def info(self, world: int) -> dict[str, Any]:
         """Info of one world, in Python's own types."""
-        terms = zip(self._term_names, self.terms[world].item(), strict=True)
-        facts = zip(self._fact_names, self.facts[world].item(), strict=True)
-        return {"reward_terms": dict(terms), **dict(facts)}
+        info = dict(zip(self._fact_names, self.facts.item(world), strict=True))
+        info["reward_terms"] = dict(zip(self._term_names, self.terms.item(world), strict=True))
+        return info
 
     # ------------------------------------------------- snapshots
 

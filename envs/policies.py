@@ -28,6 +28,7 @@ _LANDING_SPEED = 0.10  # m/s, of the last centimetres
 _CENTRED = 0.012  # m
 _LEVEL = 0.02  # rad
 _CALM = 0.06  # m/s, for letting go
+_PARTING = 0.4  # m, above the finished tower
 _LEAN_SHARE = 0.5  # how much of the tower's lean the next block takes back
 
 
@@ -96,8 +97,10 @@ def _descent(
 
 
 def _ascent(seen: dict[str, NDArray[np.float32]]) -> NDArray[Any]:
-    """Vertical speed without a block: up once the block is left alone, gently at first."""
-    return np.where(seen["rise"] > 0.0, np.minimum(0.3 + 8.0 * np.maximum(seen["clearance"], 0.0), 1.5), 0.0)
+    """Vertical speed without a block: up, gently at first, to where the next one comes."""
+    clearance = np.maximum(seen["clearance"], 0.0)
+    finished = (seen["rise"] == 0.0) & (clearance > _PARTING)
+    return np.where(finished, 0.0, np.minimum(0.3 + 8.0 * clearance, 1.5))
 
 
 def _slow(seen: dict[str, NDArray[np.float32]]) -> NDArray[np.bool_]:

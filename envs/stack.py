@@ -132,7 +132,10 @@ class StackTask(Task):
 
     def captions(self, world: int) -> Sequence[str]:
         record = self.records[world]
-        return (f"blocks {record['placed']} / {record['blocks']}",)
+        lines = [f"blocks {record['placed']} / {record['blocks']}"]
+        if record["placed"] == record["blocks"]:
+            lines.append(f"stands {self.facts['stand_time'][world]:.1f} s")
+        return lines
 
 
 @documented

@@ -201,7 +201,7 @@ def _in_range(name: str, values: Array, where: str) -> Array:
 
 
 def _tiled(nominal: Array, count: int) -> Array:
-    return np.ascontiguousarray(np.broadcast_to(nominal, (count, *nominal.shape)))
+    return np.broadcast_to(nominal, (count, *nominal.shape)).copy()
 
 
 def _frozen(array: Array) -> Array:

@@ -90,10 +90,10 @@ def derive_outline(vertices: Array) -> None:
             dx = after.position[0] - vertex.position[0]
             dy = after.position[1] - vertex.position[1]
             length = np.sqrt(dx * dx + dy * dy)
-            scale = vertex.outside / length if length > 0.0 else 0.0
             vertex.length = length
-            vertex.normal[0] = dy * scale
-            vertex.normal[1] = -dx * scale
+            if length > 0.0:
+                vertex.normal[0] = vertex.outside * dy / length
+                vertex.normal[1] = -vertex.outside * dx / length
     for i in range(len(vertices)):
         derive_turn(vertices, i)
     build_tree(vertices)

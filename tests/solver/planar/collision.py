@@ -97,7 +97,9 @@ def world(*bodies: dict[str, Any], with_vertices: bool = True) -> Arrays:
         entry["gravity_scale"] = 1.0
         entry["enabled"] = 1
         entry["extent"] = min(planar.extent(shape) for shape in spec["shapes"])
-        entry["radius"] = max(planar.bounding_radius(shape, center) for shape in spec["shapes"])
+        entry["radius"] = max(
+            (planar.bounding_radius(shape, center) for shape in spec["shapes"] if shape.solid), default=0.0
+        )
         for shape in spec["shapes"]:
             compiled = planar.shape_record(shape, records.shape_parameter_dtype(2))
             model = np.zeros((), records.shape_model_dtype())

@@ -188,7 +188,7 @@ def nearest_edge(
             break
         start = (node - chain.leaves) * LEAF_SEGMENTS
         for i in range(start, min(start + LEAF_SEGMENTS, chain.vertices)):
-            if vertices[chain.first + i].next < 0 or has_passed(vertices[chain.first + i], mover):
+            if vertices[chain.first + i].next < 0:
                 continue
             distance2 = distance_squared(vertices[chain.first + i], x, y)
             if distance2 < best:
@@ -197,15 +197,6 @@ def nearest_edge(
     if edge < 0:
         return -1, 0.0, True
     return edge, np.sqrt(best), is_outside(chain, vertices, edge, x, y)
-
-
-@njit
-def has_passed(vertex: Any, mover: Mover) -> bool:
-    """The middle of the shape is behind the edge by more than its extent."""
-    height = vertex.normal[0] * (mover.middle_x - vertex.position[0]) + vertex.normal[1] * (
-        mover.middle_y - vertex.position[1]
-    )
-    return height < -mover.extent
 
 
 @njit
@@ -280,10 +271,20 @@ def corner_inside(
 ) -> Tally:
     """The corner is in the solid: out by the nearest edge."""
     vertex = vertices[chain.first + edge]
-    separation = -distance - mover.radius
-    back = mover.radius + 0.5 * separation
+    if height_over(vertex, mover.middle_x, mover.middle_y) < -mover.extent:
+        return tally  # the shape is behind
+    along = along_edge(vertex, x, y)
     nx = vertex.normal[0]
     ny = vertex.normal[1]
+    if along > vertex.length:  # under a valley, to its bottom; the later edge counts
+        edge = vertex.next
+        vertex = vertices[chain.first + edge]
+        along = -1.0
+    if along < 0.0 and distance > 0.0:
+        nx = (vertex.position[0] - x) / distance
+        ny = (vertex.position[1] - y) / distance
+    separation = -distance - mover.radius
+    back = mover.radius + 0.5 * separation
     return emit(
         contacts, tally, terrain, x - nx * back, y - ny * back, nx, ny, separation,
         (vertex.run * 3 + FACE) * 64 + corner,
