@@ -7,7 +7,7 @@ from .diagnostics import Contacts, Diagnostics
 from .model import Model, Options
 from .parameters import Parameters
 from .planar.shapes import Box, Capsule, Circle, HalfPlane, Polygon, Terrain
-from .problem import Problem, solve
+from .problem import ContactRows, Problem, Solution, solve
 from .scene import Handle, Scene
 from .state import Snapshot
 from .world import World
@@ -16,6 +16,7 @@ __all__ = [
     "Box",
     "Capsule",
     "Circle",
+    "ContactRows",
     "Contacts",
     "Diagnostics",
     "HalfPlane",
@@ -27,6 +28,7 @@ __all__ = [
     "Problem",
     "Scene",
     "Snapshot",
+    "Solution",
     "Terrain",
     "World",
     "solve",

@@ -51,7 +51,7 @@ def bound(value: Any, what: str) -> float:
 def vector(value: Any, size: int, what: str) -> Array:
     """A float64 vector of ``size`` finite numbers."""
     try:
-        array = np.asarray(value, np.float64)
+        array = np.array(value, np.float64)  # a copy: the caller may go on to change his own
     except (TypeError, ValueError):
         raise ValueError(f"{what} must be {size} numbers, got {value!r}.") from None
     if array.shape != (size,):
@@ -77,6 +77,36 @@ def values(value: Any, shape: tuple[int, ...], what: str) -> Array:
         ) from None
 
 
+def bounds(value: Any, shape: tuple[int, ...], what: str) -> Array:
+    """float64 values broadcast to ``shape``; infinity is allowed, NaN is not."""
+    try:
+        array = np.asarray(value, np.float64)
+    except (TypeError, ValueError):
+        raise ValueError(f"{what} must be numbers, got {value!r}.") from None
+    if np.isnan(array).any():
+        raise ValueError(f"{what} must not be NaN, got {value!r}.")
+    try:
+        return np.broadcast_to(array, shape)
+    except ValueError:
+        raise ValueError(
+            f"{what} must fit the shape {shape}, got an array of shape {array.shape}."
+        ) from None
+
+
+def ordered_bounds(lower: Array, upper: Array, where: str) -> None:
+    """Refuse bounds of impulses that no finite impulse can keep."""
+    if (lower > upper).any():
+        raise ValueError(f"{where}: lower must not be above upper.")
+    if (lower == np.inf).any() or (upper == -np.inf).any():
+        raise ValueError(f"{where}: lower must be below infinity and upper above -infinity.")
+
+
+def whole(value: Any, least: int, what: str) -> int:
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
+        raise ValueError(f"{what} must be a whole number of at least {least}, got {value!r}.")
+    return int(value)
+
+
 def choice(value: Any, known: Iterable[str], what: str) -> str:
     """One of ``known``, or ValueError that lists them and the nearest."""
     names = list(known)
@@ -84,7 +114,7 @@ def choice(value: Any, known: Iterable[str], what: str) -> str:
         return str(value)
     near = difflib.get_close_matches(str(value), names, 1)
     hint = f"; did you mean {near[0]!r}?" if near else ""
-    raise ValueError(f"{what} {value!r} is unknown; known are {', '.join(names)}{hint}")
+    raise ValueError(f"{what} {value!r} is unknown; known are {', '.join(names)}{hint}.")
 
 
 def worlds(selection: Any, count: int, what: str = "worlds") -> NDArray[np.intp]:

@@ -25,12 +25,22 @@ from .model import (
 )
 from .planar import shapes as planar_shapes
 from .planar.joints import JointKind
+from .planar.math import sin_cos
 
 if TYPE_CHECKING:
     from .scene import BodySpec, Scene
 
 JOINT_KINDS = {"rows": JointKind.ROWS, "weld": JointKind.WELD, "target": JointKind.TARGET}
 WITH_VERTICES = (planar_shapes.CAPSULE, planar_shapes.POLYGON, planar_shapes.TERRAIN)
+
+
+_sin_cos = getattr(sin_cos, "py_func", sin_cos)
+
+
+def rotation_of(angle: float) -> tuple[float, float]:
+    """(cos, sin), by the kernels' own polynomials: libm's bits differ from machine to machine."""
+    c, s = _sin_cos(float(angle))
+    return float(c), float(s)
 
 
 def check_body(spec: BodySpec) -> None:
@@ -42,7 +52,7 @@ def check_body(spec: BodySpec) -> None:
         try:
             planar_shapes.validate(shape, 2)
         except ValueError as error:
-            raise ValueError(f"{what}: {error}") from None
+            raise ValueError(f"{what}: {error}.") from None
         if not shape.solid and spec.kind == BodyKind.DYNAMIC:
             name = type(shape).__name__
             raise ValueError(f"{what}: a {name} belongs on a static or kinematic body.")
@@ -174,7 +184,7 @@ def _fill_body(spec: BodySpec, nominal: Array, start: Array) -> None:
         (planar_shapes.bounding_radius(shape, center) for shape in solid), default=0.0
     )
     nominal["enabled"] = spec.enabled
-    c, s = np.cos(spec.angle), np.sin(spec.angle)
+    c, s = rotation_of(spec.angle)
     offset = np.array([c * center[0] - s * center[1], s * center[0] + c * center[1]])
     start["position"] = spec.position + offset
     start["rotation"] = (c, s)
@@ -206,19 +216,18 @@ def _compile_joints(
 
 def _fill_joint(spec: Any, a: BodySpec, b: BodySpec, parameters: Any, state: Any) -> None:
     anchor_b = np.zeros(2) if spec.anchor_b is None else spec.anchor_b
-    c, s = np.cos(b.angle), np.sin(b.angle)
+    c, s = rotation_of(b.angle)
     point = b.position + np.array(
         [c * anchor_b[0] - s * anchor_b[1], s * anchor_b[0] + c * anchor_b[1]]
     )
     if spec.anchor_a is None:
-        ca, sa = np.cos(a.angle), np.sin(a.angle)
+        ca, sa = rotation_of(a.angle)
         d = point - a.position
         parameters["anchor_a"] = (ca * d[0] + sa * d[1], ca * d[1] - sa * d[0])
     else:
         parameters["anchor_a"] = spec.anchor_a
     parameters["anchor_b"] = anchor_b
-    turn = b.angle - a.angle
-    parameters["reference"] = (np.cos(turn), np.sin(turn))
+    parameters["reference"] = rotation_of(b.angle - a.angle)
     for name in ("frequency", "damping_ratio", "max_force", "max_torque", "enabled"):
         parameters[name] = getattr(spec, name)
     state["target_position"] = point

@@ -168,9 +168,10 @@ def build_islands(
                 island = islands[i]
                 island_contacts[island.contact_first + island.contact_count] = k
                 island.contact_count += 1
-                if _moving_kinematic(
-                    body_models, body_parameters, bodies, contact.body_a
-                ) or _moving_kinematic(body_models, body_parameters, bodies, contact.body_b):
+                if island.awake == 0 and (
+                    _moving_kinematic(body_models, body_parameters, bodies, contact.body_a)
+                    or _moving_kinematic(body_models, body_parameters, bodies, contact.body_b)
+                ):
                     island.awake = 1
     if joint_models is not None:
         for j in range(len(joint_models)):

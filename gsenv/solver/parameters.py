@@ -7,6 +7,7 @@ Reading gives read-only arrays, ``world.parameters.friction`` (world, shape); wr
 from __future__ import annotations
 
 from collections.abc import Callable
+from collections.abc import Set as AbstractSet
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,7 @@ BODY_FIELDS = ("mass", "inertia", "linear_damping", "angular_damping", "gravity_
 SHAPE_FIELDS = ("friction", "restitution", "density", "half_extents", "radius", "half_length")
 JOINT_FIELDS = ("frequency", "damping_ratio", "max_force", "max_torque", "enabled")
 ROW_FIELDS = ("lower", "upper", "bias", "softness")
+UNBOUNDED = ("max_force", "max_torque", "lower", "upper")  # may be infinite
 
 
 class Parameters:
@@ -78,6 +80,8 @@ class Parameters:
             ValueError: an unknown field, a NaN, or a value out of its range; nothing is changed.
         """
         chosen = check.worlds(worlds, len(self.worlds))
+        if not fields:
+            raise ValueError("parameters: there is no field to set.")
         if item is None:
             unknown = set(fields) - {"gravity"}
             if unknown:
@@ -105,6 +109,8 @@ class Parameters:
         self._check_form(checked, shapes, where)
         if model["kind"] != BodyKind.DYNAMIC and {"mass", "inertia"} & set(checked):
             raise ValueError(f"{where}: only a dynamic body has a mass.")
+        if model["kind"] == BodyKind.DYNAMIC and (checked.get("density", np.ones(1)) == 0.0).any():
+            raise ValueError(f"{where}: density must be positive, got 0.0.")
         old_mass = self.bodies["mass"][chosen, body]
         for name, values in checked.items():
             if name in BODY_FIELDS:
@@ -128,7 +134,7 @@ class Parameters:
             if name not in planar_mass.SIZE_FIELDS.get(kind, ()):
                 raise ValueError(f"{where}: its shape has no {name}.")
 
-    def _derive(self, body: int, chosen: Array, names: set[str], old_mass: Array) -> None:
+    def _derive(self, body: int, chosen: Array, names: AbstractSet[str], old_mass: Array) -> None:
         """What follows from sizes, densities, masses and flags."""
         resized = bool(names & {"half_extents", "radius", "half_length", "density"})
         model = self._model
@@ -153,21 +159,26 @@ class Parameters:
         index = find(joint, "joint", self._model.joint_names, "parameters")
         where = f"parameters of joint {joint.name!r}"
         model = self._model.joints[index]
+        rows = self._rows_of(model)
         checked = {}
         for name, value in fields.items():
             check.choice(name, JOINT_FIELDS + ROW_FIELDS, f"{where}: field")
+            if name in ROW_FIELDS and not rows:
+                raise ValueError(f"{where}: only a constraint has {name}.")
+            if name in ROW_FIELDS and len(rows) == 1 and np.ndim(value) == 1:
+                value = np.reshape(value, (-1, 1))  # one for each world
+            shape = (len(chosen), len(rows)) if name in ROW_FIELDS else (len(chosen),)
+            look = check.bounds if name in UNBOUNDED else check.values
+            checked[name] = _in_range(name, look(value, shape, f"{where}: {name}"), where)
+        if model["wakes"] and (checked.get("frequency", np.ones(1)) == 0.0).any():
+            raise ValueError(f"{where}: frequency must be positive, got 0.0.")
+        if {"lower", "upper"} & set(checked):
+            old = self.rows[chosen, rows.start : rows.stop]
+            lower, upper = (checked.get(name, old[name]) for name in ("lower", "upper"))
+            check.ordered_bounds(lower, upper, where)
+        for name, values in checked.items():
             if name in ROW_FIELDS:
-                first, count = model["row_first"], len(self._rows_of(model))
-                if count == 0:
-                    raise ValueError(f"{where}: only a constraint has {name}.")
-                values = check.values(value, (len(chosen), count), f"{where}: {name}")
-                checked[name] = (values, first, count)
-            else:
-                values = check.values(value, (len(chosen),), f"{where}: {name}")
-                checked[name] = (_in_range(name, values, where), 0, 0)
-        for name, (values, first, count) in checked.items():
-            if name in ROW_FIELDS:
-                self.rows[name][chosen[:, None], np.arange(first, first + count)] = values
+                self.rows[name][chosen, rows.start : rows.stop] = values
             else:
                 self.joints[name][chosen, index] = values
 
@@ -192,7 +203,7 @@ class Parameters:
 
 def _in_range(name: str, values: Array, where: str) -> Array:
     positive = ("mass", "inertia", "half_extents", "radius", "half_length")
-    free = ("gravity_scale", "enabled")
+    free = ("gravity_scale", "enabled", "lower", "upper", "bias")
     if name in positive and (values <= 0.0).any():
         raise ValueError(f"{where}: {name} must be positive, got {values.min()!r}.")
     if name not in free and (values < 0.0).any():

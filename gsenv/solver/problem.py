@@ -37,7 +37,7 @@ GROWTH = 1e5
 
 
 @dataclass(frozen=True)
-class Contacts:
+class ContactRows:
     """Which rows of a problem are contacts.
 
     friction: coefficient >= 0, a scalar or one per contact.
@@ -83,7 +83,7 @@ class Problem:
         softness: ArrayLike = 0,
         lower: ArrayLike = -np.inf,
         upper: ArrayLike = np.inf,
-        contacts: Contacts | None = None,
+        contacts: ContactRows | None = None,
     ) -> Problem:
         """The problem of rows J on coordinates with mass matrix M.
 
@@ -135,14 +135,14 @@ class Problem:
 
         A: symmetric with a diagonal >= 0, dense or scipy.sparse; a Delassus matrix is positive
             semidefinite (not checked). softness, lower, upper: as in `from_rows`.
-        friction, contact_dim, contact_rows: `Contacts(friction, contact_rows, contact_dim)`;
+        friction, contact_dim, contact_rows: `ContactRows(friction, contact_rows, contact_dim)`;
             friction None: no contacts.
 
         ValueError as `from_rows`, and where A is asymmetric or has a negative diagonal.
         """
         delassus = symmetric_part(matrix(A, "A"), "A")
         rhs = _vector(b, "b", delassus.shape[0])
-        contacts = None if friction is None else Contacts(friction, contact_rows, contact_dim)
+        contacts = None if friction is None else ContactRows(friction, contact_rows, contact_dim)
         return cls._build(delassus, rhs, softness, lower, upper, contacts, "contact_")
 
     @classmethod
@@ -153,7 +153,7 @@ class Problem:
         softness: ArrayLike,
         lower: ArrayLike,
         upper: ArrayLike,
-        contacts: Contacts | None,
+        contacts: ContactRows | None,
         prefix: str,
         jacobian: CsrMatrix | None = None,
         inverse_mass: CsrMatrix | None = None,
@@ -389,7 +389,7 @@ def _bounds(
     return array
 
 
-def _contacts(contacts: Contacts | None, count: int, prefix: str) -> tuple[Index, Index, Vector]:
+def _contacts(contacts: ContactRows | None, count: int, prefix: str) -> tuple[Index, Index, Vector]:
     """First row, dim and friction of each contact, validated."""
     if contacts is None:
         return np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0)

@@ -205,7 +205,7 @@ def sweep(
 ) -> tuple[float, float]:
     """One Gauss-Seidel pass in block order; returns sum (s dlambda)^2 and sum (s lambda)^2.
 
-    Contacts are solved exactly at share 1, below it by one step of the natural map.
+    ContactRows are solved exactly at share 1, below it by one step of the natural map.
     """
     change = 0.0
     size = 0.0

@@ -31,6 +31,7 @@ def row_dtype(dim: int) -> np.dtype[Any]:
             ("body_b", "i4"),
             ("kind", "i4"),
             ("source", "i4"),  # contact or joint the row comes from
+            ("span", "i4"),  # rows of the contact that starts here: 1 without friction
             ("flying", "i4"),  # 1: the impact phase left this contact in flight
             ("jacobian_a", "f8", (ndof,)),
             ("jacobian_b", "f8", (ndof,)),

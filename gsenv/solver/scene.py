@@ -156,7 +156,7 @@ class Scene:
             gravity_scale=check.finite(gravity_scale, f"{what}: gravity_scale"),
             fast=bool(fast),
             enabled=bool(enabled),
-            color=None if color is None else (int(color[0]), int(color[1]), int(color[2])),
+            color=None if color is None else _color(color, f"{what}: color"),
         )
         from .compile import check_body
 
@@ -256,11 +256,16 @@ class Scene:
         """
         what = f"constraint {name!r}"
         name = check.unique(name, self.joints, "constraint")
+        if isinstance(bodies, (Handle, str, int)):
+            bodies = (bodies,)
         index = [self._body(body, what) for body in bodies]
         if len(index) not in (1, 2) or len(set(index)) != len(index):
             raise ValueError(f"{what} needs one body or two different ones, got {len(index)}.")
         ndof = 3
-        rows = np.atleast_2d(np.asarray(jacobian, np.float64))
+        try:
+            rows = np.atleast_2d(np.array(jacobian, np.float64))
+        except (TypeError, ValueError):
+            raise ValueError(f"{what}: jacobian must be numbers, got {jacobian!r}.") from None
         if rows.ndim != 2 or rows.shape[1] != ndof * len(index) or not 1 <= len(rows) <= ndof:
             raise ValueError(
                 f"{what}: jacobian must have 1 to {ndof} rows of {ndof * len(index)} numbers, "
@@ -268,10 +273,9 @@ class Scene:
             )
         if not np.isfinite(rows).all():
             raise ValueError(f"{what}: jacobian must be finite.")
-        low = _bounds(lower, len(rows), f"{what}: lower")
-        high = _bounds(upper, len(rows), f"{what}: upper")
-        if (low > high).any():
-            raise ValueError(f"{what}: lower must not be above upper.")
+        low = check.bounds(lower, (len(rows),), f"{what}: lower")
+        high = check.bounds(upper, (len(rows),), f"{what}: upper")
+        check.ordered_bounds(low, high, what)
         shift = check.values(bias, (len(rows),), f"{what}: bias")
         soft = check.values(softness, (len(rows),), f"{what}: softness")
         if (soft < 0.0).any():
@@ -320,9 +324,10 @@ class Scene:
             raise ValueError(f"{what} needs a target joint, got {joint!r}.")
         number = AXES[check.choice(axis, AXES, f"{what}: axis")]
         check.choice(mode, ("velocity", "position"), f"{what}: mode")
-        if not float(lower) <= float(upper):
-            raise ValueError(f"{what}: lower must not be above upper, got {lower!r} and {upper!r}.")
-        self.actuators[name] = ActuatorSpec(name, index, number, mode, float(lower), float(upper))
+        low = float(check.bounds(lower, (), f"{what}: lower"))
+        high = float(check.bounds(upper, (), f"{what}: upper"))
+        check.ordered_bounds(np.array(low), np.array(high), what)
+        self.actuators[name] = ActuatorSpec(name, index, number, mode, low, high)
         return Handle("actuator", name, len(self.actuators) - 1)
 
     def add_sensor(self, name: str, kind: str, body: Handle | str | int) -> Handle:
@@ -371,16 +376,15 @@ def find(item: Handle | str | int, what: str, names: Sequence[str], where: str) 
 
 def _local(body: BodySpec, point: Array) -> Array:
     """A world point in the frame of a body at its authored pose."""
-    c, s = np.cos(body.angle), np.sin(body.angle)
+    from .compile import rotation_of
+
+    c, s = rotation_of(body.angle)
     d = point - body.position
     return np.array([c * d[0] + s * d[1], c * d[1] - s * d[0]])
 
 
-def _bounds(value: Any, count: int, what: str) -> Array:
-    array = np.asarray(value, np.float64)
-    if np.isnan(array).any():
-        raise ValueError(f"{what} must not be NaN.")
-    try:
-        return np.broadcast_to(array, (count,))
-    except ValueError:
-        raise ValueError(f"{what} must be one number or {count}, got {value!r}.") from None
+def _color(value: Any, what: str) -> tuple[int, int, int]:
+    channels = [int(x) for x in check.vector(value, 3, what)]
+    if min(channels) < 0 or max(channels) > 255:
+        raise ValueError(f"{what} must be three numbers from 0 to 255, got {value!r}.")
+    return channels[0], channels[1], channels[2]

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from . import check, threads
+from .compile import rotation_of
 from .diagnostics import Contacts, Diagnostics, contacts_of, diagnose
 from .model import Array, Model, Options
 from .parameters import Parameters
@@ -41,17 +42,14 @@ class World:
         threads: int = 1,
         options: Options | None = None,
     ) -> None:
-        if not isinstance(world_count, (int, np.integer)) or world_count < 1:
-            raise ValueError(f"World: world_count must be a positive number, got {world_count!r}.")
-        if not isinstance(threads, (int, np.integer)) or threads < 1:
-            raise ValueError(f"World: threads must be a positive number, got {threads!r}.")
+        self.world_count = check.whole(world_count, 1, "World: world_count")
+        self.threads = min(check.whole(threads, 1, "World: threads"), self.world_count)
+        if not isinstance(scene, (Scene, Model)):
+            raise ValueError(f"World needs a Scene or a Model, got {scene!r}.")
         self.model = scene.compile() if isinstance(scene, Scene) else scene
-        self.world_count = int(world_count)
-        self.threads = min(int(threads), self.world_count)
         self.parameters = Parameters(self.model, self.world_count, self._wake)
         capacity = first_contact_capacity(self.model)
         self.state = State(self.model, self.world_count, capacity)
-        self.control = self.state.control
         self.options = Options() if options is None else options
         self._workspaces: list[Workspace] = []
 
@@ -64,8 +62,19 @@ class World:
 
     @options.setter
     def options(self, options: Options) -> None:
+        if not isinstance(options, Options):
+            raise ValueError(f"World: options must be an Options, got {options!r}.")
         self._options = options
         self._options_record = options.record()
+
+    @property
+    def control(self) -> Array:
+        """float64 (world, actuator), writable; see the class."""
+        return self.state.control
+
+    @control.setter
+    def control(self, values: Any) -> None:
+        self.state.control[:] = check.values(values, self.state.control.shape, "World: control")
 
     @property
     def timestep(self) -> float:
@@ -76,16 +85,17 @@ class World:
         """Advance all worlds by ``count`` timesteps.
 
         Raises:
-            ValueError: a control is NaN or infinite; nothing has moved.
+            ValueError: a control is NaN or infinite, or a bad count; nothing has moved.
             MemoryError: the contacts of a step don't fit into memory.
         """
+        count = check.whole(count, 0, "step: count")
         if not np.isfinite(self.control).all():
             w, k = np.argwhere(~np.isfinite(self.control))[0]
             raise ValueError(
                 f"control of actuator {self.model.actuator_names[k]!r} in world {w} must be "
                 f"finite, got {self.control[w, k]!r}."
             )
-        until = self.state.worlds["step"] + int(count)
+        until = self.state.worlds["step"] + count
         parts = threads.ranges(self.world_count, self.threads)
         while len(self._workspaces) < len(parts):
             self._workspaces.append(Workspace(self.model, self.state.contacts.shape[1]))
@@ -259,8 +269,7 @@ class World:
         record = self.state.bodies
         if turn is not None:
             record["angle"][chosen, b] = turn
-            record["rotation"][chosen, b, 0] = np.cos(turn)
-            record["rotation"][chosen, b, 1] = np.sin(turn)
+            record["rotation"][chosen, b] = [rotation_of(angle) for angle in turn]
         center = self.parameters.bodies["center"][chosen, b]
         record["position"][chosen, b] = place + _rotated(record["rotation"][chosen, b], center)
         self.state.forget_impulses(chosen, b)

@@ -14,7 +14,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from numpy.typing import NDArray
 
 from gsenv.solver.csr import CsrMatrix
-from gsenv.solver.problem import Contacts, Problem, Solution, solve
+from gsenv.solver.problem import ContactRows, Problem, Solution, solve
 from tests.solver import oracle
 
 Array = NDArray[np.float64]
@@ -46,11 +46,11 @@ def test_sparse_input_equals_dense() -> None:
     sparse = pytest.importorskip("scipy.sparse")
     masses, jacobian, velocity = random_contacts(0)
     jacobian[np.abs(jacobian) < 0.5] = 0.0
-    dense = Problem.from_rows(np.diag(masses), jacobian, velocity, contacts=Contacts(0.5))
+    dense = Problem.from_rows(np.diag(masses), jacobian, velocity, contacts=ContactRows(0.5))
     expected = solve(dense)
     for form in (sparse.csr_array, sparse.csc_matrix, sparse.coo_array, sparse.lil_array):
         for inverse in (masses, form(np.diag(masses))):
-            problem = Problem.from_rows(inverse, form(jacobian), velocity, contacts=Contacts(0.5))
+            problem = Problem.from_rows(inverse, form(jacobian), velocity, contacts=ContactRows(0.5))
             assert_array_equal(problem.delassus.toarray(), dense.delassus.toarray())
             assert_array_equal(solve(problem).impulse, expected.impulse)
         A = form(dense.delassus.toarray())
@@ -140,7 +140,7 @@ def test_bounds_of_a_mixed_problem() -> None:
 def test_same_input_same_bits() -> None:
     masses, jacobian, velocity = random_contacts(4, 8)
     for method in METHODS:
-        problem = Problem.from_rows(masses, jacobian, velocity, contacts=Contacts(0.6))
+        problem = Problem.from_rows(masses, jacobian, velocity, contacts=ContactRows(0.6))
         first, second = solve(problem, method), solve(problem, method)
         assert_array_equal(first.impulse, second.impulse)
         assert first.sweeps == second.sweeps
@@ -210,7 +210,7 @@ def test_residual_keeps_its_value_in_other_units() -> None:
     jacobian = np.vstack([jacobian, np.random.default_rng(6).normal(size=(2, 12))])
     limit = np.array([*[np.inf] * 12, 0.1, 0.2])
     impulse = np.random.default_rng(7).normal(size=14)
-    contacts = Contacts([0.5] * 4)
+    contacts = ContactRows([0.5] * 4)
 
     def residual(mass: float, length: float, second: float) -> float:
         """Coordinates in the new length; impulses and bounds in mass length / second."""
@@ -243,7 +243,7 @@ def test_sweeps_do_not_depend_on_units() -> None:
         counts = set()
         for mass, speed in ((1.0, 1.0), (2.0**20, 1.0), (1.0, 2.0**-10)):  # exact in binary
             problem = Problem.from_rows(
-                masses / mass, jacobian, velocity * speed, contacts=Contacts(0.5)
+                masses / mass, jacobian, velocity * speed, contacts=ContactRows(0.5)
             )
             counts.add(solve(problem, method).sweeps)
         assert len(counts) == 1
@@ -328,7 +328,7 @@ def test_contact_pinched_between_immovable_walls() -> None:
     # two contacts press one mass from both sides, each asking for 1 m/s
     jacobian = np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1], [-1, 0, 0], [0, 1, 0], [0, 0, 1]])
     problem = Problem.from_rows(1, jacobian, [0, 0.5, 0], bias=[-1, 0, 0] * 2,
-                                contacts=Contacts(0.5))  # fmt: skip
+                                contacts=ContactRows(0.5))  # fmt: skip
     for method in METHODS:
         solution = solve(problem, method)
         assert not solution.converged
@@ -360,17 +360,17 @@ def test_rows_that_nothing_moves() -> None:
 def test_immovable_contacts() -> None:
     # both bodies pinned: satisfied where it separates, reported where it closes
     for velocity, converged in ((1.0, True), (0.0, True), (-1.0, False)):
-        problem = Problem.from_rows(0, np.eye(3), [velocity, 1, 0], contacts=Contacts(0.5))
+        problem = Problem.from_rows(0, np.eye(3), [velocity, 1, 0], contacts=ContactRows(0.5))
         solution = solve(problem)
         assert_array_equal(solution.impulse, np.zeros(3))
         assert solution.converged == converged
     # massless tangents, movable normal
-    problem = Problem.from_rows([1, 0, 0], np.eye(3), [-1, 0, 0], contacts=Contacts(0.5))
+    problem = Problem.from_rows([1, 0, 0], np.eye(3), [-1, 0, 0], contacts=ContactRows(0.5))
     solution = solve(problem)
     assert solution.converged
     assert_allclose(solution.impulse, [1, 0, 0])
     # a pushed, immovable tangent takes all the friction there is
-    problem = Problem.from_rows([1, 0, 0], np.eye(3), [-1, 3, 4], contacts=Contacts(0.5))
+    problem = Problem.from_rows([1, 0, 0], np.eye(3), [-1, 3, 4], contacts=ContactRows(0.5))
     solution = solve(problem)
     assert solution.converged
     assert_allclose(solution.impulse, [1, -0.3, -0.4])
@@ -378,7 +378,7 @@ def test_immovable_contacts() -> None:
 
 def test_tangent_that_is_the_normal() -> None:
     # a contact on a slanted track: normal and tangent move one and the same coordinate
-    problem = Problem.from_rows(1, [[1.0], [0.5]], [-1], contacts=Contacts(0.8, dim=2))
+    problem = Problem.from_rows(1, [[1.0], [0.5]], [-1], contacts=ContactRows(0.8, dim=2))
     solution = solve(problem)
     assert solution.converged
     assert_allclose(velocity_of(solution), [0], atol=1e-9)

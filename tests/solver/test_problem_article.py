@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
-from gsenv.solver.problem import Contacts, Problem, Solution, solve
+from gsenv.solver.problem import ContactRows, Problem, Solution, solve
 
 pytestmark = pytest.mark.nojit
 
@@ -222,9 +222,9 @@ def test_spatial_inertia_as_a_matrix() -> None:
 def test_box_sticks_and_slides_on_the_ground() -> None:
     # a unit mass, g dt = 10, mu = .5, pushed along a tangent that is no axis: the cone is round
     direction = np.array([0.6, 0.8])
-    slow = Problem.from_rows(1, np.eye(3), [-10, *(4 * direction)], contacts=Contacts(0.5))
+    slow = Problem.from_rows(1, np.eye(3), [-10, *(4 * direction)], contacts=ContactRows(0.5))
     close(solved(slow).impulse, [10, *(-4 * direction)])
-    fast = Problem.from_rows(1, np.eye(3), [-10, *(7 * direction)], contacts=Contacts(0.5))
+    fast = Problem.from_rows(1, np.eye(3), [-10, *(7 * direction)], contacts=ContactRows(0.5))
     solution = solved(fast)
     close(solution.impulse, [10, *(-5 * direction)])
     close(solution.body_velocity, [0, *(2 * direction)])

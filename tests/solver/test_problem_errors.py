@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gsenv.solver.problem import Contacts, Problem, solve
+from gsenv.solver.problem import ContactRows, Problem, solve
 
 J = [[1.0, 0.0], [-1.0, 1.0]]
 A = [[1.0, -1.0], [-1.0, 2.0]]
@@ -38,21 +38,21 @@ NAN, INF = float("nan"), float("inf")
         ({"lower": [NAN, 0.0]}, r"lower\[0\] is nan, expected a number"),
         ({"lower": INF}, r"lower\[0\] is inf"),
         ({"upper": [0.0, -INF]}, r"upper\[1\] is -inf"),
-        ({"contacts": Contacts([0.5], dim=4)}, r"contacts.dim is 4, expected 1, 2 or 3"),
-        ({"contacts": Contacts([-0.5], dim=2)}, r"contacts.friction\[0\] is -0.5"),
-        ({"contacts": Contacts([NAN], dim=2)}, r"contacts.friction\[0\] is nan"),
-        ({"contacts": Contacts(0.5, dim=3)}, r"contacts.dim 3 does not divide 2 rows"),
-        ({"contacts": Contacts([0.5, 0.5], dim=2)}, r"contacts.rows\[1\] is 2, its 2 rows"),
-        ({"contacts": Contacts(0.5, [0, 1], 2)}, r"contacts.rows\[1\] is 1, its 2 rows"),
-        ({"contacts": Contacts(0.5, [0, 0], 1)}, r"contacts.rows\[1\] is 0, inside the contact"),
-        ({"contacts": Contacts(0.5, [0.5], 1)}, r"contacts.rows must hold whole numbers"),
-        ({"contacts": Contacts(0.5, 0, 1)}, r"contacts.rows has shape \(\)"),
+        ({"contacts": ContactRows([0.5], dim=4)}, r"contacts.dim is 4, expected 1, 2 or 3"),
+        ({"contacts": ContactRows([-0.5], dim=2)}, r"contacts.friction\[0\] is -0.5"),
+        ({"contacts": ContactRows([NAN], dim=2)}, r"contacts.friction\[0\] is nan"),
+        ({"contacts": ContactRows(0.5, dim=3)}, r"contacts.dim 3 does not divide 2 rows"),
+        ({"contacts": ContactRows([0.5, 0.5], dim=2)}, r"contacts.rows\[1\] is 2, its 2 rows"),
+        ({"contacts": ContactRows(0.5, [0, 1], 2)}, r"contacts.rows\[1\] is 1, its 2 rows"),
+        ({"contacts": ContactRows(0.5, [0, 0], 1)}, r"contacts.rows\[1\] is 0, inside the contact"),
+        ({"contacts": ContactRows(0.5, [0.5], 1)}, r"contacts.rows must hold whole numbers"),
+        ({"contacts": ContactRows(0.5, 0, 1)}, r"contacts.rows has shape \(\)"),
         (
-            {"contacts": Contacts([0.5], dim=2), "lower": [0.0, -1.0]},
+            {"contacts": ContactRows([0.5], dim=2), "lower": [0.0, -1.0]},
             r"lower\[1\] is -1 on a contact row",
         ),
         (
-            {"contacts": Contacts([0.5], dim=2), "upper": [5.0, INF]},
+            {"contacts": ContactRows([0.5], dim=2), "upper": [5.0, INF]},
             r"upper\[0\] is 5 on a contact row",
         ),
     ],

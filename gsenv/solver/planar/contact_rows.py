@@ -41,7 +41,7 @@ def set_response(row, body_parameters):  # type: ignore[no-untyped-def]
 
 @njit
 def add_contact_rows(rows, row, contacts, indices, bodies, body_parameters, warm_start):  # type: ignore[no-untyped-def]
-    """Two rows a contact from ``rows[row]`` on; they keep their Jacobians for the whole step."""
+    """One or two rows a contact from ``rows[row]`` on; they keep their Jacobians for the step."""
     for k in range(len(indices)):
         contact = contacts[indices[k]]
         a = contact.body_a
@@ -50,16 +50,19 @@ def add_contact_rows(rows, row, contacts, indices, bodies, body_parameters, warm
         py = contact.point[1]
         nx = contact.normal[0]
         ny = contact.normal[1]
+        span = 2 if contact.friction > 0.0 else 1
         normal = rows[row]
-        tangent = rows[row + 1]
         set_point_row(normal, bodies, body_parameters, a, b, px, py, nx, ny)
-        set_point_row(tangent, bodies, body_parameters, a, b, px, py, -ny, nx)
         normal.kind = BOUNDED
         normal.lower = 0.0
         normal.upper = _INFINITY
-        tangent.kind = FRICTION
-        tangent.friction = contact.friction
-        for r in range(2):
+        normal.span = span
+        if span == 2:
+            tangent = rows[row + 1]
+            set_point_row(tangent, bodies, body_parameters, a, b, px, py, -ny, nx)
+            tangent.kind = FRICTION
+            tangent.friction = contact.friction
+        for r in range(span):
             rows[row + r].source = indices[k]
             rows[row + r].bias = 0.0
             rows[row + r].softness = 0.0
@@ -68,7 +71,7 @@ def add_contact_rows(rows, row, contacts, indices, bodies, body_parameters, warm
             set_effective_mass(rows[row + r])
         contact.total_impulse[0] = 0.0
         contact.total_impulse[1] = 0.0
-        row += 2
+        row += span
     return row
 
 
@@ -91,8 +94,10 @@ def refresh_contact_rows(rows, first, end, contacts, motions, h):  # type: ignor
     A contact that the impact phase left flying gets the exact bound for the parabola,
     separation + h v - h^2/2 a >= 0, so that it slows nothing down before its impact.
     """
-    for r in range(first, end, 2):
+    r = first
+    while r < end:
         row = rows[r]
+        r += row.span
         error = contacts[row.source].separation + moved(row, motions)
         row.error = error
         if row.flying:
@@ -105,8 +110,20 @@ def refresh_contact_rows(rows, first, end, contacts, motions, h):  # type: ignor
 @njit
 def store_contact_impulses(rows, first, end, contacts):  # type: ignore[no-untyped-def]
     """Impulses of a substep: the warm start of the next, and added to the sum of the step."""
-    for r in range(first, end, 2):
+    r = first
+    while r < end:
+        span = rows[r].span
         contact = contacts[rows[r].source]
-        for i in range(2):
+        for i in range(span):
             contact.impulse[i] = rows[r + i].impulse
             contact.total_impulse[i] += rows[r + i].impulse
+        r += span
+
+
+@njit
+def store_separations(rows, first, end, contacts, motions):  # type: ignore[no-untyped-def]
+    """Separations as they are at the end of the step."""
+    r = first
+    while r < end:
+        contacts[rows[r].source].separation += moved(rows[r], motions)
+        r += rows[r].span

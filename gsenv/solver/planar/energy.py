@@ -82,6 +82,14 @@ def natural_residual(rows, count, contact_first, bodies, motions):  # type: igno
                 size += x * x
             r += 1
             continue
+        if row.span == 1:
+            s = row.diagonal**0.5
+            e = s * row.impulse - max(s * row.impulse - w / s, 0.0)
+            error += e * e
+            load += q * q / row.diagonal
+            size += row.impulse * row.impulse * row.diagonal
+            r += 1
+            continue
         tangent = rows[r + 1]
         wt, qt = _row_velocity(tangent, bodies, motions)
         d = 0.5 * (row.diagonal + tangent.diagonal)

@@ -16,7 +16,7 @@ contact solve: the body is at rest.
 from __future__ import annotations
 
 from ..jit import njit
-from ..rows import relative_velocity
+from ..rows import FRICTION, relative_velocity
 
 _NEVER = 1e300
 ORDERED_LIMIT = 48  # contacts up to which impacts are taken in order of time, at n^2 cost
@@ -174,7 +174,11 @@ def _pair_impulses(rows, r, q, u, v, e):  # type: ignore[no-untyped-def]
 def _partner(rows, r, first, end, contacts, bodies, motions, time):  # type: ignore[no-untyped-def]
     """Row of the manifold's other contact if it is hit at the same time, else -1."""
     here = contacts[rows[r].source]
-    for q in range(max(first, r - 2), min(end, r + 3), 4):
+    before = r - (rows[r - 1].kind == FRICTION) - 1 if r > first else first
+    for side in range(2):
+        q = before if side == 0 else r + rows[r].span
+        if q == r or q < first or q >= end:
+            continue
         row = rows[q]
         there = contacts[row.source]
         if there.shape_a == here.shape_a and there.shape_b == here.shape_b:
@@ -197,7 +201,6 @@ def _friction_impulse(tangent, bodies, motions, time, pn):  # type: ignore[no-un
 @njit
 def _apply_impact(rows, r, first, end, contacts, bodies, motions, time):  # type: ignore[no-untyped-def]
     normal = rows[r]
-    tangent = rows[r + 1]
     contact = contacts[normal.source]
     un = relative_velocity(normal, bodies[normal.body_a], bodies[normal.body_b])
     un += time * _acceleration(normal, motions)
@@ -211,14 +214,21 @@ def _apply_impact(rows, r, first, end, contacts, bodies, motions, time):  # type
             _add(normal, bodies, motions, x, time)
             _add(other, bodies, motions, y, time)
             for k in range(2):
-                row = tangent if k == 0 else rows[q + 1]
+                n = r if k == 0 else q
                 pn = x if k == 0 else y
-                pt = _friction_impulse(row, bodies, motions, time, pn)
-                _add(row, bodies, motions, pt, time)
-                total = contacts[row.source].total_impulse
+                total = contacts[rows[n].source].total_impulse
                 total[0] += pn
-                total[1] += pt
+                if rows[n].span == 2:
+                    pt = _friction_impulse(rows[n + 1], bodies, motions, time, pn)
+                    _add(rows[n + 1], bodies, motions, pt, time)
+                    total[1] += pt
             return
+    if normal.span == 1:
+        pn = -(1.0 + contact.restitution) * un * normal.effective_mass
+        _add(normal, bodies, motions, pn, time)
+        contact.total_impulse[0] += pn
+        return
+    tangent = rows[r + 1]
     ut = relative_velocity(tangent, bodies[tangent.body_a], bodies[tangent.body_b])
     ut += time * _acceleration(tangent, motions)
     pn, pt = _contact_impulse(normal, tangent, un, ut, contact.restitution)
@@ -236,7 +246,7 @@ def resolve_impacts(rows, first, end, contacts, bodies, motions, indices, pull, 
     """
     for k in range(len(indices)):
         motions[indices[k]].event_time = 0.0
-    for r in range(first, end, 2):
+    for r in range(first, end):
         motions[rows[r].body_a].event_time = 0.0
         motions[rows[r].body_b].event_time = 0.0
     if end - first > 2 * ORDERED_LIMIT:
@@ -245,7 +255,9 @@ def resolve_impacts(rows, first, end, contacts, bodies, motions, indices, pull, 
     for _ in range(8 + 2 * (end - first)):
         best = -1
         earliest = _NEVER
-        for r in range(first, end, 2):
+        for r in range(first, end):
+            if rows[r].kind == FRICTION:
+                continue
             time = _impact_time(rows, r, contacts, bodies, motions, pull, h)
             if time < earliest:
                 earliest = time
@@ -263,7 +275,9 @@ def _impacts_in_passes(rows, first, end, contacts, bodies, motions, pull, h):  #
     count = 0
     for _ in range(MAX_PASSES):
         before = count
-        for r in range(first, end, 2):
+        for r in range(first, end):
+            if rows[r].kind == FRICTION:
+                continue
             time = _impact_time(rows, r, contacts, bodies, motions, pull, h)
             if time <= h:
                 _apply_impact(rows, r, first, end, contacts, bodies, motions, time)

@@ -7,9 +7,9 @@ from ..rows import apply_warm_start
 from ..solvers import solve_rows
 from .contact_rows import (
     add_contact_rows,
-    moved,
     refresh_contact_rows,
     store_contact_impulses,
+    store_separations,
 )
 from .energy import guard_energy, impulse_floor, natural_residual
 from .impacts import resolve_impacts
@@ -123,12 +123,13 @@ def step_island(
             if s == n - 1:
                 error, load, size = natural_residual(rows, end, first, bodies, motions)
             correct_positions(rows, end, first, motions, contacts, options, h)
-        smooth = smooth_fraction(rows, first, end, bodies, motions, contacts, h)
+        smooth = smooth_fraction(
+            rows, first, end, body_list, bodies, body_parameters, motions, contacts, h
+        )
         integrate_positions(body_list, bodies, motions, h, smooth)
         store_contact_impulses(rows, first, end, contacts)
         if joint_models is not None:
             store_joint_impulses(rows, 0, joint_list, joint_models, joint_states)
-    for r in range(first, end, 2):
-        contacts[rows[r].source].separation += moved(rows[r], motions)
+    store_separations(rows, first, end, contacts, motions)
     return error, load, size
 

@@ -139,10 +139,10 @@ def atan2(y: float, x: float) -> float:
     ay = abs(y)
     low = min(ax, ay)
     high = max(ax, ay)
+    if not ax + ay < np.inf:  # infinite or NaN
+        return np.nan
     if high == 0.0:
         return 0.0
-    if not high < np.inf:  # infinite or NaN
-        return np.nan
     k = int(8.0 * (low / high) + 0.5)
     c = 0.125 * k
     u = (low - c * high) / (high + c * low)

@@ -7,6 +7,9 @@ impulses of Catto 2005; the rates are measured, see docs.
 from __future__ import annotations
 
 from ..jit import njit
+from ..rows import BOUNDED, FRICTION
+
+SMOOTH = 1e-5  # of the extent: an overlap that the mean of velocities may add
 
 
 @njit
@@ -20,7 +23,7 @@ def correct_positions(rows, count, contact_first, motions, contacts, options, h)
         row.previous = 0.0
         if r < contact_first:
             row.previous = rate * row.error
-        elif (r - contact_first) % 2 == 0:
+        elif row.kind == BOUNDED:
             extent = contacts[row.source].extent
             depth = row.error + options.slop * extent
             if depth < 0.0:
@@ -37,7 +40,7 @@ def correct_positions(rows, count, contact_first, motions, contacts, options, h)
 def _position_sweep(rows, count, contact_first, motions):  # type: ignore[no-untyped-def]
     for r in range(count):
         row = rows[r]
-        if r >= contact_first and ((r - contact_first) % 2 == 1 or row.error > 0.0):
+        if r >= contact_first and (row.kind == FRICTION or row.error > 0.0):
             continue
         a = motions[row.body_a]
         b = motions[row.body_b]
@@ -57,14 +60,33 @@ def _position_sweep(rows, count, contact_first, motions):  # type: ignore[no-unt
 
 
 @njit
-def smooth_fraction(rows, contact_first, count, bodies, motions, contacts, h):  # type: ignore[no-untyped-def]
+def _nothing_jumped(body_list, bodies, body_parameters, motions, h):  # type: ignore[no-untyped-def]
+    """Whether the change of velocity moves no point by more than the tolerance."""
+    for k in range(len(body_list)):
+        i = body_list[k]
+        v = bodies[i].velocity
+        u = motions[i].start_velocity
+        jump = abs(v[0] - u[0]) + abs(v[1] - u[1]) + abs(v[2] - u[2]) * body_parameters[i].radius
+        if 0.25 * h * jump > SMOOTH * body_parameters[i].extent:
+            return False
+    return True
+
+
+@njit
+def smooth_fraction(
+    rows, contact_first, count, body_list, bodies, body_parameters, motions, contacts, h
+):  # type: ignore[no-untyped-def]
     """1.0 if the mean of old and new velocity keeps every contact of the island apart, else 0.0.
 
     Where bodies slide, roll or fly, both velocities obey the contacts and their mean is second
     order.  Where one lands, the old velocity points into the other body: the new one alone counts.
     """
-    for r in range(contact_first, count, 2):
+    if _nothing_jumped(body_list, bodies, body_parameters, motions, h):
+        return 1.0
+    r = contact_first
+    while r < count:
         row = rows[r]
+        r += row.span
         extent = contacts[row.source].extent
         a = motions[row.body_a]
         b = motions[row.body_b]
@@ -73,6 +95,6 @@ def smooth_fraction(rows, contact_first, count, bodies, motions, contacts, h):  
             va = 0.5 * (bodies[row.body_a].velocity[i] + a.start_velocity[i])
             vb = 0.5 * (bodies[row.body_b].velocity[i] + b.start_velocity[i])
             after += h * (row.jacobian_a[i] * va + row.jacobian_b[i] * vb)
-        if after < min(row.error, 0.0) - 1e-5 * extent:
+        if after < min(row.error, 0.0) - SMOOTH * extent:
             return 0.0
     return 1.0

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numba import int64
 from numpy.typing import NDArray
 
 from gsenv.solver.broadphase import may_touch
@@ -231,7 +232,7 @@ def gap(
             still = Motion(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
             tally = chain_contacts(
                 shape_models, shape_parameters, vertices, b, a, pose_b, pose_a,
-                still, still, 1e300, 0.0, contacts[0:0], 0,
+                still, still, 1e300, 0.0, contacts[0:0], int64(0),
             )  # fmt: skip
             m = bare_manifold(-tally.normal_x, -tally.normal_y, tally.separation)
     return m.normal_x, m.normal_y, m.separation

@@ -11,6 +11,7 @@ from enum import IntEnum
 from typing import Any
 
 import numpy as np
+from numba import int64
 from numpy.typing import NDArray
 
 from gsenv.solver.jit import njit
@@ -152,38 +153,49 @@ def build_tree(vertices: Array) -> None:
 
 
 @njit
-def next_leaf(
+def leaf_span(
     vertices: Array,
     first: int,
     leaves: int,
-    node: int,
     lower_x: float,
     lower_y: float,
     upper_x: float,
     upper_y: float,
-) -> int:
-    """Next leaf after `node` (0: from the start) whose box meets the given one; 0 if none.
+) -> tuple[int, int]:
+    """First leaf that meets a box and the one after the last; (0, 0) if none does.
 
-    A leaf is given as its node number; it holds the edges from (node - leaves) * LEAF_SEGMENTS on.
+    Leaf k holds the edges k * LEAF_SEGMENTS and on; its box is in the entry leaves - 1 + k.
     """
-    descend = node == 0
-    node = max(node, 1)
+    start = int64(-1)
+    stop = int64(0)
+    node = int64(1)
     while True:
-        if descend:
-            entry = vertices[first + node - 1]
-            if (
-                entry.node_lower[0] <= upper_x
-                and entry.node_upper[0] >= lower_x
-                and entry.node_lower[1] <= upper_y
-                and entry.node_upper[1] >= lower_y
-            ):
-                if node >= leaves:
-                    return node
+        entry = vertices[first + node - 1]
+        if (
+            entry.node_lower[0] <= upper_x
+            and entry.node_upper[0] >= lower_x
+            and entry.node_lower[1] <= upper_y
+            and entry.node_upper[1] >= lower_y
+        ):
+            if node < leaves:
                 node *= 2
                 continue
+            stop = node - leaves + 1
+            if start < 0:
+                start = stop - 1
         while node & 1:  # up from right children
             node >>= 1
         if node == 0:
-            return 0
+            return max(start, 0), stop
         node += 1
-        descend = True
+
+
+@njit
+def leaf_misses(entry: Any, x: float, y: float, reach: float) -> bool:
+    """True if the leaf's box, kept in `entry`, is farther than `reach` from the point along an axis."""
+    return (
+        entry.node_lower[0] > x + reach
+        or entry.node_upper[0] < x - reach
+        or entry.node_lower[1] > y + reach
+        or entry.node_upper[1] < y - reach
+    )

@@ -20,7 +20,9 @@ from gsenv.solver.planar.narrowphase.manifold import (
 )
 
 REFERENCE_BIAS = 0.02  # of the extent: a later face must be this much better, or two would alternate
+ROUND_SLOPE = 0.05  # steeper than this, a round segment rolls over the end of a face
 GRAZE = 0.01  # of the extent: less overlap sideways than this is a pass, not a hit
+TOUCH = 0.1  # of the above: corners that overlap less in both directions pass as well
 
 
 @njit
@@ -48,16 +50,18 @@ def clip_faces(
     nearest = min(normal0, normal1) - radius
     overlap = min(half_width, max(side0, side1)) - max(-half_width, min(side0, side1))
     sharp = radius == 0.0
-    if nearest > 0.0 and sharp and overlap < min(graze, 0.5 * half_width):
+    if sharp and nearest > -TOUCH * graze and overlap < min(graze, 0.5 * half_width):
         return bare_manifold(frame.cos, frame.sin, nearest)
-    if overlap < 0.0 and not sharp:
+    slope = 0.0
+    if side1 != side0:
+        slope = (normal1 - normal0) / (side1 - side0)
+    deepest = side0 if normal0 < normal1 else side1
+    beside = overlap < 0.0 or (abs(slope) > ROUND_SLOPE and abs(deepest) > half_width)
+    if beside and not sharp:
         return round_ends(
             frame, half_width, normal0, side0, normal1, side1,
             radius_reference, radius_incident, margin, feature0, feature1,
         )  # fmt: skip
-    slope = 0.0
-    if side1 != side0:
-        slope = (normal1 - normal0) / (side1 - side0)
     cut0 = min(max(side0, -half_width), half_width)
     cut1 = min(max(side1, -half_width), half_width)
     if overlap >= 0.0:
@@ -112,8 +116,9 @@ def round_ends(
     feature0: int,
     feature1: int,
 ) -> Manifold:
-    """Corner to corner with a radius: the segment lies wholly beside the face."""
-    corner = half_width if side0 > half_width else -half_width
+    """Corner of the face with a radius against a segment whose nearer end is beside the face."""
+    deepest = side0 if normal0 < normal1 else side1
+    corner = half_width if deepest > 0.0 else -half_width
     dx = normal1 - normal0
     dy = side1 - side0
     length2 = dx * dx + dy * dy

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numba import int64
 
 from gsenv.solver.jit import njit
 from gsenv.solver.planar.math import Pose
@@ -54,5 +55,5 @@ def box_circle(
         pose_a.x + cos * x - sin * y,
         pose_a.y + sin * x + cos * y,
         separation,
-        0,
+        int64(0),
     )

@@ -15,7 +15,7 @@ from gsenv.solver.planar.narrowphase.motion import Motion, motion_of, velocity_o
 from gsenv.solver.planar.narrowphase.polygons import outline_of
 from gsenv.solver.planar.narrowphase.predict import predict
 from gsenv.solver.planar.narrowphase.table import CHAINS, PAIR_TABLE, PLANES, collide
-from gsenv.solver.planar.narrowphase.terrains import Tally, chain_of, mover_of, terrain_contacts
+from gsenv.solver.planar.narrowphase.terrains import Tally, chain_near, mover_of, terrain_contacts
 from gsenv.solver.planar.shapes import TERRAIN
 
 Array = NDArray[Any]
@@ -45,9 +45,9 @@ def find_contacts(
     `pairs` (pair,); `gravity` (2,) m/s^2; `timestep` s; `contacts` (contact,).  If the result
     exceeds len(contacts), only the first ones were written.
     """
-    count = 0
+    count = int64(0)  # not a literal: callees would be compiled for that as well
     for p in range(pair_count):
-        a = int64(pairs[p].shape_a)  # one integer type, or callees are compiled twice
+        a = int64(pairs[p].shape_a)
         b = int64(pairs[p].shape_b)
         routine = PAIR_TABLE[shape_models[a].kind, shape_models[b].kind]
         extent, margin = pair_scale(
@@ -211,6 +211,5 @@ def chain_contacts(
     mover = mover_of(
         outline, vertices, relative(terrain_pose, shape_pose), velocity, timestep, margin
     )
-    return terrain_contacts(
-        chain_of(shape_models[terrain]), terrain_pose, outline, mover, vertices, contacts, count
-    )
+    chain = chain_near(shape_models[terrain], vertices, mover)
+    return terrain_contacts(chain, terrain_pose, outline, mover, vertices, contacts, count)

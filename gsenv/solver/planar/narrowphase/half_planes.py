@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numba import int64
 
 from gsenv.solver.jit import njit
 from gsenv.solver.planar.math import Pose
@@ -33,4 +34,4 @@ def half_plane_polygon(
 ) -> Manifold:
     """Half-plane a, polygon b."""
     frame = Pose(plane.x, plane.y, -plane.sin, plane.cos)
-    return face_manifold(frame, np.inf, 0.0, polygon, pose, vertices, 0.0, margin, 0)
+    return face_manifold(frame, np.inf, 0.0, polygon, pose, vertices, 0.0, margin, int64(0))

@@ -8,6 +8,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
+from numba import int64
 
 from gsenv.solver.jit import njit
 from gsenv.solver.planar.math import Pose, relative, to_world
@@ -146,9 +147,9 @@ def polygon_polygon(
     extent = min(a.extent, b.extent)
     if other > best + REFERENCE_BIAS * extent:
         return flipped(
-            face_contact(b, pose_b, other_edge, a, pose_a, vertices, extent, margin, 1)
+            face_contact(b, pose_b, other_edge, a, pose_a, vertices, extent, margin, int64(64))
         )
-    return face_contact(a, pose_a, edge, b, pose_b, vertices, extent, margin, 0)
+    return face_contact(a, pose_a, edge, b, pose_b, vertices, extent, margin, int64(0))
 
 
 @njit
@@ -161,13 +162,13 @@ def face_contact(
     vertices: Any,
     extent: float,
     margin: float,
-    side: int,
+    first_feature: int,
 ) -> Manifold:
     """Contact with an edge of a as the reference; features count in base 64."""
     frame, half_width = edge_frame(a, vertices, edge, pose_a)
     return face_manifold(
         frame, half_width, a.radius, b, pose_b, vertices, GRAZE * extent, margin,
-        (side * 64 + edge) * 64,
+        (first_feature + edge) * 64,
     )  # fmt: skip
 
 
@@ -229,5 +230,5 @@ def corner_contact(
         px,
         py,
         separation,
-        0,
+        int64(0),
     )

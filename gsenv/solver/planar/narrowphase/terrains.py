@@ -15,11 +15,12 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
+from numba import int64
 
 from gsenv.solver.jit import njit
 from gsenv.solver.planar.math import Pose, rotate, to_local, to_world
 from gsenv.solver.planar.narrowphase.polygons import Outline, corner_of, edge_normal
-from gsenv.solver.planar.vertices import CONCAVE, CONVEX, FLAT, LEAF_SEGMENTS, leaf_count, next_leaf
+from gsenv.solver.planar.vertices import CONCAVE, CONVEX, FLAT, LEAF_SEGMENTS, leaf_count, leaf_misses, leaf_span
 
 FACING = 1e-3  # sine: an edge of the shape that looks less against the ground is a side
 TILT = 0.2  # sine: a ridge still holds a face that is tilted so far beyond its two edges
@@ -32,6 +33,8 @@ class Chain(NamedTuple):
     first: int
     vertices: int  # how many
     leaves: int
+    start: int  # leaves start .. stop - 1 are near the shape
+    stop: int
 
 
 class Mover(NamedTuple):
@@ -60,9 +63,15 @@ class Tally(NamedTuple):
 
 
 @njit
-def chain_of(shape_model: Any) -> Chain:
-    count = shape_model.vertex_count
-    return Chain(shape_model.vertex_first, count, leaf_count(count))
+def chain_near(shape_model: Any, vertices: Any, mover: Mover) -> Chain:
+    first = int64(shape_model.vertex_first)
+    count = int64(shape_model.vertex_count)
+    leaves = leaf_count(count)
+    reach = mover.size + mover.radius + mover.margin + mover.extent
+    x = mover.middle_x
+    y = mover.middle_y
+    start, stop = leaf_span(vertices, first, leaves, x - reach, y - reach, x + reach, y + reach)
+    return Chain(first, count, leaves, start, stop)
 
 
 @njit
@@ -177,23 +186,19 @@ def nearest_edge(
 ) -> tuple[int, float, bool]:
     """(edge or -1, signed distance in m, True if the point is outside of the solid)."""
     reach = mover.margin + mover.radius + mover.size + mover.extent
-    best = np.inf
-    edge = -1
-    node = 0
-    while True:
-        node = next_leaf(
-            vertices, chain.first, chain.leaves, node, x - reach, y - reach, x + reach, y + reach
-        )
-        if node == 0:
-            break
-        start = (node - chain.leaves) * LEAF_SEGMENTS
-        for i in range(start, min(start + LEAF_SEGMENTS, chain.vertices)):
+    best = reach * reach
+    edge = int64(-1)
+    for leaf in range(chain.start, chain.stop):
+        if leaf_misses(vertices[chain.first + chain.leaves - 1 + leaf], x, y, reach):
+            continue
+        for i in range(leaf * LEAF_SEGMENTS, min((leaf + 1) * LEAF_SEGMENTS, chain.vertices)):
             if vertices[chain.first + i].next < 0:
                 continue
             distance2 = distance_squared(vertices[chain.first + i], x, y)
             if distance2 < best:
                 best = distance2
                 edge = i
+                reach = np.sqrt(best)
     if edge < 0:
         return -1, 0.0, True
     return edge, np.sqrt(best), is_outside(chain, vertices, edge, x, y)
@@ -307,15 +312,10 @@ def corner_outside(
     """The corner is in the open: all edges under it, and ridges that it is beside."""
     reach = mover.margin + mover.radius
     ux, uy = velocity_at(mover, x, y)
-    node = 0
-    while True:
-        node = next_leaf(
-            vertices, chain.first, chain.leaves, node, x - reach, y - reach, x + reach, y + reach
-        )
-        if node == 0:
-            return tally
-        start = (node - chain.leaves) * LEAF_SEGMENTS
-        for i in range(start, min(start + LEAF_SEGMENTS, chain.vertices)):
+    for leaf in range(chain.start, chain.stop):
+        if leaf_misses(vertices[chain.first + chain.leaves - 1 + leaf], x, y, reach):
+            continue
+        for i in range(leaf * LEAF_SEGMENTS, min((leaf + 1) * LEAF_SEGMENTS, chain.vertices)):
             vertex = vertices[chain.first + i]
             if vertex.turn == CONVEX:
                 tally = corner_beside_ridge(
@@ -340,6 +340,7 @@ def corner_outside(
                 vertex.normal[0], vertex.normal[1], separation,
                 (vertex.run * 3 + FACE) * 64 + corner,
             )  # fmt: skip
+    return tally
 
 
 @njit
@@ -420,19 +421,20 @@ def ridges(
 ) -> Tally:
     """Convex vertices of the chain against the edges of the shape."""
     reach = mover.size + mover.radius + mover.margin
-    node = 0
-    while True:
-        node = next_leaf(
-            vertices, chain.first, chain.leaves, node,
-            mover.middle_x - reach, mover.middle_y - reach,
-            mover.middle_x + reach, mover.middle_y + reach,
-        )  # fmt: skip
-        if node == 0:
-            return tally
-        start = (node - chain.leaves) * LEAF_SEGMENTS
-        for i in range(start, min(start + LEAF_SEGMENTS, chain.vertices)):
-            if vertices[chain.first + i].turn == CONVEX:
+    x = mover.middle_x
+    y = mover.middle_y
+    for leaf in range(chain.start, chain.stop):
+        if leaf_misses(vertices[chain.first + chain.leaves - 1 + leaf], x, y, reach):
+            continue
+        for i in range(leaf * LEAF_SEGMENTS, min((leaf + 1) * LEAF_SEGMENTS, chain.vertices)):
+            vertex = vertices[chain.first + i]
+            if vertex.turn != CONVEX:
+                continue
+            dx = vertex.position[0] - x
+            dy = vertex.position[1] - y
+            if dx * dx + dy * dy <= reach * reach:
                 tally = ridge(chain, terrain, outline, mover, vertices, contacts, tally, i)
+    return tally
 
 
 @njit
@@ -451,7 +453,7 @@ def ridge(
     x, y = to_local(mover.pose, vertex.position[0], vertex.position[1])
     best = -np.inf
     highest = -np.inf
-    edge = -1
+    edge = int64(-1)
     for k in range(outline.corners):
         mx, my = edge_normal(outline, vertices, k)
         corner_x, corner_y = corner_of(outline, vertices, k)

@@ -1,0 +1,56 @@
+import numpy as np
+import pytest
+
+from gsenv.envs.spec_tables import Entry, RewardTerm, box_of, entry_table, fill_docstring, reward_table
+
+ENTRIES = (Entry("how far", "distance", -2.5, 3, "m"), Entry("yes or no", "flag", 0, 1))
+
+
+def test_box_has_the_bounds_of_the_entries() -> None:
+    box = box_of(ENTRIES)
+    assert box.dtype == np.float32
+    np.testing.assert_array_equal(box.low, np.float32([-2.5, 0]))
+    np.testing.assert_array_equal(box.high, np.float32([3, 1]))
+
+
+def test_entry_table_has_one_aligned_row_an_entry() -> None:
+    lines = entry_table("Observation", ENTRIES).split("\n")
+    assert lines[0] == "| Num | Observation | Min  | Max | Name     | Unit |"
+    assert lines[2] == "| 0   | how far     | -2.5 | 3   | distance | m    |"
+    assert lines[3] == "| 1   | yes or no   | 0    | 1   | flag     | -    |"
+    assert len({len(line) for line in lines}) == 1
+
+
+def test_reward_table() -> None:
+    assert "| fall | -2 when it falls |" in reward_table([RewardTerm("fall", "-2 when it falls")])
+
+
+def test_fill_docstring_keeps_the_indent_and_other_braces() -> None:
+    class Documented:
+        """Text {table} in a line.
+
+        {table}
+        {unknown}
+        """
+
+    doc = fill_docstring(Documented, table="a\nb").__doc__
+    assert doc is not None
+    assert "        a\n        b\n        {unknown}" in doc
+    assert "Text {table} in a line." in doc
+
+
+@pytest.mark.parametrize("heading", [
+    "Description", "Action Space", "Observation Space", "Rewards", "Starting State", "Episode End",
+    "Arguments", "Version History",
+])  # fmt: skip
+def test_docstring_of_the_env_is_its_specification(heading: str) -> None:
+    from gsenv.envs.stack import StackEnv, StackTask
+
+    doc = StackEnv.__doc__
+    assert doc is not None
+    assert f"## {heading}\n" in doc
+    assert "{" not in doc.replace('{"blocks": k}', "")
+    for entry in (*StackTask.actions, *StackTask.observations):
+        assert f"| {entry.name} " in doc
+    for term in StackTask.reward_terms:
+        assert f"| {term.name} " in doc
