@@ -8,6 +8,9 @@ from __future__ import annotations
 
 from .jit import njit
 
+AWAKE = 1
+DRIVEN = 2  # moved from outside: awake, and may not fall asleep
+
 
 @njit
 def _root(motions, body):  # type: ignore[no-untyped-def]
@@ -118,7 +121,7 @@ def _fill_bodies(bodies, body_parameters, motions, islands, island_bodies):  # t
             island_bodies[island.body_first + island.body_count] = b
             island.body_count += 1
             if bodies[b].asleep == 0:
-                island.awake = 1
+                island.awake = AWAKE
 
 
 @njit
@@ -168,11 +171,11 @@ def build_islands(
                 island = islands[i]
                 island_contacts[island.contact_first + island.contact_count] = k
                 island.contact_count += 1
-                if island.awake == 0 and (
+                if island.awake != DRIVEN and (
                     _moving_kinematic(body_models, body_parameters, bodies, contact.body_a)
                     or _moving_kinematic(body_models, body_parameters, bodies, contact.body_b)
                 ):
-                    island.awake = 1
+                    island.awake = DRIVEN
     if joint_models is not None:
         for j in range(len(joint_models)):
             i = _island_of(motions, joint_models[j].body_a, joint_models[j].body_b)
@@ -181,5 +184,5 @@ def build_islands(
                 island_joints[island.joint_first + island.joint_count] = j
                 island.joint_count += 1
                 if joint_models[j].wakes:
-                    island.awake = 1
+                    island.awake = DRIVEN
     return count

@@ -23,7 +23,7 @@ def wake_count(bodies, body_models, body_parameters):  # type: ignore[no-untyped
 
 
 @njit
-def update_sleep(indices, bodies, body_parameters, options):  # type: ignore[no-untyped-def]
+def update_sleep(indices, bodies, body_parameters, options, driven):  # type: ignore[no-untyped-def]
     """Count the time at rest of an awake island's bodies; put it to sleep as a whole."""
     least = options.sleep_time
     for k in range(len(indices)):
@@ -31,12 +31,12 @@ def update_sleep(indices, bodies, body_parameters, options):  # type: ignore[no-
         speed = (body.velocity[0] ** 2 + body.velocity[1] ** 2) ** 0.5
         speed += abs(body.velocity[2]) * body_parameters[indices[k]].radius
         body.asleep = 0
-        if speed > options.sleep_speed:
+        if driven or speed > options.sleep_speed:
             body.sleep_time = 0.0
         else:
             body.sleep_time += options.timestep
         least = min(least, body.sleep_time)
-    if least < options.sleep_time or options.sleep == 0:
+    if least < options.sleep_time or options.sleep == 0 or driven:
         return
     for k in range(len(indices)):
         body = bodies[indices[k]]

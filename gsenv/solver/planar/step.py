@@ -5,7 +5,7 @@ from __future__ import annotations
 from ..broadphase import find_pairs
 from ..contact_cache import match_contacts, merge_sleeping
 from ..diagnostics import start_counters
-from ..islands import build_islands
+from ..islands import DRIVEN, build_islands
 from ..jit import njit
 from ..optional import at
 from .geometry import update_geometry
@@ -69,6 +69,7 @@ def step_world(
         )
     if wake_count(bodies[w], body_models, body_parameters[w]) == 0:
         start_counters(state)
+        clear_forces(bodies[w])
         state.step += 1
         return OK, 0
 
@@ -129,7 +130,7 @@ def step_world(
         size += r
         state.island_count += 1
         state.awake_count += island.body_count
-        update_sleep(body_list, bodies[w], body_parameters[w], options)
+        update_sleep(body_list, bodies[w], body_parameters[w], options, island.awake == DRIVEN)
     state.natural_residual = (error / max(load, size)) ** 0.5 if error > 0.0 else 0.0
     move_kinematic(bodies[w], body_models, body_parameters[w], motions, dt)
     if fast_start is not None:
