@@ -1,4 +1,4 @@
-"""What all tasks share: the batched Task, and the single Gymnasium environment over one world of it.
+"""What all tasks share: the batched Task, and the Gymnasium environment over one world of it.
 
 A task says what its worlds are made of and has four jitted passes over them: start (after a reset),
 act (before the physics), judge (after it: rewards, ends, observations). Single and vector
@@ -14,10 +14,18 @@ from typing import Any, ClassVar, TypeVar
 
 import gymnasium
 import numpy as np
+from gymnasium import spaces
 from gymnasium.error import ResetNeeded
 from numpy.typing import ArrayLike, NDArray
 
-from gsenv.envs.spec_tables import Entry, RewardTerm, box_of, entry_table, fill_docstring, reward_table
+from gsenv.envs.spec_tables import (
+    Entry,
+    RewardTerm,
+    box_of,
+    entry_table,
+    fill_docstring,
+    reward_table,
+)
 from gsenv.solver import Options, Scene, Snapshot, World
 
 Array = NDArray[Any]
@@ -158,7 +166,9 @@ class Task(ABC):
         except (TypeError, ValueError):
             raise ValueError(f"step: actions must be numbers, got {actions!r}.") from None
         if given.shape != buffer.shape:
-            raise ValueError(f"step: actions must have the shape {buffer.shape}, got {given.shape}.")
+            raise ValueError(
+                f"step: actions must have the shape {buffer.shape}, got {given.shape}."
+            )
         buffer[:] = given
         if ignored is not None:
             buffer[ignored] = 0.0
@@ -257,8 +267,8 @@ class TaskEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
     ) -> None:
         self.render_mode = check_render_mode(render_mode, self.metadata["render_modes"])
         self._painter = Painter(width, height)
-        self.observation_space = box_of(self.task_class.observations)
-        self.action_space = box_of(self.task_class.actions)
+        self.observation_space: spaces.Box = box_of(self.task_class.observations)  # type: ignore[assignment]
+        self.action_space: spaces.Box = box_of(self.task_class.actions)  # type: ignore[assignment]
         self.task = self.task_class(1, 1, settings)
         self._action_shape = self.action_space.shape
         self._ready = False
@@ -290,7 +300,7 @@ class TaskEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
             raise ResetNeeded("step: the episode is over or has not begun, call reset first.")
         if np.shape(action) != self._action_shape:
             raise ValueError(
-                f"step: the action must have the shape {self._action_shape}, got {np.shape(action)}."
+                f"step: an action has the shape {self._action_shape}, got {np.shape(action)}."
             )
         task = self.task
         task.step((action,))
@@ -307,7 +317,8 @@ class TaskEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
 
     def save(self) -> EnvSnapshot:
         """All that decides how the environment goes on, its random generator included."""
-        return EnvSnapshot(self.task.save(), self.np_random.bit_generator.state, self._ready)
+        generator = dict(self.np_random.bit_generator.state)
+        return EnvSnapshot(self.task.save(), generator, self._ready)
 
     def restore(self, snapshot: EnvSnapshot) -> None:
         """Go on bit for bit from a snapshot of this or an equal environment, in any process.

@@ -1,4 +1,4 @@
-"""Tables of actions, observations and rewards: one definition for spaces, kernels' users and docs."""
+"""Tables of actions, observations and rewards: one definition for spaces, users and docs."""
 
 from __future__ import annotations
 

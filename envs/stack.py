@@ -26,7 +26,7 @@ def check_blocks(blocks: Any) -> int:
 
 
 class StackTask(Task):
-    """The rules, over many worlds. `settings["blocks"]` holds where a reset does not say otherwise."""
+    """The rules, over many worlds; `settings["blocks"]` is the default of a reset."""
 
     actions = (
         Entry(f"gripper velocity to the right, of {stack_scene.SPEED} m/s", "move_x", -1, 1),
@@ -69,13 +69,20 @@ class StackTask(Task):
     reward_terms = (
         RewardTerm(
             "approach",
-            f"{stack_rules.APPROACH_WEIGHT:g} per m nearer: the held block to its place (across, down, and "
-            f"{stack_rules.TILT_WEIGHT:g} m per rad of tilt), the empty gripper to the next block",
+            f"{stack_rules.APPROACH_WEIGHT:g} per m nearer: the held block to its place (across, "
+            f"down, and {stack_rules.TILT_WEIGHT:g} m per rad of tilt), the empty gripper to where "
+            "the next block comes",
         ),
-        RewardTerm("placed", f"{stack_rules.PLACED_REWARD:g} when a block first rests at its level"),
-        RewardTerm("success", f"{stack_rules.SUCCESS_REWARD:g} when the whole tower has stood for 1 s"),
+        RewardTerm(
+            "placed", f"{stack_rules.PLACED_REWARD:g} when a block first rests at its level"
+        ),
+        RewardTerm(
+            "success", f"{stack_rules.SUCCESS_REWARD:g} when the whole tower has stood for 1 s"
+        ),
         RewardTerm("fall", f"{stack_rules.FALL_REWARD:g} when a released block falls"),
-        RewardTerm("effort", f"{stack_rules.EFFORT_WEIGHT:g} times the mean square of the first 3 actions"),
+        RewardTerm(
+            "effort", f"{stack_rules.EFFORT_WEIGHT:g} times the mean square of the first 3 actions"
+        ),
     )
     record_fields = stack_rules.RECORD_FIELDS
     fact_fields = (("success", "?"), ("is_success", "?"), ("placed", "i8"), ("stand_time", "f8"))
@@ -143,11 +150,12 @@ class StackEnv(TaskEnv):
     """Build a tower: GStack-v0.
 
     ## Description
-    A gripper hangs from a gantry and holds a block by a magnet. Set the block down, let go, rise, and
-    the next block appears in the gripper, until all blocks stand on one another. Blocks differ in size,
-    mass and friction; each is held off its middle and tilted, so it must be levelled and centred.
-    The gripper is a body of 10 kg that a drive moves by at most 400 N along each axis and 80 N m: it
-    sags under heavy blocks, stops at obstacles and topples what it hits. Control runs at 30 Hz.
+    A gripper hangs from a gantry and holds a block by a magnet. Set the block down, let go, rise,
+    and the next block appears in the gripper, until all blocks stand on one another. Blocks differ
+    in size, mass and friction; each is held off its middle and tilted, so it must be levelled and
+    centred. The gripper is a body of 10 kg that a drive moves by at most 400 N along each axis and
+    80 N m: it sags under heavy blocks, stops at obstacles and topples what it hits. Control runs at
+    30 Hz.
 
     A block belongs on the one that came before it, the first on the ground wherever you like. It is
     *placed* once it touches what it belongs on, moves slower than 0.08 m/s and 0.12 rad/s, and the
@@ -159,11 +167,12 @@ class StackEnv(TaskEnv):
 
     {action_table}
 
-    The drive's target stays within 1.8 m of the middle, between 0.15 and 4.4 m, and within 0.6 rad.
+    The drive's target stays within 1.8 m of the middle, between 0.15 and 4.4 m high, and within
+    0.6 rad.
 
     ## Observation Space
-    `Box(low, high, (30,), float32)`, always within its bounds. "Block" is the one in the gripper, or the
-    last one that was; "support" is what it belongs on.
+    `Box(low, high, (30,), float32)`, always within its bounds. "Block" is the one in the gripper,
+    or the last one that was; "support" is what it belongs on.
 
     {observation_table}
 
@@ -176,23 +185,25 @@ class StackEnv(TaskEnv):
     going to and fro earns nothing.
 
     ## Starting State
-    The gripper is at rest with the first block, up to 1.2 m left or right of the middle and 1.2 to 1.6 m
-    high. Uniform and independent for each block: half-width 0.20 to 0.35 m, half-height 0.12 to 0.20 m,
-    density 20 to 60 kg/m^2 (1.9 to 16.8 kg), friction 0.4 to 0.8, held up to 35 % of the half-width off
-    its middle and tilted by up to 0.3 rad. Equal seeds give equal blocks for any number of blocks.
+    The gripper is at rest with the first block, up to 1.2 m left or right of the middle and 1.2 to
+    1.6 m high. Uniform and independent for each block: half-width 0.20 to 0.35 m, half-height 0.12
+    to 0.20 m, density 20 to 60 kg/m^2 (1.9 to 16.8 kg), friction 0.4 to 0.8, held up to 35 % of the
+    half-width off its middle and tilted by up to 0.3 rad. Equal seeds give equal blocks for any
+    number of blocks.
 
     ## Episode End
-    - Termination, success: all blocks have stood for 1 s, each on the one below, the gripper off them.
-    - Termination, failure: a released block is tilted by more than 0.5 rad, or its middle is more than a
-      quarter of its height below its level.
+    - Termination, success: all blocks have stood for 1 s, each on the one below, the gripper off
+      them.
+    - Termination, failure: a released block is tilted by more than 0.5 rad, or its middle is more
+      than a quarter of its height below its level.
     - Truncation: after 600 steps (20 s), by `gymnasium.make` and `gymnasium.make_vec`.
 
-    `info` has `success` and `is_success` (bool), `placed` (blocks), and `stand_time` (s that the released
-    blocks have stood).
+    `info` has `success` and `is_success` (bool), `placed` (blocks), and `stand_time` (s that the
+    released blocks have stood).
 
     ## Arguments
-    - `blocks`: levels of the tower, 1 to 8 (default 5). `reset(options={"blocks": k})` overrides it for
-      one episode.
+    - `blocks`: levels of the tower, 1 to 8 (default 5). `reset(options={"blocks": k})` overrides
+      it for one episode.
     - `render_mode`: None or "rgb_array"; `width`, `height`: of frames, multiples of 16 (640 x 480).
 
     ## Version History

@@ -145,10 +145,10 @@ def _hand_over(record, k, bodies, body_parameters, joint_parameters):  # type: i
 
 
 @njit
-def start_worlds(
+def start_worlds(  # type: ignore[no-untyped-def]
     worlds, draws, blocks, records, bodies, body_parameters, shape_parameters, joint_parameters,
     joint_states,
-):  # type: ignore[no-untyped-def]  # fmt: skip
+):  # fmt: skip
     """Episodes begin: the gripper at a drawn place, the first block in it."""
     for i in range(len(worlds)):
         w = worlds[i]
@@ -335,9 +335,7 @@ def _distance(record, bodies, body_parameters, shape_parameters, joint_parameter
 def _approach(record, bodies, body_parameters, shape_parameters, joint_parameters):  # type: ignore[no-untyped-def]
     """m nearer since the last step; 0 in the first one of a phase, so nothing is paid twice."""
     before = record.distance
-    record.distance = _distance(
-        record, bodies, body_parameters, shape_parameters, joint_parameters
-    )
+    record.distance = _distance(record, bodies, body_parameters, shape_parameters, joint_parameters)
     return before - record.distance if before >= 0.0 else 0.0
 
 
@@ -349,10 +347,10 @@ def _move_mast(bodies):  # type: ignore[no-untyped-def]
 
 
 @njit
-def judge_world(
+def judge_world(  # type: ignore[no-untyped-def]
     record, term, fact, contacts, contact_count, bodies, body_parameters, shape_parameters,
     joint_parameters,
-):  # type: ignore[no-untyped-def]  # fmt: skip
+):  # fmt: skip
     """Rewards and facts of one world after a control step; returns (reward, terminated)."""
     resting, gripped = _touches(contacts, contact_count)
     released = record.arrived if record.held < 0 else record.held
@@ -439,10 +437,10 @@ def _observe_tower(out, record, released, bodies, shape_parameters):  # type: ig
 
 
 @njit
-def observe_world(
+def observe_world(  # type: ignore[no-untyped-def]
     out, low, high, record, bodies, body_parameters, shape_parameters, joint_parameters,
     joint_states, time,
-):  # type: ignore[no-untyped-def]  # fmt: skip
+):  # fmt: skip
     """All observations of a world, into `out` and within its bounds."""
     _observe_gripper(out, bodies, joint_states[_DRIVE], time)
     held = record.held >= 0
@@ -455,10 +453,10 @@ def observe_world(
 
 
 @njit
-def observe_worlds(
+def observe_worlds(  # type: ignore[no-untyped-def]
     worlds, out, low, high, records, bodies, body_parameters, shape_parameters, joint_parameters,
     joint_states, time,
-):  # type: ignore[no-untyped-def]  # fmt: skip
+):  # fmt: skip
     """Observations of chosen worlds."""
     for i in range(len(worlds)):
         w = worlds[i]
@@ -469,10 +467,10 @@ def observe_worlds(
 
 
 @njit
-def judge_worlds(
+def judge_worlds(  # type: ignore[no-untyped-def]
     out, low, high, rewards, terms, facts, terminated, records, world_states, contacts, bodies,
     body_parameters, shape_parameters, joint_parameters, joint_states, time,
-):  # type: ignore[no-untyped-def]  # fmt: skip
+):  # fmt: skip
     """Rewards, ends and observations of all worlds."""
     for w in range(len(records)):
         rewards[w], terminated[w] = judge_world(

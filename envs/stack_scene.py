@@ -37,7 +37,7 @@ DRIVE_JOINT, FIRST_WELD = 0, 1
 FIRST_BLOCK_SHAPE = 6  # ground, rail, mast, magnet, wrist, collar come before
 PARKED_Y = -20.0  # m, of blocks that are yet to come; disabled, so nothing meets them there
 
-NOTHING = 0  # category and mask of what is only to be seen
+NOTHING = 0  # mask of what is only to be seen
 
 COLORS = (
     (238, 90, 46),
@@ -58,10 +58,9 @@ def build_scene() -> Scene:
     """Ground, gantry, gripper and all blocks, parked."""
     scene = Scene()
     scene.add_body("ground", "static", [HalfPlane(friction=0.8)])
-    seen = {"density": 0.0, "category": NOTHING, "mask": NOTHING}
-    rail = Box(half_extents=(2.6, 0.05), **seen)
+    rail = Box(half_extents=(2.6, 0.05), mask=NOTHING)
     scene.add_body("rail", "static", [rail], position=(0.0, RAIL_Y))
-    mast = Box(half_extents=(0.035, MAST_HALF_LENGTH), **seen)
+    mast = Box(half_extents=(0.035, MAST_HALF_LENGTH), mask=NOTHING)
     scene.add_body("mast", "kinematic", [mast], position=(0.0, START_Y[0]), color=MAST_COLOR)
     gripper = scene.add_body(
         "gripper",

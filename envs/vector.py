@@ -1,4 +1,4 @@
-"""The native vector environment: all worlds of a task in one batch, in Gymnasium's three autoreset modes."""
+"""The native vector environment: all worlds of a task in one batch, in all autoreset modes."""
 
 from __future__ import annotations
 
@@ -34,7 +34,10 @@ class VectorSnapshot:
 
 
 class TaskVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], Array]):
-    """N worlds of a task. World i, seeded s + i, equals the single environment seeded s + i, bit for bit."""
+    """N worlds of a task.
+
+    World i of `reset(seed=s)` equals the single environment's `reset(seed=s + i)`, bit for bit.
+    """
 
     task_class: ClassVar[type[Task]]
     metadata: dict[str, Any] = {  # noqa: RUF012
@@ -78,7 +81,10 @@ class TaskVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], Array]):
     # ------------------------------------------------- reset
 
     def reset(
-        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
+        self,
+        *,
+        seed: int | Sequence[int | None] | None = None,
+        options: dict[str, Any] | None = None,
     ) -> tuple[NDArray[np.float32], dict[str, Any]]:
         """Begin new episodes.
 
@@ -207,7 +213,7 @@ class TaskVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], Array]):
         """All that decides how the environment goes on, its random generators included."""
         return VectorSnapshot(
             self.task.save(),
-            [generator.bit_generator.state for generator in self._generators],
+            [dict(generator.bit_generator.state) for generator in self._generators],
             self._elapsed.copy(),
             self._finished.copy(),
             self._begun.copy(),
@@ -232,7 +238,7 @@ class TaskVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], Array]):
 
     # ------------------------------------------------- Gymnasium's other accessors
 
-    @property
+    @property  # type: ignore[misc]
     def np_random(self) -> tuple[np.random.Generator, ...]:  # type: ignore[override]
         """The worlds' random generators."""
         return tuple(self._generators)
@@ -251,7 +257,9 @@ class TaskVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], Array]):
         value = getattr(self, name)
         if callable(value):
             value = value(*args, **kwargs)
-        per_world = isinstance(value, (tuple, np.ndarray)) and np.shape(value)[:1] == (self.num_envs,)
+        per_world = isinstance(value, (tuple, np.ndarray)) and np.shape(value)[:1] == (
+            self.num_envs,
+        )
         return tuple(value) if per_world else (value,) * self.num_envs
 
     def get_attr(self, name: str) -> tuple[Any, ...]:
@@ -269,7 +277,7 @@ class TaskVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], Array]):
         if isinstance(values, (list, tuple)):
             if len(values) != self.num_envs or any(value != values[0] for value in values):
                 raise ValueError(
-                    f"set_attr: {name!r} is shared, it needs one value or {self.num_envs} equal ones."
+                    f"set_attr: {name!r} is shared; give one value, or {self.num_envs} equal ones."
                 )
             values = values[0]
         setattr(self, name, values)

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 import gymnasium
 import numpy as np
 
-import gsenv
+import gsenv  # noqa: F401  (registers the environments)
 
 if TYPE_CHECKING:
     from stable_baselines3 import PPO
@@ -69,12 +69,22 @@ def main(arguments: Sequence[str] | None = None) -> int:
         import stable_baselines3  # noqa: F401
         import torch
     except ImportError as error:
-        print(f"ppo: {error.name} is missing; pip install 'gsenv[train]' brings it.", file=sys.stderr)
+        print(
+            f"ppo: {error.name} is missing; pip install 'gsenv[train]' brings it.", file=sys.stderr
+        )
         return 1
     torch.set_num_threads(settings.torch_threads)
+    try:
+        return _run(settings, out)
+    except KeyboardInterrupt:
+        print("ppo: interrupted", file=sys.stderr)
+        return INTERRUPTED
+
+
+def _run(settings: Settings, out: Path) -> int:
+    model = make_model(settings)
     out.mkdir(parents=True, exist_ok=True)
     (out / "settings.json").write_text(json.dumps(asdict(settings), indent=2) + "\n")
-    model = make_model(settings)
     began = perf_counter()
     finished = train(model, settings, out)
     rate = model.num_timesteps / (perf_counter() - began)
@@ -94,7 +104,9 @@ def _parse(arguments: Sequence[str] | None) -> tuple[Settings, Path]:
     default = Settings()
     parser = argparse.ArgumentParser(prog="ppo", description="Train PPO on an environment.")
     parser.add_argument("--env", default=default.env, help="default: %(default)s")
-    parser.add_argument("--steps", type=_positive, default=default.steps, help="default: %(default)s")
+    parser.add_argument(
+        "--steps", type=_positive, default=default.steps, help="default: %(default)s"
+    )
     parser.add_argument("--seed", type=int, default=default.seed, help="default: %(default)s")
     parser.add_argument("--out", type=Path, help="folder; default: runs/ppo/ENV-SEED")
     given = parser.parse_args(arguments)
@@ -132,7 +144,7 @@ def make_model(settings: Settings) -> PPO:
 
 
 def train(model: PPO, settings: Settings, out: Path) -> bool:
-    """Train with a progress bar and checkpoints; False if Ctrl-C ended it. The policy is saved anyway."""
+    """Train with a progress bar; False if Ctrl-C ended it. The policy is saved in any case."""
     finished = True
     with _progress() as progress:
         try:
@@ -154,7 +166,13 @@ def save(model: PPO, out: Path) -> None:
 
 
 def _progress() -> Any:
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        TextColumn,
+        TimeRemainingColumn,
+    )
 
     return Progress(
         TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
@@ -206,11 +224,8 @@ def evaluate(model: Any, env_id: str, episodes: int, seed: int = EVALUATION_SEED
         success |= running & ended & infos.get("is_success", np.zeros(episodes, bool))
         running &= ~ended
     envs.close()
-    return Evaluation(
-        episodes, float(returns.mean()), float(success.mean()), float(lengths.mean())
-    )
+    return Evaluation(episodes, float(returns.mean()), float(success.mean()), float(lengths.mean()))
 
 
 if __name__ == "__main__":
-    assert gsenv.__version__  # the import has registered the environments
     sys.exit(main())

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gsenv.envs.stack import StackTask
+from gsenv.envs.base import Task
 from gsenv.envs.stack_scene import FIRST_BLOCK, FIRST_BLOCK_SHAPE
 
 IDLE = np.array([0, 0, 0, -1], np.float32)
@@ -22,7 +22,7 @@ def mixed_actions(seed: int, shape: tuple[int, ...]) -> NDArray[np.float32]:
     return actions
 
 
-def set_up_tower(task: StackTask, count: int, world: int = 0) -> list[float]:
+def set_up_tower(task: Task, count: int, world: int = 0) -> list[float]:
     """`count` released blocks, one on the other, the gripper 1 m above; returns their heights."""
     physics = task.world
     top = 0.0
@@ -46,7 +46,7 @@ def set_up_tower(task: StackTask, count: int, world: int = 0) -> list[float]:
     return heights
 
 
-def block_position(task: StackTask, k: int, world: int = 0) -> NDArray[np.float64]:
+def block_position(task: Task, k: int, world: int = 0) -> Any:
     return np.array(task.world.position[world, FIRST_BLOCK + k])
 
 

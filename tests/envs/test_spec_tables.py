@@ -1,7 +1,14 @@
 import numpy as np
 import pytest
 
-from gsenv.envs.spec_tables import Entry, RewardTerm, box_of, entry_table, fill_docstring, reward_table
+from gsenv.envs.spec_tables import (
+    Entry,
+    RewardTerm,
+    box_of,
+    entry_table,
+    fill_docstring,
+    reward_table,
+)
 
 ENTRIES = (Entry("how far", "distance", -2.5, 3, "m"), Entry("yes or no", "flag", 0, 1))
 
@@ -9,8 +16,8 @@ ENTRIES = (Entry("how far", "distance", -2.5, 3, "m"), Entry("yes or no", "flag"
 def test_box_has_the_bounds_of_the_entries() -> None:
     box = box_of(ENTRIES)
     assert box.dtype == np.float32
-    np.testing.assert_array_equal(box.low, np.float32([-2.5, 0]))
-    np.testing.assert_array_equal(box.high, np.float32([3, 1]))
+    np.testing.assert_array_equal(box.low, np.array([-2.5, 0], np.float32))
+    np.testing.assert_array_equal(box.high, np.array([3, 1], np.float32))
 
 
 def test_entry_table_has_one_aligned_row_an_entry() -> None:

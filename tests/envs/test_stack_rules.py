@@ -9,7 +9,16 @@ import pytest
 
 from gsenv.envs.policies import build_tower
 from gsenv.envs.stack import StackEnv, StackTask
-from gsenv.envs.stack_scene import DRIVE_JOINT, FIRST_BLOCK, FIRST_WELD, GRIPPER_BODY, MAX_FORCE, MAX_TORQUE
+from gsenv.envs.stack_scene import (
+    DRIVE_JOINT,
+    FIRST_BLOCK,
+    FIRST_BLOCK_SHAPE,
+    FIRST_WELD,
+    GRIPPER_BODY,
+    MAGNET_RADIUS,
+    MAX_FORCE,
+    MAX_TORQUE,
+)
 from tests.envs.stack_worlds import IDLE, RELEASE, block_position, mixed_actions, set_up_tower
 
 DOWN = np.array([0, -1, 0, -1], np.float32)
@@ -50,9 +59,9 @@ def test_a_block_counts_once(env: StackEnv) -> None:
 
 
 def test_a_tower_under_the_gripper_does_not_count(env: StackEnv) -> None:
-    set_up_tower(env.task, 3)
-    top = block_position(env.task, 2)[1] + env.task.world.parameters.half_extents[0, -1, 1]
-    place = (0.0, top + 0.12)
+    heights = set_up_tower(env.task, 3)
+    half = env.task.world.parameters.half_extents[0, FIRST_BLOCK_SHAPE + 2, 1]
+    place = (0.0, heights[2] + half + MAGNET_RADIUS)
     env.task.world.set_pose("gripper", position=place)
     env.task.world.set_target("drive", position=place)
     _, _, terminated, _, info = run(env, 60, 0.3 * DOWN)
@@ -159,9 +168,12 @@ def test_the_weld_holds_through_rough_handling(env: StackEnv) -> None:
 
 
 def test_going_to_and_fro_earns_nothing(env: StackEnv) -> None:
+    env.step(IDLE)
     total = 0.0
+    before = env.task.records["distance"][0]
     for _ in range(8):
         for action in (UP, DOWN):
             for _ in range(10):
                 total += env.step(action)[4]["reward_terms"]["approach"]
-    assert abs(total) < 0.05
+    after = env.task.records["distance"][0]
+    assert total == pytest.approx(0.5 * (before - after), abs=1e-9)

@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -41,10 +42,10 @@ def test_trains_saves_and_evaluates(tmp_path: Path) -> None:
 def test_equal_seeds_train_equal_policies(tmp_path: Path) -> None:
     weights = []
     for seed in (0, 0, 1):
-        settings = ppo.Settings(**{**ppo.asdict(SMALL), "seed": seed, "layers": (16,)})
+        settings = replace(SMALL, seed=seed)
         model = ppo.make_model(settings)
         ppo.train(model, settings, tmp_path)
-        weights.append(model.policy.action_net.weight.detach().numpy().copy())  # type: ignore[operator,union-attr]
+        weights.append(model.policy.action_net.weight.detach().numpy().copy())  # type: ignore[operator]
     np.testing.assert_array_equal(weights[0], weights[1])
     assert (weights[0] != weights[2]).any()
 
@@ -58,7 +59,9 @@ def test_interrupt_keeps_a_usable_policy(tmp_path: Path, monkeypatch: pytest.Mon
     PPO.load(tmp_path / "policy.zip", device="cpu").predict(np.zeros(30, np.float32))
 
 
-def test_a_failed_save_leaves_the_old_policy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_failed_save_leaves_the_old_policy(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     (tmp_path / "policy.zip").write_text("old")
     model = ppo.make_model(SMALL)
 
@@ -75,7 +78,16 @@ def test_a_failed_save_leaves_the_old_policy(tmp_path: Path, monkeypatch: pytest
 
 @pytest.mark.parametrize("start", [["-m", "gsenv.train.ppo"], ["train/ppo.py"]])
 def test_command_line_and_ctrl_c(start: list[str], tmp_path: Path) -> None:
-    command = [sys.executable, *start, "--env", "GStack-v0", "--steps", "1000000", "--out", str(tmp_path)]
+    command = [
+        sys.executable,
+        *start,
+        "--env",
+        "GStack-v0",
+        "--steps",
+        "1000000",
+        "--out",
+        str(tmp_path),
+    ]
     process = subprocess.Popen(
         command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     )
@@ -83,7 +95,7 @@ def test_command_line_and_ctrl_c(start: list[str], tmp_path: Path) -> None:
         deadline = time.monotonic() + 120
         while not (tmp_path / "settings.json").exists() and time.monotonic() < deadline:
             time.sleep(0.1)
-        time.sleep(6)
+        time.sleep(2)
         process.send_signal(signal.SIGINT)
         output, errors = process.communicate(timeout=60)
     finally:
@@ -106,7 +118,9 @@ def test_wrong_command_lines_are_refused(arguments: list[str]) -> None:
     assert error.value.code == 2
 
 
-def test_missing_libraries_are_named(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+def test_missing_libraries_are_named(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     monkeypatch.setitem(sys.modules, "stable_baselines3", None)
     assert ppo.main(["--steps", "10"]) == 1
     assert "pip install 'gsenv[train]'" in capsys.readouterr().err

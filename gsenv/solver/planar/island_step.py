@@ -56,15 +56,15 @@ def step_island(
     edges,
     blocks,
     pull,
+    driven,
 ):  # type: ignore[no-untyped-def]
     """Advance the bodies of one island by a whole timestep; returns (error, load, size) of nm."""
     n = options.substeps
     h = options.timestep / n
     first = 0
-    driven = False
     if joint_models is not None:
         first = count_joint_rows(joint_list, joint_models)
-        driven = any_driven(joint_list, joint_models)
+        driven = driven or any_driven(joint_list, joint_models)
     end = add_contact_rows(
         rows, first, contacts, contact_list, bodies, body_parameters, options.warm_start
     )
@@ -83,7 +83,6 @@ def step_island(
             refresh_contact_rows(rows, first, end, contacts, motions, h)
         integrate_velocities(body_list, bodies, body_parameters, motions, h)
         if joint_models is not None:
-            move_targets(joint_list, joint_models, joint_states, h)
             add_joint_rows(
                 rows,
                 0,
@@ -118,8 +117,8 @@ def step_island(
             world_state.residual = max(world_state.residual, residual)
             if residual > options.tolerance:
                 world_state.unconverged += 1
-                if not driven:
-                    guard_energy(rows, end, body_list, bodies, body_parameters, motions)
+            if not driven:
+                guard_energy(rows, end, body_list, bodies, body_parameters, motions)
             if s == n - 1:
                 error, load, size = natural_residual(rows, end, first, bodies, motions)
             correct_positions(rows, end, first, motions, contacts, options, h)
@@ -130,6 +129,7 @@ def step_island(
         store_contact_impulses(rows, first, end, contacts)
         if joint_models is not None:
             store_joint_impulses(rows, 0, joint_list, joint_models, joint_states)
+            move_targets(joint_list, joint_models, joint_states, h)
     store_separations(rows, first, end, contacts, motions)
     return error, load, size
 

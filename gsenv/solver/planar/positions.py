@@ -9,6 +9,7 @@ from __future__ import annotations
 from ..jit import njit
 from ..rows import BOUNDED, FRICTION
 
+_INFINITY = float("inf")
 SMOOTH = 1e-5  # of the extent: an overlap that the mean of velocities may add
 
 
@@ -73,6 +74,19 @@ def _nothing_jumped(body_list, bodies, body_parameters, motions, h):  # type: ig
 
 
 @njit
+def _mean_velocity(row, bodies, motions):  # type: ignore[no-untyped-def]
+    """J (v_old + v_new) / 2."""
+    s = 0.0
+    a = bodies[row.body_a].velocity
+    b = bodies[row.body_b].velocity
+    start_a = motions[row.body_a].start_velocity
+    start_b = motions[row.body_b].start_velocity
+    for i in range(len(row.jacobian_a)):
+        s += row.jacobian_a[i] * (a[i] + start_a[i]) + row.jacobian_b[i] * (b[i] + start_b[i])
+    return 0.5 * s
+
+
+@njit
 def smooth_fraction(
     rows, contact_first, count, body_list, bodies, body_parameters, motions, contacts, h
 ):  # type: ignore[no-untyped-def]
@@ -83,18 +97,18 @@ def smooth_fraction(
     """
     if _nothing_jumped(body_list, bodies, body_parameters, motions, h):
         return 1.0
+    for r in range(contact_first):
+        row = rows[r]
+        if row.softness == 0.0 and row.lower == -_INFINITY and row.upper == _INFINITY:
+            opened = h * abs(_mean_velocity(row, bodies, motions))
+            if opened > SMOOTH * body_parameters[row.body_b].extent:
+                return 0.0
     r = contact_first
     while r < count:
         row = rows[r]
         r += row.span
         extent = contacts[row.source].extent
-        a = motions[row.body_a]
-        b = motions[row.body_b]
-        after = row.error  # impacts' shift is in it
-        for i in range(len(row.jacobian_a)):
-            va = 0.5 * (bodies[row.body_a].velocity[i] + a.start_velocity[i])
-            vb = 0.5 * (bodies[row.body_b].velocity[i] + b.start_velocity[i])
-            after += h * (row.jacobian_a[i] * va + row.jacobian_b[i] * vb)
+        after = row.error + h * _mean_velocity(row, bodies, motions)  # impacts' shift is in error
         if after < min(row.error, 0.0) - SMOOTH * extent:
             return 0.0
     return 1.0

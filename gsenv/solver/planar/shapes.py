@@ -28,6 +28,14 @@ from gsenv.solver.planar.vertices import linked_vertices, vertex_dtype
 
 Array = NDArray[Any]
 Point = tuple[float, float]
+Vector = Sequence[float] | NDArray[Any]
+
+__all__ = [
+    "BOX", "CAPSULE", "CIRCLE", "HALF_PLANE", "POLYGON", "TERRAIN",
+    "Box", "Capsule", "Circle", "CompiledShape", "HalfPlane", "Polygon", "Shape", "ShapeKind", "Terrain",
+    "bounding_radius", "chain_vertices", "convex_vertices", "extent", "mass_properties", "polygon_extent",
+    "shape_record", "validate", "vertex_dtype",
+]  # fmt: skip
 
 ALL_BITS = -1  # every bit of an int64
 MAX_POLYGON_VERTICES = 64  # features are numbered in base 64
@@ -56,7 +64,7 @@ class Shape:
     density: float = 1.0  # kg/m^2
     friction: float = 0.5
     restitution: float = 0.0
-    position: Sequence[float] = (0.0, 0.0)  # m
+    position: Vector = (0.0, 0.0)  # m
     angle: float = 0.0  # rad
     category: int = 1
     mask: int = ALL_BITS
@@ -73,7 +81,7 @@ class Circle(Shape):
 @dataclass(frozen=True)
 class Box(Shape):
     kind: ClassVar[ShapeKind] = ShapeKind.BOX
-    half_extents: Sequence[float]  # m
+    half_extents: Vector  # m
 
 
 @dataclass(frozen=True)
@@ -99,7 +107,7 @@ class HalfPlane(Shape):
 
     kind: ClassVar[ShapeKind] = ShapeKind.HALF_PLANE
     solid: ClassVar[bool] = False
-    normal: Sequence[float] = (0.0, 1.0)
+    normal: Vector = (0.0, 1.0)
     offset: float = 0.0  # m
 
 
@@ -327,7 +335,7 @@ def polygon_extent(points: Array) -> float:
     return 0.5 * float((heights.max(axis=0) - heights.min(axis=0)).min())
 
 
-def bounding_radius(shape: Shape, about: Sequence[float] = (0.0, 0.0)) -> float:
+def bounding_radius(shape: Shape, about: Vector = (0.0, 0.0)) -> float:
     """Distance in m of the farthest point from `about`, a point of the body's frame."""
     if isinstance(shape, Polygon):
         corners, radius = convex_vertices(shape.vertices), 0.0

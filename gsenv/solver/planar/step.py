@@ -100,7 +100,7 @@ def step_world(
     state.contact_count = contact_count
     start_motion(bodies[w], body_parameters[w], gravity, motions)
     if fast_start is not None:
-        keep_start(bodies[w], body_models, fast_start)
+        keep_start(bodies[w], fast_start)
     island_count = build_islands(
         bodies[w], body_models, body_parameters[w], contacts[w], contact_count,
         joint_models, at(joint_parameters, w), motions, islands,
@@ -123,7 +123,7 @@ def step_world(
             at(joint_states, w), motions, rows, body_list,
             island_contacts[island.contact_first : island.contact_first + island.contact_count],
             island_joints[island.joint_first : island.joint_first + island.joint_count],
-            envelope, edges, blocks, pull,
+            envelope, edges, blocks, pull, island.awake == DRIVEN,
         )
         error += e
         load += q
@@ -136,7 +136,7 @@ def step_world(
     if fast_start is not None:
         sweep_fast_bodies(
             bodies[w], body_models, body_parameters[w], shape_models, shape_parameters[w],
-            at(vertices, w), geometry, exclusions, fast_start, found,
+            at(vertices, w), geometry, exclusions, fast_start, found, motions, dt,
         )
     clear_forces(bodies[w])
     state.step += 1

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from gsenv.solver.broadphase import may_touch
 from gsenv.solver.jit import njit
-from gsenv.solver.planar.geometry import DYNAMIC, bounding_box, shape_pose
+from gsenv.solver.planar.geometry import DYNAMIC, bounding_box
 from gsenv.solver.planar.math import Pose, rotate, turn
 from gsenv.solver.planar.narrowphase.find import chain_contacts
 from gsenv.solver.planar.narrowphase.manifold import bare_manifold
@@ -33,11 +33,9 @@ def sweep_start_dtype() -> np.dtype[Any]:
 
 
 @njit
-def keep_start(bodies: Array, body_models: Array, start: Array) -> None:
-    """Remember in `start` (body,) of sweep_start_dtype() where the fast bodies are."""
+def keep_start(bodies: Array, start: Array) -> None:
+    """Remember in `start` (body,) of sweep_start_dtype() where the bodies are."""
     for b in range(len(bodies)):
-        if body_models[b].fast == 0:
-            continue
         body = bodies[b]
         for axis in range(2):
             start[b].position[axis] = body.position[axis]
@@ -57,13 +55,16 @@ def sweep_fast_bodies(
     exclusions: Array | None,
     start: Array,
     contacts: Array,
+    motions: Array,
+    timestep: float,
 ) -> int:
     """After a step: stop fast dynamic bodies at their time of impact; returns how many.
 
-    Everything else counts as being at its new pose.  `start` as keep_start left it before the
-    step, `geometry` of this step (only `active` is read), `exclusions` as for find_pairs;
-    `contacts` is only a type here, nothing is written.  Velocities stay, so that the next step
-    sees the hit as a contact; the rest of the motion in this step is lost.
+    Motions are relative: everything else goes from its old to its new pose meanwhile.  `start` as
+    keep_start left it before the step, `geometry` of this step (only `active` is read),
+    `exclusions` as for find_pairs, `motions` for accelerations; `contacts` is only a type here,
+    nothing is written.  The next step sees the hit as a contact.  The rest of the step is lost for
+    the body, so what gravity and force gave it in that time is taken back.
     """
     moved = 0
     for b in range(len(bodies)):
@@ -74,10 +75,13 @@ def sweep_fast_bodies(
         motion = motion_between(start[b], bodies[b], body_parameters[b])
         time = first_hit(
             b, motion, bodies, body_models, body_parameters, shape_models, shape_parameters,
-            vertices, geometry, exclusions, start[b], contacts,
+            vertices, geometry, exclusions, start, contacts,
         )  # fmt: skip
         if time < 1.0:
             put_back(bodies[b], start[b], motion, time)
+            lost = (1.0 - time) * timestep  # it has not lived through this time: no fall, no speed
+            for axis in range(3):
+                bodies[b].velocity[axis] -= lost * motions[b].acceleration[axis]
             moved += 1
     return moved
 
@@ -146,7 +150,7 @@ def first_hit(
         if geometry[k].active == 0 or shape_models[k].sensor != 0:
             continue
         parameter = shape_parameters[k]
-        pose = start_pose(start, body_parameters[b], parameter)
+        pose = start_pose(start[b], body_parameters[b], parameter)
         x0, y0, x1, y1 = bounding_box(shape_models[k], parameter, vertices, pose)
         swing = min(abs(motion.spin), 2.0) * body_parameters[b].radius
         lower_x = x0 + min(motion.velocity_x, 0.0) - swing
@@ -159,14 +163,24 @@ def first_hit(
             if not may_touch(shape_models[k], shape_models[other], exclusions):
                 continue
             body = shape_models[other].body
-            other_pose = shape_pose(bodies[body], body_parameters[body], shape_parameters[other])
+            still = body_models[body].kind == 0
+            other_motion = motion_between(start[body], bodies[body], body_parameters[body])
+            if still:
+                other_motion = Motion(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+            other_pose = start_pose(start[body], body_parameters[body], shape_parameters[other])
             x0, y0, x1, y1 = bounding_box(
                 shape_models[other], shape_parameters[other], vertices, other_pose
             )
+            if not still:
+                sweep = min(abs(other_motion.spin), 2.0) * body_parameters[body].radius
+                x0 += min(other_motion.velocity_x, 0.0) - sweep
+                y0 += min(other_motion.velocity_y, 0.0) - sweep
+                x1 += max(other_motion.velocity_x, 0.0) + sweep
+                y1 += max(other_motion.velocity_y, 0.0) + sweep
             if x0 > upper_x or x1 < lower_x or y0 > upper_y or y1 < lower_y:
                 continue
             time = hit_time(
-                shape_models, shape_parameters, vertices, k, other, pose, other_pose, motion,
+                shape_models, shape_parameters, vertices, k, other, pose, other_pose, motion, other_motion,
                 body_parameters[b].extent, time, contacts,
             )  # fmt: skip
     return time
@@ -182,29 +196,39 @@ def hit_time(
     pose_a: Pose,
     pose_b: Pose,
     motion: Motion,
+    motion_b: Motion,
     extent: float,
     latest: float,
     contacts: Array,
 ) -> float:
-    """When shape a first hits shape b, which rests; `latest` if not before that.
+    """When shape a first hits shape b, both moving; `latest` if not before that.
 
     A hit whose motion would end less than DEPTH behind the surface is none: that is resting and
     sliding, and is dealt with by contacts.
     """
     time = 0.0
-    spin = abs(motion.spin) * motion.swing
+    spin = abs(motion.spin) * motion.swing + abs(motion_b.spin) * motion_b.swing
     for _ in range(MAX_ADVANCES):
         nx, ny, separation = gap(
             shape_models, shape_parameters, vertices, a, b,
-            advanced(pose_a, motion, time), pose_b, contacts,
+            advanced(pose_a, motion, time), advanced(pose_b, motion_b, time), contacts,
         )  # fmt: skip
         if not separation < np.inf:
             return latest
-        speed = nx * motion.velocity_x + ny * motion.velocity_y + spin
+        speed = spin + nx * (motion.velocity_x - motion_b.velocity_x)
+        speed += ny * (motion.velocity_y - motion_b.velocity_y)
         if speed * (latest - time) <= max(separation, 0.0):
             return latest
         if separation <= TOUCHING * extent:
-            if speed * (1.0 - time) > separation + DEPTH * extent:
+            # the bound above counts spin as approach; whether this is a hit, the true rate says
+            # (looked at over a way that is short against the body, which may be thinner than its own motion)
+            probe = min(0.01 * (1.0 - time), 0.05 * extent / speed)
+            later = time + probe
+            _, _, soon = gap(
+                shape_models, shape_parameters, vertices, a, b,
+                advanced(pose_a, motion, later), advanced(pose_b, motion_b, later), contacts,
+            )  # fmt: skip
+            if (separation - soon) / probe * (1.0 - time) > separation + DEPTH * extent:
                 return time
             return latest
         time += (separation - 0.5 * TOUCHING * extent) / speed

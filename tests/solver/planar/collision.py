@@ -77,7 +77,9 @@ def world(*bodies: dict[str, Any], with_vertices: bool = True) -> Arrays:
     states = np.zeros(len(bodies), records.body_state_dtype(2))
     models = np.zeros(len(bodies), records.body_model_dtype())
     parameters = np.zeros(len(bodies), records.body_parameter_dtype(2))
-    shape_models, shape_parameters, vertices = [], [], [np.zeros(0, planar.vertex_dtype())]
+    vertices = [np.zeros(0, planar.vertex_dtype())]
+    shape_models: list[Array] = []
+    shape_parameters: list[Array] = []
     vertex = 0
     for b, spec in enumerate(bodies):
         c, s = np.cos(spec["angle"]), np.sin(spec["angle"])
@@ -117,12 +119,12 @@ def world(*bodies: dict[str, Any], with_vertices: bool = True) -> Arrays:
     )  # fmt: skip
 
 
-def solid(shapes: tuple[planar.Shape, ...]) -> tuple[float, Array, float]:
+def solid(shapes: tuple[planar.Shape, ...]) -> tuple[float, Array, Any]:
     parts = [planar.mass_properties(shape) for shape in shapes]
     mass = sum(area for area, _, _ in parts)
     if mass == 0.0:
         return 0.0, np.zeros(2), 0.0
-    center = sum(area * np.array(middle) for area, middle, _ in parts) / mass
+    center = np.array([area * np.array(middle) for area, middle, _ in parts]).sum(axis=0) / mass
     inertia = sum(i + area * ((np.array(middle) - center) ** 2).sum() for area, middle, i in parts)
     return mass, center, inertia
 

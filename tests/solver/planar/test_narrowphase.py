@@ -221,7 +221,7 @@ def test_degenerate_overlaps_are_finite(kinds: tuple[ShapeKind, ShapeKind]) -> N
         for name in ("point", "normal", "separation"):
             assert np.isfinite(contacts[name]).all()
         np.testing.assert_allclose(np.hypot(*contacts["normal"].T), 1.0, atol=1e-12)
-        assert (contacts["separation"].min() < 0.0) and contacts["separation"].min() > -4.0
+        assert -4.0 < contacts["separation"].min() < 0.0
 
 
 def test_thin_boxes() -> None:

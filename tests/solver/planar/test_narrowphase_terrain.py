@@ -43,9 +43,13 @@ def test_ball_over_a_thousand_collinear_segments(turn: float) -> None:
 
 @pytest.mark.parametrize(
     ("shape", "height", "half"),
-    [(Box(half_extents=(0.5, 0.3)), 0.3, 0.5), (Capsule(half_length=0.5, radius=0.2), 0.2, 0.5), (HEXAGON, 0.75**0.5, 0.5)],
+    [
+        (Box(half_extents=(0.5, 0.3)), 0.3, 0.5),
+        (Capsule(half_length=0.5, radius=0.2), 0.2, 0.5),
+        (HEXAGON, 0.75**0.5, 0.5),
+    ],
     ids=["box", "capsule", "polygon"],
-)  # fmt: skip
+)
 def test_two_points_over_collinear_segments(shape: Shape, height: float, half: float) -> None:
     arrays = on(slope(0.0), shape, 0.0, 0.0)
     features = set()
@@ -105,7 +109,7 @@ def test_ridge_holds_a_ball_by_its_point() -> None:
 )
 def test_ridge_carries_a_beam(shape: Shape, tilt: float) -> None:
     up = np.array([-np.sin(tilt), np.cos(tilt)])
-    contacts = on(RIDGE, shape, *(0.3 * up), tilt).contacts(REST)
+    contacts = on(RIDGE, shape, 0.3 * up[0], 0.3 * up[1], tilt).contacts(REST)
     assert len(contacts) == 1
     np.testing.assert_allclose(contacts["normal"][0], up, atol=1e-12)
     np.testing.assert_allclose(contacts["point"][0], 0.0, atol=1e-12)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import numpy as np
@@ -71,9 +72,8 @@ SOLID = [
     ids=lambda value: type(value).__name__ if isinstance(value, Shape) else "",
 )
 def test_nonsense_is_refused_with_a_sentence(shape: Shape, sentence: str) -> None:
-    with pytest.raises(ValueError, match=".") as refusal:
+    with pytest.raises(ValueError, match=re.escape(sentence)):
         validate(shape)
-    assert sentence in str(refusal.value)
 
 
 def test_winding_is_free() -> None:

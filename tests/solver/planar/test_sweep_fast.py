@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gsenv.solver.broadphase import encode_exclusion
-from gsenv.solver.model import Array, contact_dtype
+from gsenv.solver.model import Array, BodyKind, contact_dtype, motion_dtype
 from gsenv.solver.planar.shapes import Box, Circle, HalfPlane, Polygon, Shape, Terrain
 from gsenv.solver.planar.sweep_fast import keep_start, sweep_fast_bodies, sweep_start_dtype
 from tests.solver.planar.collision import DYNAMIC, STATIC, TIMESTEP, Arrays, body, world
@@ -20,15 +20,18 @@ def moved(arrays: Arrays, exclusions: Array = NOTHING) -> int:
     """One step of free motion, then the sweep."""
     arrays.update(REST)
     start = np.zeros(len(arrays.bodies), sweep_start_dtype())
-    keep_start(arrays.bodies, arrays.body_models, start)
+    keep_start(arrays.bodies, start)
     for state, model in zip(arrays.bodies, arrays.body_models, strict=True):
         if model["kind"] != STATIC:
             state["position"] += TIMESTEP * state["velocity"][:2]
             state["angle"] += TIMESTEP * state["velocity"][2]
             state["rotation"] = np.cos(state["angle"]), np.sin(state["angle"])
+    motions = np.zeros(len(arrays.bodies), motion_dtype(2))
     return sweep_fast_bodies(
         arrays.bodies, arrays.body_models, arrays.body_parameters, arrays.shape_models,
         arrays.shape_parameters, arrays.vertices, arrays.geometry, exclusions, start, NO_CONTACT,
+        np.zeros(len(arrays.bodies), motion_dtype(2)), TIMESTEP,
+        motions, TIMESTEP,
     )  # fmt: skip
 
 
@@ -46,7 +49,7 @@ WALLS = {
 
 @pytest.mark.parametrize("kind", [STATIC, DYNAMIC])
 @pytest.mark.parametrize("wall", WALLS)
-def test_ball_at_500_m_per_s_against_a_centimetre(wall: str, kind: object) -> None:
+def test_ball_at_500_m_per_s_against_a_centimetre(wall: str, kind: BodyKind) -> None:
     shape = WALLS[wall]
     if kind == DYNAMIC and not shape.solid:
         return
@@ -55,6 +58,16 @@ def test_ball_at_500_m_per_s_against_a_centimetre(wall: str, kind: object) -> No
     front = arrays.bodies["position"][1, 0] + 0.5
     assert -0.015 < front <= 0.0
     assert arrays.bodies["velocity"][1, 0] == 500.0
+
+
+@pytest.mark.parametrize("radius", [0.002, 0.01, 0.1])
+def test_small_balls_do_not_tunnel_either(radius: float) -> None:
+    for speed in (20.0, 100.0, 500.0):
+        for gap in (0.01, 0.3 * speed * TIMESTEP, 0.8 * speed * TIMESTEP):
+            ball = fast(Circle(radius=radius), -0.005 - radius - gap, 0.3, speed, 0.3 * speed)
+            arrays = world(body(WALLS["box"], kind=STATIC), ball)
+            assert moved(arrays) == 1
+            assert arrays.bodies["position"][1, 0] + radius < -0.004
 
 
 def test_the_next_step_sees_the_hit() -> None:
@@ -110,5 +123,6 @@ def test_filters_hold() -> None:
 
 
 def test_slow_bodies_are_not_swept() -> None:
-    arrays = world(body(WALLS["box"], kind=STATIC), body(Circle(radius=0.5), at=(-4.0, 0.0), velocity=(500.0, 0.0, 0.0)))
+    ball = body(Circle(radius=0.5), at=(-4.0, 0.0), velocity=(500.0, 0.0, 0.0))
+    arrays = world(body(WALLS["box"], kind=STATIC), ball)
     assert moved(arrays) == 0

@@ -8,14 +8,15 @@ import numpy as np
 from numba import int64
 from numpy.typing import NDArray
 
-from gsenv.solver.jit import njit
+from gsenv.solver.jit import inline_njit, njit
 from gsenv.solver.planar.geometry import BASE_MARGIN
 from gsenv.solver.planar.math import Pose, relative, unrotate
+from gsenv.solver.planar.narrowphase.chains import chain_near, mover_of
 from gsenv.solver.planar.narrowphase.motion import Motion, motion_of, velocity_of
 from gsenv.solver.planar.narrowphase.polygons import outline_of
 from gsenv.solver.planar.narrowphase.predict import predict
 from gsenv.solver.planar.narrowphase.table import CHAINS, PAIR_TABLE, PLANES, collide
-from gsenv.solver.planar.narrowphase.terrains import Tally, chain_near, mover_of, terrain_contacts
+from gsenv.solver.planar.narrowphase.terrains import Tally, terrain_contacts
 from gsenv.solver.planar.shapes import TERRAIN
 
 Array = NDArray[Any]
@@ -88,12 +89,12 @@ def find_contacts(
     return count
 
 
-@njit
+@inline_njit
 def pose_in(entry: Any) -> Pose:
     return Pose(entry.position[0], entry.position[1], entry.rotation[0], entry.rotation[1])
 
 
-@njit
+@inline_njit
 def pair_scale(
     bodies: Array,
     body_parameters: Array,
@@ -124,7 +125,7 @@ def pair_scale(
     return extent, margin + geometry[a].reach + geometry[b].reach
 
 
-@njit
+@inline_njit
 def label_contact(
     contact: Any, shape_models: Array, shape_parameters: Array, a: int, b: int, extent: float
 ) -> None:
