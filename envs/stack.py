@@ -37,7 +37,7 @@ class StackTask(Task):
     observations = (
         Entry("gripper, position to the right", "gripper_x", -3, 3, "m"),
         Entry("gripper, height", "gripper_y", -1, 6, "m"),
-        Entry("gripper, angle", "gripper_angle", -1, 1, "rad"),
+        Entry("gripper, angle", "gripper_angle", -1.6, 1.6, "rad"),
         Entry("gripper, velocity to the right", "gripper_vx", -5, 5, "m/s"),
         Entry("gripper, velocity upwards", "gripper_vy", -5, 5, "m/s"),
         Entry("gripper, turning rate", "gripper_w", -10, 10, "rad/s"),

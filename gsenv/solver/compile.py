@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from .scene import BodySpec, Scene
 
 JOINT_KINDS = {"rows": JointKind.ROWS, "weld": JointKind.WELD, "target": JointKind.TARGET}
-WITH_VERTICES = (planar_shapes.CAPSULE, planar_shapes.POLYGON, planar_shapes.TERRAIN)
+WITH_VERTICES = (planar_shapes.POLYGON, planar_shapes.TERRAIN)
 
 
 _sin_cos = getattr(sin_cos, "py_func", sin_cos)

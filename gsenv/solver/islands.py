@@ -183,6 +183,10 @@ def build_islands(
                 island = islands[i]
                 island_joints[island.joint_first + island.joint_count] = j
                 island.joint_count += 1
-                if joint_models[j].wakes:
+                if (
+                    joint_models[j].wakes
+                    or _moving_kinematic(body_models, body_parameters, bodies, joint_models[j].body_a)
+                    or _moving_kinematic(body_models, body_parameters, bodies, joint_models[j].body_b)
+                ):
                     island.awake = DRIVEN
     return count

@@ -342,7 +342,7 @@ class Options:
     substeps: int = 2
     solver: str = "subspace"
     sweeps: int = 30
-    tolerance: float = 1e-5
+    tolerance: float = 1e-4
     position_sweeps: int = 2
     warm_start: bool = True
     sleep: bool = True
@@ -413,7 +413,7 @@ class Model:
     mass_given: Array  # bool (body,): mass was given, not derived from density
     inertia_given: Array  # bool (body,)
     shape_colors: Array | None  # uint8 (shape, 3), or None
-    needs_vertices: bool  # the scene has capsules, polygons or terrain
+    needs_vertices: bool  # the scene has polygons or terrain
 
     @property
     def has_joints(self) -> bool:

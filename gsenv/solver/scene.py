@@ -14,6 +14,7 @@ from .model import Array, BodyKind, Model
 KINDS = {"static": BodyKind.STATIC, "kinematic": BodyKind.KINEMATIC, "dynamic": BodyKind.DYNAMIC}
 GRAVITY = {2: (0.0, -9.81), 3: (0.0, 0.0, -9.81)}
 AXES = {"x": 0, "y": 1, "angle": 2}
+Vector = Sequence[float] | Array
 
 
 @dataclass(frozen=True)
@@ -91,7 +92,7 @@ class Scene:
         ValueError: on any bad argument of any method, naming it; the scene is then unchanged.
     """
 
-    def __init__(self, dim: int = 2, gravity: Sequence[float] | None = None) -> None:
+    def __init__(self, dim: int = 2, gravity: Vector | None = None) -> None:
         if dim != 2:
             raise ValueError(f"Scene: dim must be 2, got {dim!r}.")
         self.dim = dim
@@ -109,9 +110,9 @@ class Scene:
         name: str,
         kind: str = "dynamic",
         shapes: Sequence[Any] = (),
-        position: Sequence[float] = (0.0, 0.0),
+        position: Vector = (0.0, 0.0),
         angle: float = 0.0,
-        linear_velocity: Sequence[float] = (0.0, 0.0),
+        linear_velocity: Vector = (0.0, 0.0),
         angular_velocity: float = 0.0,
         mass: float | None = None,
         inertia: float | None = None,
@@ -174,9 +175,9 @@ class Scene:
         kind: str,
         body_a: Handle | str | int | None = None,
         body_b: Handle | str | int | None = None,
-        anchor: Sequence[float] | None = None,
-        anchor_a: Sequence[float] | None = None,
-        anchor_b: Sequence[float] | None = None,
+        anchor: Vector | None = None,
+        anchor_a: Vector | None = None,
+        anchor_b: Vector | None = None,
         frequency: float | None = None,
         damping_ratio: float = 1.0,
         max_force: float = np.inf,

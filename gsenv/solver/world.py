@@ -203,7 +203,7 @@ class World:
         """How wrong the last step was, and the energies; see Diagnostics."""
         return diagnose(self.model, self.parameters, self.state)
 
-    def sensor(self, sensor: Handle | str) -> Array:
+    def sensor(self, sensor: Handle | str | int) -> Array:
         """(world, 3) reading of a sensor: pose, velocity, or touching and force of the last step."""
         index = find(sensor, "sensor", self.model.sensor_names, "sensor")
         kind, body = self.model.sensors[index]
@@ -227,7 +227,7 @@ class World:
 
     def apply_force(
         self,
-        body: Handle | str,
+        body: Handle | str | int,
         force: Any,
         point: Any = None,
         worlds: Any = None,
@@ -255,7 +255,7 @@ class World:
         self._wake(chosen, b)
 
     def set_pose(
-        self, body: Handle | str, position: Any = None, angle: Any = None, worlds: Any = None
+        self, body: Handle | str | int, position: Any = None, angle: Any = None, worlds: Any = None
     ) -> None:
         """Put a body somewhere: position m (dim,) or (chosen world, dim), angle rad."""
         b = find(body, "body", self.model.body_names, "set_pose")
@@ -276,7 +276,7 @@ class World:
         self._wake(chosen)
 
     def set_velocity(
-        self, body: Handle | str, linear: Any = None, angular: Any = None, worlds: Any = None
+        self, body: Handle | str | int, linear: Any = None, angular: Any = None, worlds: Any = None
     ) -> None:
         """Set velocities: linear m/s of the centre of mass, angular rad/s."""
         b = find(body, "body", self.model.body_names, "set_velocity")
@@ -295,7 +295,7 @@ class World:
 
     def set_target(
         self,
-        joint: Handle | str,
+        joint: Handle | str | int,
         position: Any = None,
         angle: Any = None,
         linear: Any = None,

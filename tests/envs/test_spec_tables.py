@@ -1,6 +1,8 @@
 import numpy as np
 import pytest
 
+from gsenv.envs import stack_rules as rules
+from gsenv.envs import stack_scene as scene
 from gsenv.envs.spec_tables import (
     Entry,
     RewardTerm,
@@ -61,3 +63,30 @@ def test_docstring_of_the_env_is_its_specification(heading: str) -> None:
         assert f"| {entry.name} " in doc
     for term in StackTask.reward_terms:
         assert f"| {term.name} " in doc
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        f"a body of {scene.GRIPPER_MASS:g} kg",
+        f"at most {scene.MAX_FORCE:g} N along each axis and {scene.MAX_TORQUE:g} N m",
+        f"slower than {rules.REST_SPEED:g} m/s and {1.5 * rules.REST_SPEED:g} rad/s",
+        f"{100 * rules.ARRIVAL_MARGIN:g} cm wider than the block",
+        f"within {scene.REACH_X:g} m of the middle, between {scene.REACH_Y[0]:g} and "
+        f"{scene.REACH_Y[1]:g} m high, and within {scene.REACH_ANGLE:g} rad",
+        f"up to {scene.START_X:g} m left or right",
+        f"{scene.START_Y[0]:g} to {scene.START_Y[1]:g} m high",
+        f"half-width {scene.HALF_WIDTH[0]:.2f} to {scene.HALF_WIDTH[1]:.2f} m",
+        f"half-height {scene.HALF_HEIGHT[0]:.2f} to {scene.HALF_HEIGHT[1]:.2f} m",
+        f"density {scene.DENSITY[0]:g} to {scene.DENSITY[1]:g} kg/m^2",
+        f"friction {scene.FRICTION[0]:g} to {scene.FRICTION[1]:g}",
+        f"up to {100 * scene.GRASP_OFFSET:g} % of the half-width",
+        f"tilted by up to {scene.GRASP_TILT:g} rad",
+        f"tilted by more than {rules.TIPPED:g} rad",
+        f"stood for {rules.STAND_STEPS / 30:g} s",
+    ],
+)
+def test_docstring_agrees_with_the_constants(text: str) -> None:
+    from gsenv.envs.stack import StackEnv
+
+    assert text in " ".join((StackEnv.__doc__ or "").split())

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -74,8 +76,8 @@ def test_more_sweeps_carry_more_of_the_weight(scene: Scene) -> None:
         world.options = cold(sweeps)
         world.step()
         now = loads(world)
-        assert (now >= before - 1e-9).all(), "the load under every body grows with the sweeps"
-        assert (now <= exact + 1e-9).all()
+        assert (now >= before - 1e-3 * exact).all(), "the load under every body grows with the sweeps"
+        assert (now <= 1.001 * exact).all()
         before = now
     np.testing.assert_allclose(before, exact, rtol=2e-2)
 
@@ -90,7 +92,7 @@ def height_after(seconds: float, options: Options) -> float:
 def test_one_sweep_sinks_and_many_hold() -> None:
     sunk = [height_after(1.0, cold(sweeps)) for sweeps in (1, 4, 16, 64, 256)]
     assert sunk[0] > 1.0
-    assert all(a > b for a, b in zip(sunk, sunk[1:], strict=False))
+    assert all(a > b for a, b in itertools.pairwise(sunk))
     assert sunk[-1] < 0.02
 
 

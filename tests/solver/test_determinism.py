@@ -243,9 +243,9 @@ def tumble() -> World:
 
 # After an intended change of the physics: python -m tests.solver.test_determinism
 GOLDEN = {
-    "mixed": "52df04b23a8084d863da86eb1b32f41912d26a37cd0078f9aed85ea5f54f2fc5",
-    "tumble": "205f7564f2ef8b4c3d18cbc343afac0c46a4f66d0a90c768b545e683f4fd84e3",
-    "pyramid": "168a98ab9eeebcd955cec31a288373dc0bd3ce0791cab440d742a12abf5ba042",
+    "mixed": "6eededfeca5c65e4d5b9750872fae23b8eed029a816d24f118eb6d6ebd4bd714",
+    "tumble": "c4f074fbb0f4ba1377f802ed8a09a0b3603d89e0d3a8e93d23fa3d6ab2b7462c",
+    "pyramid": "9993daf656ee918523a67e4da46bc5df26fa429b880d25e848d14c8c4ff316e2",
 }
 
 

@@ -49,7 +49,7 @@ def falls(world: World, body: int = 1) -> bool:
 def test_category_and_mask(ball: dict[str, Any], floor: dict[str, Any], meet: bool) -> None:
     world = drop(ball, floor)
     assert falls(world) is not meet
-    assert (world.diagnostics().pairs[0] > 0) is meet
+    assert bool(world.diagnostics().pairs[0] > 0) is meet
     assert (len(world.contacts()) > 0) is meet
 
 

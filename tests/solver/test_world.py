@@ -382,7 +382,7 @@ def test_gravity_by_world() -> None:
     world.parameters.set(gravity=[[0, -1], [2, 0]], worlds=[0, 2])
     world.parameters.set("crate", gravity_scale=0.5, worlds=2)
     world.step(60)
-    np.testing.assert_allclose(world.linear_velocity[:, 0], [[0, -1], [0, -G], [1, 0]], rtol=1e-13)
+    np.testing.assert_allclose(world.linear_velocity[:, 0], [[0.0, -1.0], [0.0, -G], [1.0, 0.0]], rtol=1e-13)
 
 
 def test_mass_by_world() -> None:

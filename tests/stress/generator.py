@@ -18,7 +18,7 @@ Springs of soft welds start relaxed, so what they store only lowers E.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -31,6 +31,7 @@ Rng = np.random.Generator
 
 STEPS = 200
 LIMIT = 1e-3  # of the energy scale
+SPEED_LIMIT = 3.0  # of the speed scale, for cases that something drives
 CATEGORIES = (
     "loose", "boxes", "stacked", "overlap", "ratio", "bouncy", "spinning", "fast", "thin",
     "terrain", "welds", "friction", "targets", "kinematic", "mixed",
@@ -51,7 +52,6 @@ class Case:
     driven: bool
     overlapping: bool
     drive_speed: float = 0.0  # m/s, fastest thing that drives it
-    bodies: int = 0
 
 
 @dataclass(frozen=True)
@@ -96,9 +96,8 @@ class _Build:
     slender: bool = False
     fast: bool = False
     count: int = 0
-    radii: list[float] = field(default_factory=list)
 
-    def material(self) -> dict[str, float]:
+    def material(self) -> dict[str, Any]:
         return {
             "friction": float(self.rng.uniform(*self.friction)),
             "restitution": float(self.rng.uniform(*self.restitution)),
@@ -109,7 +108,7 @@ class _Build:
         rng = self.rng
         kind = str(rng.choice(self.kinds)) if kind is None else kind
         size = self.size * float(rng.uniform(0.5, 1.5)) if size is None else size
-        common = {**self.material(), "density": log_uniform(rng, *self.density), **place}
+        common: dict[str, Any] = {**self.material(), "density": log_uniform(rng, *self.density), **place}
         if kind == "circle":
             return Circle(radius=size, **common), size
         if kind == "capsule":
@@ -126,10 +125,9 @@ class _Build:
             hy = size * log_uniform(rng, 0.01, 0.1)
         return Box(half_extents=(hx, hy), **common), math.hypot(hx, hy)
 
-    def add(self, shapes: list[Any], radius: float, **body: Any) -> None:
+    def add(self, shapes: list[Any], **body: Any) -> None:
         self.scene.add_body(f"body_{self.count}", shapes=shapes, fast=self.fast, **body)
         self.count += 1
-        self.radii.append(radius)
 
 
 def log_uniform(rng: Rng, low: float, high: float) -> float:
@@ -195,7 +193,7 @@ def _case(
     seed: int, category: str, options: Options, build: _Build, overlapping: bool = False, drive: float = 0.0
 ) -> Case:
     driven = category in DRIVEN
-    return Case(seed, category, build.scene, options, driven, overlapping, drive, build.count)
+    return Case(seed, category, build.scene, options, driven, overlapping, drive)
 
 
 def _ground(build: _Build, width: float, walls: bool | None = None) -> None:
@@ -225,10 +223,9 @@ def _scatter(build: _Build, count: int, speed: float, spin: float, lift: float =
         y = (k // columns + 0.5) * pitch + float(rng.uniform(-spare, spare)) + lift
         build.add(
             [shape],
-            radius,
             position=(x, y),
             angle=float(rng.uniform(-np.pi, np.pi)),
-            linear_velocity=rng.normal(0.0, speed, 2),
+            linear_velocity=rng.normal(0.0, speed, 2).tolist(),
             angular_velocity=float(rng.normal(0.0, spin)),
         )
     return (0.5 * columns + 1.0) * pitch
@@ -255,14 +252,14 @@ def _fill_stacked(seed: int, category: str, options: Options, build: _Build) -> 
     for _ in range(int(rng.integers(3, 16))):
         hx, hy = build.size * rng.uniform(0.5, 1.5, 2)
         box = Box(half_extents=(float(hx), float(hy)), density=log_uniform(rng, 1.0, ratio), **build.material())
-        build.add([box], math.hypot(hx, hy), position=(x, y + hy))
+        build.add([box], position=(x, y + hy))
         y += 2.0 * float(hy)
         x += float(rng.normal(0.0, lean)) * float(hx)
     if rng.random() < 0.5:
         ball = Circle(radius=build.size, **build.material())
         speed = log_uniform(rng, 1.0, 50.0)
         place = (-8.0 * build.size - abs(x) - 10.0 * build.size, 0.5 * y + build.size)
-        build.add([ball], build.size, position=place, linear_velocity=(speed, 0.0))
+        build.add([ball], position=place, linear_velocity=(speed, 0.0))
     _ground(build, 40.0 * build.size)
     return _case(seed, category, options, build)
 
@@ -275,7 +272,7 @@ def _fill_overlap(seed: int, category: str, options: Options, build: _Build) -> 
     for _ in range(count):
         shape, radius = build.shape()
         x, y = rng.uniform(-spread, spread, 2)
-        build.add([shape], radius, position=(x, abs(y) + radius * float(rng.uniform(0.5, 1.0))))
+        build.add([shape], position=(x, abs(y) + radius * float(rng.uniform(0.5, 1.0))))
     _ground(build, 20.0 * build.size)
     return _case(seed, category, options, build, overlapping=True)
 
@@ -288,7 +285,7 @@ def _fill_ratio(seed: int, category: str, options: Options, build: _Build) -> Ca
     x = 3.0 * width
     for k, mass in enumerate(rng.permutation([1.0, log_uniform(rng, 10.0, 1e6)])):
         box = Box(half_extents=(half, half), **build.material())
-        build.add([box], 1.5 * half, position=(x, (2 * k + 1) * half), mass=float(mass))
+        build.add([box], position=(x, (2 * k + 1) * half), mass=float(mass))
     _ground(build, 5.0 * width)
     return _case(seed, category, options, build)
 
@@ -317,8 +314,8 @@ def _fill_welds(seed: int, category: str, options: Options, build: _Build) -> Ca
     for _ in range(int(rng.integers(1, 4))):
         links = int(rng.integers(2, 6))
         for k in range(links):
-            shape, radius = build.shape(size=0.45 * size, kind=str(rng.choice(["circle", "box", "polygon"])))
-            build.add([shape], radius, position=(k * 1.3 * size, y), linear_velocity=rng.normal(0.0, 2.0, 2))
+            shape, _ = build.shape(size=0.45 * size, kind=str(rng.choice(["circle", "box", "polygon"])))
+            build.add([shape], position=(k * 1.3 * size, y), linear_velocity=rng.normal(0.0, 2.0, 2).tolist())
             if k > 0:
                 a, b = build.count - 2, build.count - 1
                 anchor = ((k - 0.5) * 1.3 * size, y)
@@ -330,7 +327,7 @@ def _fill_welds(seed: int, category: str, options: Options, build: _Build) -> Ca
                 )  # fmt: skip
         y += 2.5 * size
     two = [Box(half_extents=(size, 0.2 * size)), Circle(radius=0.5 * size, position=(size, 0.3 * size))]
-    build.add(two, 2.0 * size, position=(0.0, y + 2.0 * size), angular_velocity=float(rng.normal(0.0, 5.0)))
+    build.add(two, position=(0.0, y + 2.0 * size), angular_velocity=float(rng.normal(0.0, 5.0)))
     _ground(build, 20.0 * size)
     return _case(seed, category, options, build)
 
@@ -467,7 +464,7 @@ def run_case(case: Case, steps: int = STEPS) -> Outcome:
     finite = True
     error = ""
     unconverged = 0
-    rng = np.random.default_rng(case.seed + 1)
+    rng = np.random.default_rng(case.seed + 1)  # of the controls
     world = World(case.scene, options=case.options)
     meter = EnergyMeter(world, case.overlapping)
     least = meter.start
@@ -505,6 +502,20 @@ def run_case(case: Case, steps: int = STEPS) -> Outcome:
         escaped=_escaped(world, meter),
         unconverged=unconverged,
     )
+
+
+def problems(outcome: Outcome) -> str:
+    """Which promises a case broke, in words; empty if none."""
+    found = []
+    if outcome.error:
+        found.append(outcome.error)
+    if not outcome.finite:
+        found.append("not finite")
+    if outcome.excess > LIMIT:
+        found.append(f"energy excess {outcome.excess:.1e} at step {outcome.excess_step}")
+    if math.isnan(outcome.excess) and outcome.speed > SPEED_LIMIT:
+        found.append(f"speed {outcome.speed:.1f} of what drives it")
+    return f"seed {outcome.seed} ({outcome.category}): {', '.join(found)}" if found else ""
 
 
 def speed_scale(case: Case, meter: EnergyMeter) -> float:

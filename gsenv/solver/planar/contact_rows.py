@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ..jit import njit
-from ..rows import BOUNDED, FRICTION, set_effective_mass
+from ..rows import BOUNDED, FRICTION, relative_velocity, set_effective_mass
 
 _INFINITY = float("inf")
 
@@ -88,9 +88,11 @@ def moved(row, motions):  # type: ignore[no-untyped-def]
 
 
 @njit
-def refresh_contact_rows(rows, first, end, contacts, motions, h):  # type: ignore[no-untyped-def]
+def refresh_contact_rows(rows, first, end, contacts, motions, options, h):  # type: ignore[no-untyped-def]
     """Errors and biases for the substep: a gap may close within it, an overlap may not grow.
 
+    A gap within the slop counts as closed: falling through a micrometre within h would take
+    1e-6 / (g h^2) of the load off a resting contact, in every step anew.
     A contact that the impact phase left flying gets the exact bound for the parabola,
     separation + h v - h^2/2 a >= 0, so that it slows nothing down before its impact.
     """
@@ -104,7 +106,8 @@ def refresh_contact_rows(rows, first, end, contacts, motions, h):  # type: ignor
             row.bias = max(error - 0.5 * h * h * row.flight, 0.0) / h
             row.error = max(error, 0.0)  # a bounce inside the substep starts from below
         else:
-            row.bias = error / h if error > 0.0 else 0.0
+            gap = error - options.slop * contacts[row.source].extent
+            row.bias = gap / h if gap > 0.0 else 0.0
 
 
 @njit
@@ -118,6 +121,23 @@ def store_contact_impulses(rows, first, end, contacts):  # type: ignore[no-untyp
             contact.impulse[i] = rows[r + i].impulse
             contact.total_impulse[i] += rows[r + i].impulse
         r += span
+
+
+@njit
+def forget_contradictions(rows, first, end, bodies, contacts, speed):  # type: ignore[no-untyped-def]
+    """No warm start for contacts that were pushed and still approach by more than ``speed``.
+
+    Between a press and the ground no impulse is enough; carried on, it would grow in each step.
+    """
+    r = first
+    while r < end:
+        row = rows[r]
+        w = row.bias + relative_velocity(row, bodies[row.body_a], bodies[row.body_b])
+        if row.impulse > 0.0 and w < -speed:
+            for i in range(row.span):
+                contacts[row.source].impulse[i] = 0.0
+                rows[r + i].impulse = 0.0
+        r += row.span
 
 
 @njit

@@ -3,15 +3,23 @@
 from __future__ import annotations
 
 from ..jit import njit
+from ..rows import relative_velocity
 
 
 @njit
-def impulse_floor(rows, count, pull, h):  # type: ignore[no-untyped-def]
-    """Scale of impulses below which a residual counts as absolute: 1 % of (g h)^2 sum 1/A_rr."""
-    s = 0.0
+def residual_scale(rows, count, bodies, pull, h):  # type: ignore[no-untyped-def]
+    """What the changes of a sweep are compared with: sum ((g h)^2 + u^2) / A_rr, u = J v before
+    any impulse.
+
+    A scale of velocities, not of impulses: under 1000 kg the load is 1000 times the weight of the
+    box that carries it, and a sinking speed would pass as a thousandth of what it is.
+    """
+    s = 1e-300
     for r in range(count):
-        s += rows[r].effective_mass
-    return max(0.01 * pull * pull * h * h * s, 1e-300)
+        row = rows[r]
+        u = relative_velocity(row, bodies[row.body_a], bodies[row.body_b])
+        s += (pull * pull * h * h + u * u) * row.effective_mass
+    return s
 
 
 @njit

@@ -15,6 +15,8 @@ contact solve: the body is at rest.
 
 from __future__ import annotations
 
+from numba import int64
+
 from ..jit import njit
 from ..rows import FRICTION, relative_velocity
 
@@ -253,7 +255,7 @@ def resolve_impacts(rows, first, end, contacts, bodies, motions, indices, pull, 
         return _impacts_in_passes(rows, first, end, contacts, bodies, motions, pull, h)
     count = 0
     for _ in range(8 + 2 * (end - first)):
-        best = -1
+        best = int64(-1)
         earliest = _NEVER
         for r in range(first, end):
             if rows[r].kind == FRICTION:

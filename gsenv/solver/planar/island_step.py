@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from numba import int64
+
 from ..jit import njit
 from ..rows import apply_warm_start
 from ..solvers import solve_rows
 from .contact_rows import (
     add_contact_rows,
+    forget_contradictions,
     refresh_contact_rows,
     store_contact_impulses,
     store_separations,
 )
-from .energy import guard_energy, impulse_floor, natural_residual
+from .energy import guard_energy, natural_residual, residual_scale
 from .impacts import resolve_impacts
 from .integrate import integrate_positions, integrate_velocities, move_kinematic
 from .joints import add_joint_rows, any_driven, store_joint_impulses
@@ -61,10 +64,10 @@ def step_island(
     """Advance the bodies of one island by a whole timestep; returns (error, load, size) of nm."""
     n = options.substeps
     h = options.timestep / n
-    first = 0
+    first = int64(0)
     if joint_models is not None:
         first = count_joint_rows(joint_list, joint_models)
-        driven = driven or any_driven(joint_list, joint_models)
+        driven = driven or any_driven(joint_list, joint_models, joint_parameters)
     end = add_contact_rows(
         rows, first, contacts, contact_list, bodies, body_parameters, options.warm_start
     )
@@ -73,19 +76,20 @@ def step_island(
     error = 0.0
     load = 0.0
     size = 0.0
+    residual = 0.0
     for s in range(n):
         move_kinematic(bodies, body_models, body_parameters, motions, s * h)
-        refresh_contact_rows(rows, first, end, contacts, motions, h)
+        refresh_contact_rows(rows, first, end, contacts, motions, options, h)
         if bouncy:
             world_state.impacts += resolve_impacts(
                 rows, first, end, contacts, bodies, motions, body_list, pull, h
             )
-            refresh_contact_rows(rows, first, end, contacts, motions, h)
+            refresh_contact_rows(rows, first, end, contacts, motions, options, h)
         integrate_velocities(body_list, bodies, body_parameters, motions, h)
         if joint_models is not None:
             add_joint_rows(
                 rows,
-                0,
+                int64(0),
                 joint_list,
                 joint_models,
                 joint_parameters,
@@ -96,9 +100,9 @@ def step_island(
                 options.warm_start,
                 h,
             )
+        scale = residual_scale(rows, end, bodies, pull, h)
         apply_warm_start(rows, end, bodies)
         if end > 0:
-            floor = impulse_floor(rows, end, pull, h)
             sweeps, residual = solve_rows(
                 rows,
                 end,
@@ -106,7 +110,7 @@ def step_island(
                 options.solver,
                 options.sweeps,
                 options.tolerance,
-                floor,
+                scale,
                 body_list,
                 motions,
                 envelope,
@@ -127,8 +131,10 @@ def step_island(
         )
         integrate_positions(body_list, bodies, motions, h, smooth)
         store_contact_impulses(rows, first, end, contacts)
+        if driven and residual > options.tolerance:
+            forget_contradictions(rows, first, end, bodies, contacts, pull * h)
         if joint_models is not None:
-            store_joint_impulses(rows, 0, joint_list, joint_models, joint_states)
+            store_joint_impulses(rows, int64(0), joint_list, joint_models, joint_states)
             move_targets(joint_list, joint_models, joint_states, h)
     store_separations(rows, first, end, contacts, motions)
     return error, load, size

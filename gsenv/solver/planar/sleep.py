@@ -23,13 +23,17 @@ def wake_count(bodies, body_models, body_parameters):  # type: ignore[no-untyped
 
 
 @njit
-def update_sleep(indices, bodies, body_parameters, options, driven):  # type: ignore[no-untyped-def]
+def update_sleep(indices, bodies, body_parameters, motions, options, driven):  # type: ignore[no-untyped-def]
     """Count the time at rest of an awake island's bodies; put it to sleep as a whole."""
     least = options.sleep_time
     for k in range(len(indices)):
         body = bodies[indices[k]]
         speed = (body.velocity[0] ** 2 + body.velocity[1] ** 2) ** 0.5
         speed += abs(body.velocity[2]) * body_parameters[indices[k]].radius
+        moved = motions[indices[k]].displacement  # the position pass moves bodies at rest as well
+        shift = (moved[0] ** 2 + moved[1] ** 2) ** 0.5
+        shift += abs(moved[2]) * body_parameters[indices[k]].radius
+        speed = max(speed, shift / options.timestep)
         body.asleep = 0
         if driven or speed > options.sleep_speed:
             body.sleep_time = 0.0

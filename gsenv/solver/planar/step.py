@@ -130,7 +130,9 @@ def step_world(
         size += r
         state.island_count += 1
         state.awake_count += island.body_count
-        update_sleep(body_list, bodies[w], body_parameters[w], options, island.awake == DRIVEN)
+        update_sleep(
+            body_list, bodies[w], body_parameters[w], motions, options, island.awake == DRIVEN
+        )
     state.natural_residual = (error / max(load, size)) ** 0.5 if error > 0.0 else 0.0
     move_kinematic(bodies[w], body_models, body_parameters[w], motions, dt)
     if fast_start is not None:

@@ -20,7 +20,8 @@ from gsenv.solver.planar.shapes import TERRAIN
 
 Array = NDArray[Any]
 
-MAX_ADVANCES = 64
+MAX_ADVANCES = 256
+TURN = 0.1  # rad: so far a body turns between two looks
 TOUCHING = 0.005  # of the extent: this near counts as hit
 DEPTH = 0.1  # of the extent: what would not go deeper is left to the contacts of the next step
 
@@ -230,7 +231,13 @@ def hit_time(
             )  # fmt: skip
             if (separation - soon) / probe * (1.0 - time) > separation + DEPTH * extent:
                 return time
-            return latest
+            # a tip that leaves may come round again within the step
+            if spin == 0.0:
+                return latest
+            time += TURN / (abs(motion.spin) + abs(motion_b.spin))
+            if time >= latest:
+                return latest
+            continue
         time += (separation - 0.5 * TOUCHING * extent) / speed
     return time
 

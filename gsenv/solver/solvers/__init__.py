@@ -14,16 +14,16 @@ _NNCG = int(SolverKind.NNCG)
 
 @njit
 def solve_rows(
-    rows, count, bodies, kind, max_sweeps, tolerance, floor, bodies_of, motions, envelope, edges, blocks
+    rows, count, bodies, kind, max_sweeps, tolerance, scale, bodies_of, motions, envelope, edges, blocks
 ):  # type: ignore[no-untyped-def]
     """Solve ``rows[:count]``; updates their impulses and the bodies' velocities.
 
-    Returns (sweeps, residual). ``floor``: impulse scale below which the residual is absolute.
+    Returns (sweeps, residual). ``scale``: what the squared residual is compared with.
     """
     if kind == _PGS:
-        return solve_pgs(rows, count, bodies, max_sweeps, tolerance, floor)
+        return solve_pgs(rows, count, bodies, max_sweeps, tolerance, scale)
     if kind == _NNCG:
-        return solve_nncg(rows, count, bodies, max_sweeps, tolerance, floor)
+        return solve_nncg(rows, count, bodies, max_sweeps, tolerance, scale)
     return solve_subspace(
-        rows, count, bodies, max_sweeps, tolerance, floor, bodies_of, motions, envelope, edges, blocks
+        rows, count, bodies, max_sweeps, tolerance, scale, bodies_of, motions, envelope, edges, blocks
     )

@@ -25,13 +25,12 @@ def _extrapolate(rows, count, bodies, beta):  # type: ignore[no-untyped-def]
 
 
 @njit
-def solve_nncg(rows, count, bodies, max_sweeps, tolerance, floor):  # type: ignore[no-untyped-def]
+def solve_nncg(rows, count, bodies, max_sweeps, tolerance, scale):  # type: ignore[no-untyped-def]
     """Accelerated sweeps until the residual is below ``tolerance``. Returns (sweeps, residual).
 
     Ends after a plain sweep always, so the impulses returned are within their bounds.
     """
     change = 0.0
-    size = floor
     last = 0.0
     for r in range(count):
         rows[r].direction = 0.0
@@ -40,10 +39,9 @@ def solve_nncg(rows, count, bodies, max_sweeps, tolerance, floor):  # type: igno
         if k > 0:
             for r in range(count):
                 rows[r].previous = rows[r].impulse
-        change, scale = sweep(rows, count, bodies)
-        size = max(scale, floor)
-        if change <= tolerance * tolerance * size:
-            return k + 1, (change / size) ** 0.5
+        change = sweep(rows, count, bodies)
+        if change <= tolerance * tolerance * scale:
+            return k + 1, (change / scale) ** 0.5
         if k == max_sweeps - 1:
             break
         now = change
@@ -53,4 +51,4 @@ def solve_nncg(rows, count, bodies, max_sweeps, tolerance, floor):  # type: igno
         else:
             _extrapolate(rows, count, bodies, now / last)
         last = now
-    return max_sweeps, (change / size) ** 0.5
+    return max_sweeps, (change / scale) ** 0.5

@@ -12,13 +12,11 @@ from ..rows import FRICTION
 
 @njit
 def sweep(rows, count, bodies):  # type: ignore[no-untyped-def]
-    """One sweep. Returns (sum d^2 A_rr, sum impulse^2 A_rr), d the change of a row's impulse.
+    """One sweep. Returns sum d^2 A_rr, d the change of a row's impulse. About 6 ns a row in 2D.
 
-    The square root of their ratio is the natural-map residual of the sweep in the metric of
-    diag(A), free of units: it costs nothing extra. About 6 ns a row in 2D.
+    That is the natural-map residual of the sweep in the metric of diag(A), squared, for free.
     """
     change = 0.0
-    scale = 0.0
     normal = 0.0
     for r in range(count):
         row = rows[r]
@@ -41,18 +39,15 @@ def sweep(rows, count, bodies):  # type: ignore[no-untyped-def]
             a.velocity[i] += row.response_a[i] * d
             b.velocity[i] += row.response_b[i] * d
         change += d * d * row.diagonal
-        scale += new * new * row.diagonal
-    return change, scale
+    return change
 
 
 @njit
-def solve_pgs(rows, count, bodies, max_sweeps, tolerance, floor):  # type: ignore[no-untyped-def]
+def solve_pgs(rows, count, bodies, max_sweeps, tolerance, scale):  # type: ignore[no-untyped-def]
     """Plain sweeps until the residual is below ``tolerance``. Returns (sweeps, residual)."""
     change = 0.0
-    size = floor
     for k in range(max_sweeps):
-        change, scale = sweep(rows, count, bodies)
-        size = max(scale, floor)
-        if change <= tolerance * tolerance * size:
-            return k + 1, (change / size) ** 0.5
-    return max_sweeps, (change / size) ** 0.5
+        change = sweep(rows, count, bodies)
+        if change <= tolerance * tolerance * scale:
+            return k + 1, (change / scale) ** 0.5
+    return max_sweeps, (change / scale) ** 0.5

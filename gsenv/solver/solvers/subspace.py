@@ -8,7 +8,9 @@ For the active rows, with w their present velocities and s = epsilon A_rr + soft
 (A + diag(s - softness)) d = -w  is solved for the change d of the impulses in body space:
 (M + J^T s^-1 J) x = -J^T s^-1 w,  d = -(w + J x) / s.  epsilon makes redundant rows harmless: it holds
 d near 0, so the step is exact in the limit of repeated steps whatever epsilon is.
-The step is taken as far as it lowers the energy function that the solve minimises, or not at all.
+The step is taken as far as it lowers the energy function that the solve minimises, or not at all;
+rows that contradict each other (a body between a press and the ground) would have -epsilon A_rr d
+left of their w, and are left to the sweeps.
 """
 
 from __future__ import annotations
@@ -99,11 +101,18 @@ def subspace_step(rows, count, bodies, bodies_of, motions, envelope, blocks):  #
     if not factorise(len(bodies_of), envelope, blocks):
         return False
     substitute(len(bodies_of), envelope, blocks)
+    violation = 0.0
+    left = 0.0
     for r in range(count):
         row = rows[r]
         if _is_active(rows, r):
-            s = EPSILON * (row.diagonal - row.softness) + row.softness
-            row.direction = -(row.direction + _change(row, envelope)) / s
+            w = row.direction
+            hold = EPSILON * (row.diagonal - row.softness)
+            row.direction = -(w + _change(row, envelope)) / (hold + row.softness)
+            violation += w * w / row.diagonal
+            left += (hold * row.direction) ** 2 / row.diagonal
+    if left > 0.05 * violation:
+        return False
     before = _objective(rows, count, bodies_of, bodies, motions)
     length = 1.0
     for _ in range(TRIALS):
@@ -132,24 +141,24 @@ def _change(row, envelope):  # type: ignore[no-untyped-def]
 
 @njit
 def solve_subspace(
-    rows, count, bodies, max_sweeps, tolerance, floor, bodies_of, motions, envelope, edges, blocks
+    rows, count, bodies, max_sweeps, tolerance, scale, bodies_of, motions, envelope, edges, blocks
 ):  # type: ignore[no-untyped-def]
     """Accelerated sweeps with a subspace step after every few. Returns (sweeps, residual).
 
     A warm start that passes costs one sweep and no factor; an island too entangled for the
     envelope is solved by sweeps alone.
     """
-    used, residual = solve_nncg(rows, count, bodies, min(FIRST_SWEEPS, max_sweeps), tolerance, floor)
+    used, residual = solve_nncg(rows, count, bodies, min(FIRST_SWEEPS, max_sweeps), tolerance, scale)
     if residual <= tolerance or used >= max_sweeps:
         return used, residual
     fits = plan_envelope(rows, count, bodies_of, envelope, edges, blocks)
     while fits and residual > tolerance and used < max_sweeps:
         fits = subspace_step(rows, count, bodies, bodies_of, motions, envelope, blocks)
         sweeps = min(SWEEPS_BETWEEN, max_sweeps - used)
-        more, residual = solve_nncg(rows, count, bodies, sweeps, tolerance, floor)
+        more, residual = solve_nncg(rows, count, bodies, sweeps, tolerance, scale)
         used += more
     forget_envelope(bodies_of, envelope)
     if residual > tolerance and used < max_sweeps:
-        more, residual = solve_nncg(rows, count, bodies, max_sweeps - used, tolerance, floor)
+        more, residual = solve_nncg(rows, count, bodies, max_sweeps - used, tolerance, scale)
         used += more
     return used, residual

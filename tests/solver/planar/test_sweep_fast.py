@@ -30,7 +30,6 @@ def moved(arrays: Arrays, exclusions: Array = NOTHING) -> int:
     return sweep_fast_bodies(
         arrays.bodies, arrays.body_models, arrays.body_parameters, arrays.shape_models,
         arrays.shape_parameters, arrays.vertices, arrays.geometry, exclusions, start, NO_CONTACT,
-        np.zeros(len(arrays.bodies), motion_dtype(2)), TIMESTEP,
         motions, TIMESTEP,
     )  # fmt: skip
 

@@ -68,10 +68,11 @@ def store_joint_impulses(rows, row, indices, joint_models, joint_states):  # typ
 
 
 @njit
-def any_driven(indices, joint_models):  # type: ignore[no-untyped-def]
-    """Whether a joint may do work: the energy guard holds for passive islands only."""
+def any_driven(indices, joint_models, joint_parameters):  # type: ignore[no-untyped-def]
+    """Whether a joint may do work, or give back stored energy: no case for the energy guard."""
     for k in range(len(indices)):
-        if joint_models[indices[k]].kind != _WELD:
+        j = indices[k]
+        if joint_models[j].kind != _WELD or joint_parameters[j].frequency > 0.0:
             return True
     return False
 
