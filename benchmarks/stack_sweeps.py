@@ -68,7 +68,7 @@ def draw_loads(axes: Axes, loads: Array, unit: float) -> None:
             f"box {k + 1}", (SWEEPS[-1], loads[-1, k] / unit), xytext=(8, 0), textcoords="offset points",
             color=colors[k], fontsize=8.5, va="center",
         )  # fmt: skip
-    axes.set_ylabel("load under the box  [its own weight]")
+    axes.set_ylabel("load under the box  [weights of one box]")
     axes.set_ylim(0.0, COUNT + 0.6)
     axes.set_yticks(range(0, COUNT + 1, 2))
     axes.set_title("Load per contact in one cold step (dotted: exact)", fontsize=11, loc="left")

@@ -251,7 +251,7 @@ def _env_footage(options: argparse.Namespace) -> _Footage:
 def _policy(env_id: str, kind: str) -> "Policy":
     if kind == "random":
         return lambda env: env.action_space.sample()
-    from gsenv.envs import policies
+    import gsenv.envs.policies as policies
 
     try:
         return policies.scripted_policy(env_id) if kind == "scripted" else policies.trained_policy(env_id)

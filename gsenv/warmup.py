@@ -17,6 +17,7 @@ def warmup_targets() -> list[tuple[str, Callable[[], None]]]:
     for entry in ENVS:
         targets.append((entry.id, partial(_run_env, entry.id)))
         targets.append((f"{entry.id} (vector)", partial(_run_vector_env, entry.id)))
+    targets.append(("Problem and solve", _solve_problem))
     targets += [(f"scene:{name}", partial(_run_scene, name)) for name in SCENES]
     return targets
 
@@ -34,6 +35,14 @@ def _run_vector_env(env_id: str) -> None:
     envs.reset(seed=0)
     envs.step(np.zeros_like(envs.action_space.sample()))
     envs.close()
+
+
+def _solve_problem() -> None:
+    from gsenv.solver import Problem, solve
+
+    problem = Problem.from_delassus(np.eye(3), -np.ones(3), friction=[0.5])
+    for method in ("pgs", "nncg", "apgd"):
+        solve(problem, method=method)
 
 
 def _run_scene(name: str) -> None:

@@ -173,7 +173,7 @@ def test_random_policy_follows_the_seed(env: CountingEnv, writer: Callable[[], L
 def test_scripted_policy_acts(
     env: CountingEnv, writer: Callable[[], ListWriter], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from gsenv.envs import policies
+    import gsenv.envs.policies as policies
 
     def scripted(env_id: str) -> Callable[[Any], Any]:
         assert env_id == "GStack-v0"
@@ -187,7 +187,7 @@ def test_scripted_policy_acts(
 def test_missing_policy_is_one_sentence_and_exit_code_1(
     env: CountingEnv, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
-    from gsenv.envs import policies
+    import gsenv.envs.policies as policies
 
     def missing(env_id: str) -> Callable[[Any], Any]:
         raise LookupError(f"there is no trained policy for {env_id}")

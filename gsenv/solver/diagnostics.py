@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 @njit
-def start_counters(state):  # type: ignore[no-untyped-def]
+def start_counters(state: Any) -> None:
     state.pair_count = 0
     state.row_count = 0
     state.island_count = 0
@@ -152,9 +152,7 @@ def _joint_error(model: Model, parameters: Parameters, state: State) -> Array:
             local = parameters.joints[f"anchor_{side}"][:, j] - parameters.bodies["center"][:, body]
             rotation = state.bodies["rotation"][:, body]
             c, s = rotation[:, 0], rotation[:, 1]
-            turned = np.stack(
-                [c * local[:, 0] - s * local[:, 1], s * local[:, 0] + c * local[:, 1]], -1
-            )
+            turned = np.stack([c * local[:, 0] - s * local[:, 1], s * local[:, 0] + c * local[:, 1]], -1)
             ends.append(state.bodies["position"][:, body] + turned)
         gap = np.hypot(*(ends[1] - ends[0]).T)
         worst = np.maximum(worst, np.where(parameters.joints["enabled"][:, j] != 0, gap, 0.0))

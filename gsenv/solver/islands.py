@@ -6,6 +6,8 @@ bodies, contacts and joints in the order of the world, so the numbering depends 
 
 from __future__ import annotations
 
+from typing import Any
+
 from .jit import njit
 
 AWAKE = 1
@@ -13,7 +15,7 @@ DRIVEN = 2  # moved from outside: awake, and may not fall asleep
 
 
 @njit
-def _root(motions, body):  # type: ignore[no-untyped-def]
+def _root(motions: Any, body: Any) -> Any:
     """Root of a body's set, halving the path on the way."""
     while motions[body].parent != body:
         motions[body].parent = motions[motions[body].parent].parent
@@ -22,7 +24,7 @@ def _root(motions, body):  # type: ignore[no-untyped-def]
 
 
 @njit
-def _unite(motions, a, b):  # type: ignore[no-untyped-def]
+def _unite(motions: Any, a: Any, b: Any) -> None:
     """Merge two sets under the lower body."""
     a = _root(motions, a)
     b = _root(motions, b)
@@ -33,12 +35,12 @@ def _unite(motions, a, b):  # type: ignore[no-untyped-def]
 
 
 @njit
-def _movable(body_parameters, body):  # type: ignore[no-untyped-def]
+def _movable(body_parameters: Any, body: Any) -> Any:
     return body_parameters[body].inv_mass > 0.0
 
 
 @njit
-def _moving_kinematic(body_models, body_parameters, bodies, body):  # type: ignore[no-untyped-def]
+def _moving_kinematic(body_models: Any, body_parameters: Any, bodies: Any, body: Any) -> Any:
     if body_models[body].kind != 1 or body_parameters[body].enabled == 0:
         return False
     velocity = bodies[body].velocity
@@ -49,7 +51,7 @@ def _moving_kinematic(body_models, body_parameters, bodies, body):  # type: igno
 
 
 @njit
-def _number_islands(body_parameters, motions, islands):  # type: ignore[no-untyped-def]
+def _number_islands(body_parameters: Any, motions: Any, islands: Any) -> Any:
     count = 0
     for b in range(len(motions)):
         motions[b].island = -1
@@ -70,13 +72,13 @@ def _number_islands(body_parameters, motions, islands):  # type: ignore[no-untyp
 
 
 @njit
-def _island_of(motions, body_a, body_b):  # type: ignore[no-untyped-def]
+def _island_of(motions: Any, body_a: Any, body_b: Any) -> Any:
     a = motions[body_a].island
     return a if a >= 0 else motions[body_b].island
 
 
 @njit
-def _set_firsts(islands, count):  # type: ignore[no-untyped-def]
+def _set_firsts(islands: Any, count: Any) -> None:
     """Counts become ranges; the counts are counted up again as the lists are filled."""
     body = 0
     contact = 0
@@ -95,7 +97,7 @@ def _set_firsts(islands, count):  # type: ignore[no-untyped-def]
 
 
 @njit
-def _join_through_contacts(contacts, contact_count, body_parameters, motions):  # type: ignore[no-untyped-def]
+def _join_through_contacts(contacts: Any, contact_count: Any, body_parameters: Any, motions: Any) -> None:
     for k in range(contact_count):
         a = contacts[k].body_a
         b = contacts[k].body_b
@@ -104,7 +106,7 @@ def _join_through_contacts(contacts, contact_count, body_parameters, motions):  
 
 
 @njit
-def _join_through_joints(joint_models, joint_parameters, body_parameters, motions):  # type: ignore[no-untyped-def]
+def _join_through_joints(joint_models: Any, joint_parameters: Any, body_parameters: Any, motions: Any) -> None:
     for j in range(len(joint_models)):
         a = joint_models[j].body_a
         b = joint_models[j].body_b
@@ -113,7 +115,7 @@ def _join_through_joints(joint_models, joint_parameters, body_parameters, motion
 
 
 @njit
-def _fill_bodies(bodies, body_parameters, motions, islands, island_bodies):  # type: ignore[no-untyped-def]
+def _fill_bodies(bodies: Any, body_parameters: Any, motions: Any, islands: Any, island_bodies: Any) -> None:
     for b in range(len(motions)):
         k = motions[b].island
         if k >= 0:
@@ -126,19 +128,19 @@ def _fill_bodies(bodies, body_parameters, motions, islands, island_bodies):  # t
 
 @njit
 def build_islands(
-    bodies,
-    body_models,
-    body_parameters,
-    contacts,
-    contact_count,
-    joint_models,
-    joint_parameters,
-    motions,
-    islands,
-    island_bodies,
-    island_contacts,
-    island_joints,
-):  # type: ignore[no-untyped-def]
+    bodies: Any,
+    body_models: Any,
+    body_parameters: Any,
+    contacts: Any,
+    contact_count: Any,
+    joint_models: Any,
+    joint_parameters: Any,
+    motions: Any,
+    islands: Any,
+    island_bodies: Any,
+    island_contacts: Any,
+    island_joints: Any,
+) -> Any:
     """Fill ``islands[:count]`` and their lists of bodies, contacts and joints; return count.
 
     An island with one awake body, or touched by a moving kinematic one, is awake as a whole.

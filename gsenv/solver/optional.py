@@ -1,11 +1,15 @@
-"""``at(array, w)``: one world's part of an array, or None of an array that the scene lacks.
+"""Arguments that a scene may lack, and arguments of kernels that run as plain Python.
 
-Numba types the result as None then, and compiles nothing behind ``if part is not None``.
+``at(array, w)`` is one world's part of an array, or None of an array that the scene lacks: numba types
+the result as None then, and compiles nothing behind ``if part is not None``.
 """
 
 from __future__ import annotations
 
+from typing import Any
 
+import numba
+import numpy as np
 from numba import types
 from numba.extending import overload
 
@@ -19,3 +23,10 @@ def _at(array, w):  # type: ignore[no-untyped-def]
     if isinstance(array, types.NoneType):
         return lambda array, w: None
     return lambda array, w: array[w]
+
+
+def as_records(array: Any) -> Any:
+    """With NUMBA_DISABLE_JIT=1, a structured array as np.recarray: kernels read fields as attributes."""
+    if numba.config.DISABLE_JIT and array is not None and array.dtype.names:
+        return array.view(np.recarray)
+    return array

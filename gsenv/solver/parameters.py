@@ -208,6 +208,8 @@ def _in_range(name: str, values: Array, where: str) -> Array:
         raise ValueError(f"{where}: {name} must be positive, got {values.min()!r}.")
     if name not in free and (values < 0.0).any():
         raise ValueError(f"{where}: {name} must not be negative, got {values.min()!r}.")
+    if name == "restitution" and (values > 1.0).any():
+        raise ValueError(f"{where}: restitution must not exceed 1, got {values.max()!r}.")
     return values != 0 if name == "enabled" else values
 
 

@@ -56,7 +56,7 @@ def row_dtype(dim: int) -> np.dtype[Any]:
 
 
 @njit
-def relative_velocity(row, a, b):  # type: ignore[no-untyped-def]
+def relative_velocity(row: Any, a: Any, b: Any) -> Any:
     """J v of a row for two records with a ``velocity``."""
     s = 0.0
     for i in range(len(row.jacobian_a)):
@@ -65,14 +65,14 @@ def relative_velocity(row, a, b):  # type: ignore[no-untyped-def]
 
 
 @njit
-def apply_impulse(row, a, b, impulse):  # type: ignore[no-untyped-def]
+def apply_impulse(row: Any, a: Any, b: Any, impulse: Any) -> None:
     for i in range(len(row.response_a)):
         a.velocity[i] += row.response_a[i] * impulse
         b.velocity[i] += row.response_b[i] * impulse
 
 
 @njit
-def set_effective_mass(row):  # type: ignore[no-untyped-def]
+def set_effective_mass(row: Any) -> None:
     """From jacobian, response and softness."""
     d = row.softness
     for i in range(len(row.jacobian_a)):
@@ -82,7 +82,7 @@ def set_effective_mass(row):  # type: ignore[no-untyped-def]
 
 
 @njit
-def clamp_impulse(rows, r, impulse):  # type: ignore[no-untyped-def]
+def clamp_impulse(rows: Any, r: Any, impulse: Any) -> Any:
     row = rows[r]
     if row.kind == FRICTION:
         bound = row.friction * rows[r - 1].impulse
@@ -91,7 +91,7 @@ def clamp_impulse(rows, r, impulse):  # type: ignore[no-untyped-def]
 
 
 @njit
-def apply_warm_start(rows, count, bodies):  # type: ignore[no-untyped-def]
+def apply_warm_start(rows: Any, count: Any, bodies: Any) -> None:
     """Bring the velocities in line with the impulses that the rows start from."""
     for r in range(count):
         row = rows[r]

@@ -212,6 +212,8 @@ class Scene:
                 raise ValueError(f"{what} needs two different bodies, got {body_b!r} twice.")
         if frequency is None:
             frequency = 5.0 if kind == "target" else 0.0
+        if kind == "target" and list(self.bodies.values())[b].kind != BodyKind.DYNAMIC:
+            raise ValueError(f"{what}: a target pulls a dynamic body, got {body_b!r}.")
         if kind == "target":
             check.positive(frequency, f"{what}: frequency")
         anchors = [

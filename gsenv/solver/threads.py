@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
 from typing import Any
 
 _pool: ThreadPoolExecutor | None = None
@@ -25,7 +26,7 @@ def _executor(size: int) -> ThreadPoolExecutor:
 def ranges(count: int, parts: int) -> list[tuple[int, int]]:
     """``count`` worlds in ``parts`` runs of nearly equal length."""
     edges = [count * k // parts for k in range(parts + 1)]
-    return [(a, b) for a, b in zip(edges, edges[1:], strict=False) if b > a]
+    return [(a, b) for a, b in pairwise(edges) if b > a]
 
 
 def run(tasks: list[Callable[[], Any]]) -> list[Any]:

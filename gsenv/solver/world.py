@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ from . import check, threads
 from .compile import rotation_of
 from .diagnostics import Contacts, Diagnostics, contacts_of, diagnose
 from .model import Array, Model, Options
+from .optional import as_records
 from .parameters import Parameters
 from .planar import step as planar_step
 from .scene import Handle, Scene, find
@@ -66,6 +68,7 @@ class World:
             raise ValueError(f"World: options must be an Options, got {options!r}.")
         self._options = options
         self._options_record = options.record()
+        self._calls: list[tuple[tuple[int, int], tuple[Any, ...]]] = []
 
     @property
     def control(self) -> Array:
@@ -95,26 +98,33 @@ class World:
                 f"control of actuator {self.model.actuator_names[k]!r} in world {w} must be "
                 f"finite, got {self.control[w, k]!r}."
             )
-        until = self.state.worlds["step"] + count
-        parts = threads.ranges(self.world_count, self.threads)
-        while len(self._workspaces) < len(parts):
-            self._workspaces.append(Workspace(self.model, self.state.contacts.shape[1]))
+        until = self.state.worlds["step"] + int(count)
+        calls = self._calls or self._prepare_calls()
         while True:
-            results = threads.run(
-                [
-                    self._stepper(first, last, until, workspace)
-                    for (first, last), workspace in zip(parts, self._workspaces, strict=False)
-                ]
-            )
+            if len(calls) == 1:
+                (first, last), arguments = calls[0]
+                results = [planar_step.step_worlds(first, last, until, *arguments)]
+            else:
+                results = threads.run(
+                    [
+                        partial(planar_step.step_worlds, first, last, until, *arguments)
+                        for (first, last), arguments in calls
+                    ]
+                )
             if all(status == planar_step.OK for status, _ in results):
                 return
             self._grow(results)
+            calls = self._prepare_calls()
 
-    def _stepper(self, first: int, last: int, until: Array, work: Workspace) -> Any:
+    def _prepare_calls(self) -> list[tuple[tuple[int, int], tuple[Any, ...]]]:
+        """Ranges of worlds and the kernel's further arguments, one for each thread."""
+        parts = threads.ranges(self.world_count, self.threads)
+        while len(self._workspaces) < len(parts):
+            self._workspaces.append(Workspace(self.model, self.state.contacts.shape[1]))
         model, parameters, state = self.model, self.parameters, self.state
         jointed = model.has_joints
-        arguments = (
-            first, last, until, self._options_record,
+        shared = (
+            self._options_record,
             model.bodies, model.shapes,
             model.joints if jointed else None,
             model.actuators if jointed else None,
@@ -126,9 +136,12 @@ class World:
             state.worlds, state.bodies, state.contacts,
             state.joints if jointed else None,
             state.control,
-            *work.arrays(),
         )  # fmt: skip
-        return lambda: planar_step.step_worlds(*arguments)
+        self._calls = [
+            (part, tuple(as_records(array) for array in (*shared, *work.arrays())))
+            for part, work in zip(parts, self._workspaces, strict=False)
+        ]
+        return self._calls
 
     def _grow(self, results: list[tuple[int, int]]) -> None:
         """Larger buffers for the step that did not fit; it is then taken again."""
@@ -137,9 +150,13 @@ class World:
                 work.grow_pairs(2 * needed)
         contacts = max((n for s, n in results if s == planar_step.MORE_CONTACTS), default=0)
         if contacts:
-            self.state.grow_contacts(contacts + contacts // 2)
-            for work in self._workspaces:
-                work.grow_contacts(self.state.contacts.shape[1])
+            self._grow_contacts(contacts + contacts // 2)
+
+    def _grow_contacts(self, capacity: int) -> None:
+        self.state.grow_contacts(capacity)
+        for work in self._workspaces:
+            work.grow_contacts(capacity)
+        self._calls = []
 
     def reset(self, mask: Any = None, parameters: bool = True) -> None:
         """The chosen worlds back to the authored state.
@@ -254,9 +271,7 @@ class World:
         self.state.bodies["force"][chosen, b, 2] += t
         self._wake(chosen, b)
 
-    def set_pose(
-        self, body: Handle | str | int, position: Any = None, angle: Any = None, worlds: Any = None
-    ) -> None:
+    def set_pose(self, body: Handle | str | int, position: Any = None, angle: Any = None, worlds: Any = None) -> None:
         """Put a body somewhere: position m (dim,) or (chosen world, dim), angle rad."""
         b = find(body, "body", self.model.body_names, "set_pose")
         where = f"set_pose of body {self.model.body_names[b]!r}"
@@ -351,11 +366,8 @@ class World:
         chosen = check.worlds(worlds, self.world_count)
         snapshot.check(self.model, len(chosen))
         if snapshot.contact_capacity > self.state.contacts.shape[1]:
-            self.state.grow_contacts(snapshot.contact_capacity)
-            for work in self._workspaces:
-                work.grow_contacts(self.state.contacts.shape[1])
+            self._grow_contacts(snapshot.contact_capacity)
         snapshot.write(self.parameters, self.state, chosen)
-
 
 
 def _frozen(array: Array) -> Array:

@@ -190,7 +190,7 @@ def small_stack(size: float, gravity: float, origin: float) -> Scene:
 
 
 at_any_scale = pytest.mark.parametrize(
-    ("size", "gravity", "origin"), itertools.product([1e-3, 1.0, 100.0], [0.0, G, 1000.0], [0.0, 1e4, 1e6])
+    ("size", "gravity", "origin"), list(itertools.product([1e-3, 1.0, 100.0], [0.0, G, 1000.0], [0.0, 1e4, 1e6]))
 )
 
 

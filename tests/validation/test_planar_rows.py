@@ -6,6 +6,7 @@ Each answer is a closed form, derived here or standard; tolerances are upper lim
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -147,7 +148,7 @@ def test_10_bounces_keep_their_ratio() -> None:
     assert len(tops) >= 8
     for k, top in enumerate(tops[:8], start=1):
         assert top == pytest.approx(0.8 ** (2 * k), rel=1e-3)
-    assert all(a > b for a, b in zip(tops, tops[1:], strict=False))
+    assert all(a > b for a, b in pairwise(tops))
 
 
 def test_10_bouncing_stops_in_time() -> None:
@@ -195,8 +196,7 @@ def layer_error(world: World, boxes: np.ndarray, nominal: np.ndarray) -> float:
     """Deepest penetration or the mean height error of a layer, whichever is larger."""
     height = world.position[0, boxes, 1]
     levels = np.unique(nominal)
-    means = [abs((height - nominal)[nominal == level].mean()) / (1 + i) for i, level in
-             enumerate(levels)]
+    means = [abs((height - nominal)[nominal == level].mean()) / (1 + i) for i, level in enumerate(levels)]
     return max(float(world.diagnostics().penetration[0]), *means)
 
 
@@ -280,5 +280,3 @@ def test_20_momentum_of_an_isolated_heap_is_kept() -> None:
 )
 def test_energy_is_never_made(scene: object) -> None:
     assert energy_excess(scene(), 3.0) < 1e-3  # type: ignore[operator]
-
-

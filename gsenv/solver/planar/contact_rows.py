@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from ..jit import njit
 from ..rows import BOUNDED, FRICTION, relative_velocity, set_effective_mass
 
@@ -9,7 +11,9 @@ _INFINITY = float("inf")
 
 
 @njit
-def set_point_row(row, bodies, body_parameters, body_a, body_b, px, py, ux, uy):  # type: ignore[no-untyped-def]
+def set_point_row(
+    row: Any, bodies: Any, body_parameters: Any, body_a: Any, body_b: Any, px: Any, py: Any, ux: Any, uy: Any
+) -> None:
     """J v = (velocity of b's point - velocity of a's point) . u, both points at (px, py)."""
     row.body_a = body_a
     row.body_b = body_b
@@ -27,7 +31,7 @@ def set_point_row(row, bodies, body_parameters, body_a, body_b, px, py, ux, uy):
 
 
 @njit
-def set_response(row, body_parameters):  # type: ignore[no-untyped-def]
+def set_response(row: Any, body_parameters: Any) -> None:
     """M^-1 J^T of a planar row."""
     a = body_parameters[row.body_a]
     b = body_parameters[row.body_b]
@@ -40,7 +44,9 @@ def set_response(row, body_parameters):  # type: ignore[no-untyped-def]
 
 
 @njit
-def add_contact_rows(rows, row, contacts, indices, bodies, body_parameters, warm_start):  # type: ignore[no-untyped-def]
+def add_contact_rows(
+    rows: Any, row: Any, contacts: Any, indices: Any, bodies: Any, body_parameters: Any, warm_start: Any
+) -> Any:
     """One or two rows a contact from ``rows[row]`` on; they keep their Jacobians for the step."""
     for k in range(len(indices)):
         contact = contacts[indices[k]]
@@ -76,7 +82,7 @@ def add_contact_rows(rows, row, contacts, indices, bodies, body_parameters, warm
 
 
 @njit
-def moved(row, motions):  # type: ignore[no-untyped-def]
+def moved(row: Any, motions: Any) -> Any:
     """Change of a row's error by the displacements of this step so far, J dx."""
     s = 0.0
     a = motions[row.body_a]
@@ -88,7 +94,7 @@ def moved(row, motions):  # type: ignore[no-untyped-def]
 
 
 @njit
-def refresh_contact_rows(rows, first, end, contacts, motions, options, h):  # type: ignore[no-untyped-def]
+def refresh_contact_rows(rows: Any, first: Any, end: Any, contacts: Any, motions: Any, options: Any, h: Any) -> None:
     """Errors and biases for the substep: a gap may close within it, an overlap may not grow.
 
     A gap within the slop counts as closed: falling through a micrometre within h would take
@@ -111,7 +117,7 @@ def refresh_contact_rows(rows, first, end, contacts, motions, options, h):  # ty
 
 
 @njit
-def store_contact_impulses(rows, first, end, contacts):  # type: ignore[no-untyped-def]
+def store_contact_impulses(rows: Any, first: Any, end: Any, contacts: Any) -> None:
     """Impulses of a substep: the warm start of the next, and added to the sum of the step."""
     r = first
     while r < end:
@@ -124,7 +130,7 @@ def store_contact_impulses(rows, first, end, contacts):  # type: ignore[no-untyp
 
 
 @njit
-def forget_contradictions(rows, first, end, bodies, contacts, speed):  # type: ignore[no-untyped-def]
+def forget_contradictions(rows: Any, first: Any, end: Any, bodies: Any, contacts: Any, speed: Any) -> None:
     """No warm start for contacts that were pushed and still approach by more than ``speed``.
 
     Between a press and the ground no impulse is enough; carried on, it would grow in each step.
@@ -141,7 +147,7 @@ def forget_contradictions(rows, first, end, bodies, contacts, speed):  # type: i
 
 
 @njit
-def store_separations(rows, first, end, contacts, motions):  # type: ignore[no-untyped-def]
+def store_separations(rows: Any, first: Any, end: Any, contacts: Any, motions: Any) -> None:
     """Separations as they are at the end of the step."""
     r = first
     while r < end:

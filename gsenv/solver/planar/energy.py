@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from ..jit import njit
 from ..rows import relative_velocity
 
 
 @njit
-def residual_scale(rows, count, bodies, pull, h):  # type: ignore[no-untyped-def]
+def residual_scale(rows: Any, count: Any, bodies: Any, pull: Any, h: Any) -> Any:
     """What the changes of a sweep are compared with: sum ((g h)^2 + u^2) / A_rr, u = J v before
     any impulse.
 
@@ -23,7 +25,7 @@ def residual_scale(rows, count, bodies, pull, h):  # type: ignore[no-untyped-def
 
 
 @njit
-def guard_energy(rows, count, indices, bodies, body_parameters, motions):  # type: ignore[no-untyped-def]
+def guard_energy(rows: Any, count: Any, indices: Any, bodies: Any, body_parameters: Any, motions: Any) -> Any:
     """Scale impulses back if an unfinished solve made kinetic energy out of passive contacts.
 
     The kinetic energy along the impulses, T(s) = |v_free + s dv|^2_M / 2, is least at s*; an exact
@@ -54,7 +56,7 @@ def guard_energy(rows, count, indices, bodies, body_parameters, motions):  # typ
 
 
 @njit
-def _cone(x, y, mu):  # type: ignore[no-untyped-def]
+def _cone(x: Any, y: Any, mu: Any) -> Any:
     """Nearest point of {|t| <= mu n} to (n, t) = (x, y)."""
     if abs(y) <= mu * x:
         return x, y
@@ -65,7 +67,7 @@ def _cone(x, y, mu):  # type: ignore[no-untyped-def]
 
 
 @njit
-def natural_residual(rows, count, contact_first, bodies, motions):  # type: ignore[no-untyped-def]
+def natural_residual(rows: Any, count: Any, contact_first: Any, bodies: Any, motions: Any) -> Any:
     """nm of the island, squared: (sum |e|^2, sum |q/s|^2, sum |s r|^2).
 
     e = s r - P(s r - w / s) for each bounded row and each contact's cone, with s = sqrt(A_rr)
@@ -113,7 +115,7 @@ def natural_residual(rows, count, contact_first, bodies, motions):  # type: igno
 
 
 @njit
-def _row_velocity(row, bodies, motions):  # type: ignore[no-untyped-def]
+def _row_velocity(row: Any, bodies: Any, motions: Any) -> Any:
     """(w, q): the row's velocity after and before the impulses."""
     w = row.bias + row.softness * row.impulse
     q = row.bias

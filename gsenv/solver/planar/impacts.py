@@ -15,6 +15,8 @@ contact solve: the body is at rest.
 
 from __future__ import annotations
 
+from typing import Any
+
 from numba import int64
 
 from ..jit import njit
@@ -26,7 +28,7 @@ MAX_PASSES = 8
 
 
 @njit
-def _acceleration(row, motions):  # type: ignore[no-untyped-def]
+def _acceleration(row: Any, motions: Any) -> Any:
     s = 0.0
     a = motions[row.body_a]
     b = motions[row.body_b]
@@ -36,7 +38,7 @@ def _acceleration(row, motions):  # type: ignore[no-untyped-def]
 
 
 @njit
-def _shifted(row, motions):  # type: ignore[no-untyped-def]
+def _shifted(row: Any, motions: Any) -> Any:
     s = 0.0
     a = motions[row.body_a]
     b = motions[row.body_b]
@@ -46,7 +48,7 @@ def _shifted(row, motions):  # type: ignore[no-untyped-def]
 
 
 @njit
-def meeting_time(gap, speed, acceleration, start):  # type: ignore[no-untyped-def]
+def meeting_time(gap: Any, speed: Any, acceleration: Any, start: Any) -> Any:
     """First time >= start at which gap + speed t + acceleration t^2/2 falls to 0, or never."""
     now = gap + start * (speed + 0.5 * acceleration * start)
     v = speed + acceleration * start
@@ -66,7 +68,7 @@ def meeting_time(gap, speed, acceleration, start):  # type: ignore[no-untyped-de
 
 
 @njit
-def _comes_to_rest(speed, restitution, acceleration, remaining):  # type: ignore[no-untyped-def]
+def _comes_to_rest(speed: Any, restitution: Any, acceleration: Any, remaining: Any) -> Any:
     """Whether all further bounces, t_k = 2 e^k speed / acceleration, fit into the rest of h."""
     if restitution >= 1.0:
         return speed <= 0.0
@@ -74,7 +76,7 @@ def _comes_to_rest(speed, restitution, acceleration, remaining):  # type: ignore
 
 
 @njit
-def _impact_time(rows, r, contacts, bodies, motions, pull, h):  # type: ignore[no-untyped-def]
+def _impact_time(rows: Any, r: Any, contacts: Any, bodies: Any, motions: Any, pull: Any, h: Any) -> Any:
     """When in this substep the contact of normal row r has an impact, or never."""
     row = rows[r]
     restitution = contacts[row.source].restitution
@@ -99,7 +101,7 @@ def _impact_time(rows, r, contacts, bodies, motions, pull, h):  # type: ignore[n
 
 
 @njit
-def _couple(row, other):  # type: ignore[no-untyped-def]
+def _couple(row: Any, other: Any) -> Any:
     """J_row M^-1 J_other^T of two rows on the same pair of bodies."""
     s = 0.0
     for i in range(len(row.jacobian_a)):
@@ -108,7 +110,7 @@ def _couple(row, other):  # type: ignore[no-untyped-def]
 
 
 @njit
-def _add(row, bodies, motions, impulse, time):  # type: ignore[no-untyped-def]
+def _add(row: Any, bodies: Any, motions: Any, impulse: Any, time: Any) -> None:
     a = bodies[row.body_a]
     b = bodies[row.body_b]
     ma = motions[row.body_a]
@@ -125,7 +127,7 @@ def _add(row, bodies, motions, impulse, time):  # type: ignore[no-untyped-def]
 
 
 @njit
-def _contact_impulse(normal, tangent, un, ut, restitution):  # type: ignore[no-untyped-def]
+def _contact_impulse(normal: Any, tangent: Any, un: Any, ut: Any, restitution: Any) -> Any:
     """(normal, tangential) impulse that turns approach speed un into -restitution un, with friction."""
     knn = normal.diagonal
     ktt = tangent.diagonal
@@ -155,7 +157,7 @@ def _contact_impulse(normal, tangent, un, ut, restitution):  # type: ignore[no-u
 
 
 @njit
-def _pair_impulses(rows, r, q, u, v, e):  # type: ignore[no-untyped-def]
+def _pair_impulses(rows: Any, r: Any, q: Any, u: Any, v: Any, e: Any) -> Any:
     """Normal impulses of the two contacts of one manifold, hit at once: 2x2 complementarity."""
     a = rows[r].diagonal
     d = rows[q].diagonal
@@ -173,7 +175,7 @@ def _pair_impulses(rows, r, q, u, v, e):  # type: ignore[no-untyped-def]
 
 
 @njit
-def _partner(rows, r, first, end, contacts, bodies, motions, time):  # type: ignore[no-untyped-def]
+def _partner(rows: Any, r: Any, first: Any, end: Any, contacts: Any, bodies: Any, motions: Any, time: Any) -> Any:
     """Row of the manifold's other contact if it is hit at the same time, else -1."""
     here = contacts[rows[r].source]
     before = r - (rows[r - 1].kind == FRICTION) - 1 if r > first else first
@@ -193,7 +195,7 @@ def _partner(rows, r, first, end, contacts, bodies, motions, time):  # type: ign
 
 
 @njit
-def _friction_impulse(tangent, bodies, motions, time, pn):  # type: ignore[no-untyped-def]
+def _friction_impulse(tangent: Any, bodies: Any, motions: Any, time: Any, pn: Any) -> Any:
     u = relative_velocity(tangent, bodies[tangent.body_a], bodies[tangent.body_b])
     u += time * _acceleration(tangent, motions)
     bound = tangent.friction * pn
@@ -201,7 +203,7 @@ def _friction_impulse(tangent, bodies, motions, time, pn):  # type: ignore[no-un
 
 
 @njit
-def _apply_impact(rows, r, first, end, contacts, bodies, motions, time):  # type: ignore[no-untyped-def]
+def _apply_impact(rows: Any, r: Any, first: Any, end: Any, contacts: Any, bodies: Any, motions: Any, time: Any) -> None:
     normal = rows[r]
     contact = contacts[normal.source]
     un = relative_velocity(normal, bodies[normal.body_a], bodies[normal.body_b])
@@ -241,7 +243,9 @@ def _apply_impact(rows, r, first, end, contacts, bodies, motions, time):  # type
 
 
 @njit
-def resolve_impacts(rows, first, end, contacts, bodies, motions, indices, pull, h):  # type: ignore[no-untyped-def]
+def resolve_impacts(
+    rows: Any, first: Any, end: Any, contacts: Any, bodies: Any, motions: Any, indices: Any, pull: Any, h: Any
+) -> Any:
     """All impacts of one island within the substep. Returns how many there were.
 
     ``rows[first:end]`` are its contact rows with fresh errors; ``pull`` = |gravity|, m/s^2.
@@ -272,7 +276,9 @@ def resolve_impacts(rows, first, end, contacts, bodies, motions, indices, pull, 
 
 
 @njit
-def _impacts_in_passes(rows, first, end, contacts, bodies, motions, pull, h):  # type: ignore[no-untyped-def]
+def _impacts_in_passes(
+    rows: Any, first: Any, end: Any, contacts: Any, bodies: Any, motions: Any, pull: Any, h: Any
+) -> Any:
     """Many contacts: in the order of the rows, pass after pass, at linear cost."""
     count = 0
     for _ in range(MAX_PASSES):

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from ..jit import njit
 from .math import turn
 
 
 @njit
-def start_motion(bodies, body_parameters, gravity, motions):  # type: ignore[no-untyped-def]
+def start_motion(bodies: Any, body_parameters: Any, gravity: Any, motions: Any) -> None:
     """Scratch of the step: accelerations, starting poses, no displacement yet."""
     for i in range(len(bodies)):
         body = bodies[i]
@@ -38,7 +40,7 @@ def start_motion(bodies, body_parameters, gravity, motions):  # type: ignore[no-
 
 
 @njit
-def integrate_velocities(indices, bodies, body_parameters, motions, h):  # type: ignore[no-untyped-def]
+def integrate_velocities(indices: Any, bodies: Any, body_parameters: Any, motions: Any, h: Any) -> None:
     """v += h a, then damping, implicit: v / (1 + h c)."""
     for k in range(len(indices)):
         body = bodies[indices[k]]
@@ -57,7 +59,7 @@ def integrate_velocities(indices, bodies, body_parameters, motions, h):  # type:
 
 
 @njit
-def move_body(body, dx, dy, angle):  # type: ignore[no-untyped-def]
+def move_body(body: Any, dx: Any, dy: Any, angle: Any) -> None:
     body.position[0] += dx
     body.position[1] += dy
     body.angle += angle
@@ -67,7 +69,7 @@ def move_body(body, dx, dy, angle):  # type: ignore[no-untyped-def]
 
 
 @njit
-def integrate_positions(indices, bodies, motions, h, trapezoid):  # type: ignore[no-untyped-def]
+def integrate_positions(indices: Any, bodies: Any, motions: Any, h: Any, trapezoid: Any) -> None:
     """x += h (v + correction) + shift; with ``trapezoid`` = 1, v is the mean of old and new.
 
     The mean makes smooth motion second order (a parabola exact); the caller passes 0 where a
@@ -86,7 +88,7 @@ def integrate_positions(indices, bodies, motions, h, trapezoid):  # type: ignore
 
 
 @njit
-def move_kinematic(bodies, body_models, body_parameters, motions, time):  # type: ignore[no-untyped-def]
+def move_kinematic(bodies: Any, body_models: Any, body_parameters: Any, motions: Any, time: Any) -> None:
     """Put kinematic bodies where they are ``time`` seconds into the step."""
     for i in range(len(bodies)):
         if body_models[i].kind == 1 and body_parameters[i].enabled:
@@ -99,13 +101,11 @@ def move_kinematic(bodies, body_models, body_parameters, motions, time):  # type
             body.rotation[0] = motion.start_rotation[0]
             body.rotation[1] = motion.start_rotation[1]
             body.angle = motion.start_angle
-            move_body(
-                body, motion.displacement[0], motion.displacement[1], motion.displacement[2]
-            )
+            move_body(body, motion.displacement[0], motion.displacement[1], motion.displacement[2])
 
 
 @njit
-def clear_forces(bodies):  # type: ignore[no-untyped-def]
+def clear_forces(bodies: Any) -> None:
     """Applied forces have acted and are gone."""
     for i in range(len(bodies)):
         for d in range(3):

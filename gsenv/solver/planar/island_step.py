@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from numba import int64
 
 from ..jit import njit
@@ -23,7 +25,7 @@ from .positions import correct_positions, smooth_fraction
 
 
 @njit
-def count_joint_rows(indices, joint_models):  # type: ignore[no-untyped-def]
+def count_joint_rows(indices: Any, joint_models: Any) -> Any:
     count = 0
     for k in range(len(indices)):
         count += joint_models[indices[k]].row_count
@@ -31,7 +33,7 @@ def count_joint_rows(indices, joint_models):  # type: ignore[no-untyped-def]
 
 
 @njit
-def bounces(contacts, indices):  # type: ignore[no-untyped-def]
+def bounces(contacts: Any, indices: Any) -> Any:
     for k in range(len(indices)):
         if contacts[indices[k]].restitution > 0.0:
             return True
@@ -40,27 +42,27 @@ def bounces(contacts, indices):  # type: ignore[no-untyped-def]
 
 @njit
 def step_island(
-    options,
-    world_state,
-    body_models,
-    body_parameters,
-    joint_models,
-    joint_parameters,
-    constraint_rows,
-    bodies,
-    contacts,
-    joint_states,
-    motions,
-    rows,
-    body_list,
-    contact_list,
-    joint_list,
-    envelope,
-    edges,
-    blocks,
-    pull,
-    driven,
-):  # type: ignore[no-untyped-def]
+    options: Any,
+    world_state: Any,
+    body_models: Any,
+    body_parameters: Any,
+    joint_models: Any,
+    joint_parameters: Any,
+    constraint_rows: Any,
+    bodies: Any,
+    contacts: Any,
+    joint_states: Any,
+    motions: Any,
+    rows: Any,
+    body_list: Any,
+    contact_list: Any,
+    joint_list: Any,
+    envelope: Any,
+    edges: Any,
+    blocks: Any,
+    pull: Any,
+    driven: Any,
+) -> Any:
     """Advance the bodies of one island by a whole timestep; returns (error, load, size) of nm."""
     n = options.substeps
     h = options.timestep / n
@@ -68,9 +70,7 @@ def step_island(
     if joint_models is not None:
         first = count_joint_rows(joint_list, joint_models)
         driven = driven or any_driven(joint_list, joint_models, joint_parameters)
-    end = add_contact_rows(
-        rows, first, contacts, contact_list, bodies, body_parameters, options.warm_start
-    )
+    end = add_contact_rows(rows, first, contacts, contact_list, bodies, body_parameters, options.warm_start)
     bouncy = bounces(contacts, contact_list)
     world_state.row_count += end
     error = 0.0
@@ -81,9 +81,7 @@ def step_island(
         move_kinematic(bodies, body_models, body_parameters, motions, s * h)
         refresh_contact_rows(rows, first, end, contacts, motions, options, h)
         if bouncy:
-            world_state.impacts += resolve_impacts(
-                rows, first, end, contacts, bodies, motions, body_list, pull, h
-            )
+            world_state.impacts += resolve_impacts(rows, first, end, contacts, bodies, motions, body_list, pull, h)
             refresh_contact_rows(rows, first, end, contacts, motions, options, h)
         integrate_velocities(body_list, bodies, body_parameters, motions, h)
         if joint_models is not None:
@@ -126,9 +124,7 @@ def step_island(
             if s == n - 1:
                 error, load, size = natural_residual(rows, end, first, bodies, motions)
             correct_positions(rows, end, first, motions, contacts, options, h)
-        smooth = smooth_fraction(
-            rows, first, end, body_list, bodies, body_parameters, motions, contacts, h
-        )
+        smooth = smooth_fraction(rows, first, end, body_list, bodies, body_parameters, motions, contacts, h)
         integrate_positions(body_list, bodies, motions, h, smooth)
         store_contact_impulses(rows, first, end, contacts)
         if driven and residual > options.tolerance:
@@ -138,4 +134,3 @@ def step_island(
             move_targets(joint_list, joint_models, joint_states, h)
     store_separations(rows, first, end, contacts, motions)
     return error, load, size
-

@@ -6,6 +6,8 @@ impulses of Catto 2005; the rates are measured, see docs.
 
 from __future__ import annotations
 
+from typing import Any
+
 from ..jit import njit
 from ..rows import BOUNDED, FRICTION
 
@@ -14,7 +16,9 @@ SMOOTH = 1e-5  # of the extent: an overlap that the mean of velocities may add
 
 
 @njit
-def correct_positions(rows, count, contact_first, motions, contacts, options, h):  # type: ignore[no-untyped-def]
+def correct_positions(
+    rows: Any, count: Any, contact_first: Any, motions: Any, contacts: Any, options: Any, h: Any
+) -> None:
     """Sweeps over the rows with an error; fills ``motion.correction``. 8 ns a row and sweep."""
     rate = options.correction_rate / h
     busy = False
@@ -38,7 +42,7 @@ def correct_positions(rows, count, contact_first, motions, contacts, options, h)
 
 
 @njit
-def _position_sweep(rows, count, contact_first, motions):  # type: ignore[no-untyped-def]
+def _position_sweep(rows: Any, count: Any, contact_first: Any, motions: Any) -> None:
     for r in range(count):
         row = rows[r]
         if r >= contact_first and (row.kind == FRICTION or row.error > 0.0):
@@ -61,7 +65,7 @@ def _position_sweep(rows, count, contact_first, motions):  # type: ignore[no-unt
 
 
 @njit
-def _nothing_jumped(body_list, bodies, body_parameters, motions, h):  # type: ignore[no-untyped-def]
+def _nothing_jumped(body_list: Any, bodies: Any, body_parameters: Any, motions: Any, h: Any) -> Any:
     """Whether the change of velocity moves no point by more than the tolerance."""
     for k in range(len(body_list)):
         i = body_list[k]
@@ -74,7 +78,7 @@ def _nothing_jumped(body_list, bodies, body_parameters, motions, h):  # type: ig
 
 
 @njit
-def _mean_velocity(row, bodies, motions):  # type: ignore[no-untyped-def]
+def _mean_velocity(row: Any, bodies: Any, motions: Any) -> Any:
     """J (v_old + v_new) / 2."""
     s = 0.0
     a = bodies[row.body_a].velocity
@@ -88,8 +92,16 @@ def _mean_velocity(row, bodies, motions):  # type: ignore[no-untyped-def]
 
 @njit
 def smooth_fraction(
-    rows, contact_first, count, body_list, bodies, body_parameters, motions, contacts, h
-):  # type: ignore[no-untyped-def]
+    rows: Any,
+    contact_first: Any,
+    count: Any,
+    body_list: Any,
+    bodies: Any,
+    body_parameters: Any,
+    motions: Any,
+    contacts: Any,
+    h: Any,
+) -> Any:
     """1.0 if the mean of old and new velocity keeps every contact of the island apart, else 0.0.
 
     Where bodies slide, roll or fly, both velocities obey the contacts and their mean is second

@@ -146,6 +146,8 @@ def validate(shape: Shape, dim: int = 2) -> None:
         value = getattr(shape, word)
         if not (_finite(value) and value >= 0.0):
             raise ValueError(f"{title} {word} must be finite and not negative, got {value!r}")
+    if shape.restitution > 1.0:
+        raise ValueError(f"{title} restitution must not exceed 1, got {shape.restitution!r}")
     if shape.solid and not (_finite(shape.density) and shape.density >= 0.0):
         raise ValueError(
             f"{title} density must be finite and not negative, got {shape.density!r}"

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from ..jit import njit
 
 
 @njit
-def wake_count(bodies, body_models, body_parameters):  # type: ignore[no-untyped-def]
+def wake_count(bodies: Any, body_models: Any, body_parameters: Any) -> Any:
     """Bodies that may move in this step: awake dynamic ones and moving kinematic ones."""
     count = 0
     for i in range(len(bodies)):
@@ -23,7 +25,7 @@ def wake_count(bodies, body_models, body_parameters):  # type: ignore[no-untyped
 
 
 @njit
-def update_sleep(indices, bodies, body_parameters, motions, options, driven):  # type: ignore[no-untyped-def]
+def update_sleep(indices: Any, bodies: Any, body_parameters: Any, motions: Any, options: Any, restless: Any) -> None:
     """Count the time at rest of an awake island's bodies; put it to sleep as a whole."""
     least = options.sleep_time
     for k in range(len(indices)):
@@ -35,12 +37,12 @@ def update_sleep(indices, bodies, body_parameters, motions, options, driven):  #
         shift += abs(moved[2]) * body_parameters[indices[k]].radius
         speed = max(speed, shift / options.timestep)
         body.asleep = 0
-        if driven or speed > options.sleep_speed:
+        if restless or speed > options.sleep_speed:
             body.sleep_time = 0.0
         else:
             body.sleep_time += options.timestep
         least = min(least, body.sleep_time)
-    if least < options.sleep_time or options.sleep == 0 or driven:
+    if least < options.sleep_time or options.sleep == 0 or restless:
         return
     for k in range(len(indices)):
         body = bodies[indices[k]]

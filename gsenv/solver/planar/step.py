@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from ..broadphase import find_pairs
 from ..contact_cache import match_contacts, merge_sleeping
 from ..diagnostics import start_counters
@@ -24,48 +26,52 @@ MORE_CONTACTS = 2
 
 @njit
 def step_world(
-    w,
-    options,
-    body_models,
-    shape_models,
-    joint_models,
-    actuators,
-    exclusions,
-    world_parameters,
-    body_parameters,
-    shape_parameters,
-    joint_parameters,
-    constraint_rows,
-    vertices,
-    world_states,
-    bodies,
-    contacts,
-    joint_states,
-    control,
-    geometry,
-    pairs,
-    found,
-    merged,
-    motions,
-    islands,
-    island_bodies,
-    island_contacts,
-    island_joints,
-    rows,
-    broadphase,
-    fast_start,
-    envelope,
-    edges,
-    blocks,
-):  # type: ignore[no-untyped-def]
+    w: Any,
+    options: Any,
+    body_models: Any,
+    shape_models: Any,
+    joint_models: Any,
+    actuators: Any,
+    exclusions: Any,
+    world_parameters: Any,
+    body_parameters: Any,
+    shape_parameters: Any,
+    joint_parameters: Any,
+    constraint_rows: Any,
+    vertices: Any,
+    world_states: Any,
+    bodies: Any,
+    contacts: Any,
+    joint_states: Any,
+    control: Any,
+    geometry: Any,
+    pairs: Any,
+    found: Any,
+    merged: Any,
+    motions: Any,
+    islands: Any,
+    island_bodies: Any,
+    island_contacts: Any,
+    island_joints: Any,
+    rows: Any,
+    broadphase: Any,
+    fast_start: Any,
+    envelope: Any,
+    edges: Any,
+    blocks: Any,
+) -> Any:
     """One step of world ``w``. The arrays are as in step_worlds."""
     dt = options.timestep
     gravity = world_parameters[w].gravity
     state = world_states[w]
     if joint_models is not None:
         drive_targets(
-            actuators, control[w], at(joint_parameters, w), at(joint_states, w),
-            bodies[w], body_parameters[w],
+            actuators,
+            control[w],
+            at(joint_parameters, w),
+            at(joint_states, w),
+            bodies[w],
+            body_parameters[w],
         )
     if wake_count(bodies[w], body_models, body_parameters[w]) == 0:
         start_counters(state)
@@ -74,21 +80,36 @@ def step_world(
         return OK, 0
 
     update_geometry(
-        bodies[w], body_models, body_parameters[w], shape_models, shape_parameters[w],
-        at(vertices, w), gravity, dt, geometry,
+        bodies[w],
+        body_models,
+        body_parameters[w],
+        shape_models,
+        shape_parameters[w],
+        at(vertices, w),
+        gravity,
+        dt,
+        geometry,
     )
     pair_count = find_pairs(geometry, shape_models, exclusions, broadphase, pairs)
     if pair_count > len(pairs):
         return MORE_PAIRS, pair_count
     found_count = find_contacts(
-        bodies[w], body_models, body_parameters[w], shape_models, shape_parameters[w],
-        at(vertices, w), geometry, pairs, pair_count, gravity, dt, found,
+        bodies[w],
+        body_models,
+        body_parameters[w],
+        shape_models,
+        shape_parameters[w],
+        at(vertices, w),
+        geometry,
+        pairs,
+        pair_count,
+        gravity,
+        dt,
+        found,
     )
     if found_count > len(found):
         return MORE_CONTACTS, found_count
-    contact_count = merge_sleeping(
-        contacts[w], state.contact_count, found, found_count, geometry, merged
-    )
+    contact_count = merge_sleeping(contacts[w], state.contact_count, found, found_count, geometry, merged)
     if contact_count > len(merged):
         return MORE_CONTACTS, contact_count
     match_contacts(contacts[w], state.contact_count, merged, contact_count)
@@ -102,9 +123,18 @@ def step_world(
     if fast_start is not None:
         keep_start(bodies[w], fast_start)
     island_count = build_islands(
-        bodies[w], body_models, body_parameters[w], contacts[w], contact_count,
-        joint_models, at(joint_parameters, w), motions, islands,
-        island_bodies, island_contacts, island_joints,
+        bodies[w],
+        body_models,
+        body_parameters[w],
+        contacts[w],
+        contact_count,
+        joint_models,
+        at(joint_parameters, w),
+        motions,
+        islands,
+        island_bodies,
+        island_contacts,
+        island_joints,
     )
     if joint_models is not None:
         start_joints(at(joint_states, w), at(joint_parameters, w))
@@ -118,27 +148,51 @@ def step_world(
             continue
         body_list = island_bodies[island.body_first : island.body_first + island.body_count]
         e, q, r = step_island(
-            options, state, body_models, body_parameters[w], joint_models,
-            at(joint_parameters, w), at(constraint_rows, w), bodies[w], contacts[w],
-            at(joint_states, w), motions, rows, body_list,
+            options,
+            state,
+            body_models,
+            body_parameters[w],
+            joint_models,
+            at(joint_parameters, w),
+            at(constraint_rows, w),
+            bodies[w],
+            contacts[w],
+            at(joint_states, w),
+            motions,
+            rows,
+            body_list,
             island_contacts[island.contact_first : island.contact_first + island.contact_count],
             island_joints[island.joint_first : island.joint_first + island.joint_count],
-            envelope, edges, blocks, pull, island.awake == DRIVEN,
+            envelope,
+            edges,
+            blocks,
+            pull,
+            island.awake == DRIVEN,
         )
+        # a body that touches nothing floats on, however slowly
+        restless = island.awake == DRIVEN or island.contact_count + island.joint_count == 0
         error += e
         load += q
         size += r
         state.island_count += 1
         state.awake_count += island.body_count
-        update_sleep(
-            body_list, bodies[w], body_parameters[w], motions, options, island.awake == DRIVEN
-        )
+        update_sleep(body_list, bodies[w], body_parameters[w], motions, options, restless)
     state.natural_residual = (error / max(load, size)) ** 0.5 if error > 0.0 else 0.0
     move_kinematic(bodies[w], body_models, body_parameters[w], motions, dt)
     if fast_start is not None:
         sweep_fast_bodies(
-            bodies[w], body_models, body_parameters[w], shape_models, shape_parameters[w],
-            at(vertices, w), geometry, exclusions, fast_start, found, motions, dt,
+            bodies[w],
+            body_models,
+            body_parameters[w],
+            shape_models,
+            shape_parameters[w],
+            at(vertices, w),
+            geometry,
+            exclusions,
+            fast_start,
+            found,
+            motions,
+            dt,
         )
     clear_forces(bodies[w])
     state.step += 1
@@ -147,42 +201,42 @@ def step_world(
 
 @njit
 def step_worlds(
-    first,
-    last,
-    until,
-    options,
-    body_models,
-    shape_models,
-    joint_models,
-    actuators,
-    exclusions,
-    world_parameters,
-    body_parameters,
-    shape_parameters,
-    joint_parameters,
-    constraint_rows,
-    vertices,
-    world_states,
-    bodies,
-    contacts,
-    joint_states,
-    control,
-    geometry,
-    pairs,
-    found,
-    merged,
-    motions,
-    islands,
-    island_bodies,
-    island_contacts,
-    island_joints,
-    rows,
-    broadphase,
-    fast_start,
-    envelope,
-    edges,
-    blocks,
-):  # type: ignore[no-untyped-def]
+    first: Any,
+    last: Any,
+    until: Any,
+    options: Any,
+    body_models: Any,
+    shape_models: Any,
+    joint_models: Any,
+    actuators: Any,
+    exclusions: Any,
+    world_parameters: Any,
+    body_parameters: Any,
+    shape_parameters: Any,
+    joint_parameters: Any,
+    constraint_rows: Any,
+    vertices: Any,
+    world_states: Any,
+    bodies: Any,
+    contacts: Any,
+    joint_states: Any,
+    control: Any,
+    geometry: Any,
+    pairs: Any,
+    found: Any,
+    merged: Any,
+    motions: Any,
+    islands: Any,
+    island_bodies: Any,
+    island_contacts: Any,
+    island_joints: Any,
+    rows: Any,
+    broadphase: Any,
+    fast_start: Any,
+    envelope: Any,
+    edges: Any,
+    blocks: Any,
+) -> Any:
     """Step worlds first..last-1 until each has taken ``until[w]`` steps.
 
     Returns (status, needed): OK, or which buffer is too small for the next step of a world and how
@@ -193,12 +247,39 @@ def step_worlds(
     for w in range(first, last):
         while world_states[w].step < until[w]:
             status, needed = step_world(
-                w, options[0], body_models, shape_models, joint_models, actuators, exclusions,
-                world_parameters, body_parameters, shape_parameters, joint_parameters,
-                constraint_rows, vertices, world_states, bodies, contacts, joint_states, control,
-                geometry, pairs, found, merged, motions, islands, island_bodies,
-                island_contacts, island_joints, rows, broadphase, fast_start,
-                envelope, edges, blocks,
+                w,
+                options[0],
+                body_models,
+                shape_models,
+                joint_models,
+                actuators,
+                exclusions,
+                world_parameters,
+                body_parameters,
+                shape_parameters,
+                joint_parameters,
+                constraint_rows,
+                vertices,
+                world_states,
+                bodies,
+                contacts,
+                joint_states,
+                control,
+                geometry,
+                pairs,
+                found,
+                merged,
+                motions,
+                islands,
+                island_bodies,
+                island_contacts,
+                island_joints,
+                rows,
+                broadphase,
+                fast_start,
+                envelope,
+                edges,
+                blocks,
             )
             if status != OK:
                 return status, needed

@@ -15,6 +15,7 @@ from numba import int64
 from numpy.typing import NDArray
 
 from gsenv.solver.jit import njit
+from gsenv.solver.optional import as_records
 
 Array = NDArray[Any]
 
@@ -63,7 +64,7 @@ def linked_vertices(points: Array, closed: bool, outside: float) -> Array:
     if not closed:
         vertices["next"][-1] = -1
         vertices["previous"][0] = -1
-    derive_outline(vertices)
+    derive_outline(as_records(vertices))
     return vertices
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from ..jit import njit
 from ..model import SolverKind
 from .nncg import solve_nncg
@@ -14,8 +16,19 @@ _NNCG = int(SolverKind.NNCG)
 
 @njit
 def solve_rows(
-    rows, count, bodies, kind, max_sweeps, tolerance, scale, bodies_of, motions, envelope, edges, blocks
-):  # type: ignore[no-untyped-def]
+    rows: Any,
+    count: Any,
+    bodies: Any,
+    kind: Any,
+    max_sweeps: Any,
+    tolerance: Any,
+    scale: Any,
+    bodies_of: Any,
+    motions: Any,
+    envelope: Any,
+    edges: Any,
+    blocks: Any,
+) -> Any:
     """Solve ``rows[:count]``; updates their impulses and the bodies' velocities.
 
     Returns (sweeps, residual). ``scale``: what the squared residual is compared with.

@@ -40,7 +40,7 @@ def envelope_dtype(dim: int) -> np.dtype[Any]:
 
 
 @njit
-def _link_bodies(rows, count, bodies_of, envelope, edges):  # type: ignore[no-untyped-def]
+def _link_bodies(rows: Any, count: Any, bodies_of: Any, envelope: Any, edges: Any) -> None:
     """Neighbours of each body as linked lists: edge 2r and 2r+1 of row r."""
     for k in range(len(bodies_of)):
         entry = envelope[bodies_of[k]]
@@ -66,7 +66,7 @@ def _link_bodies(rows, count, bodies_of, envelope, edges):  # type: ignore[no-un
 
 
 @njit
-def _order_bodies(rows, bodies_of, envelope, edges):  # type: ignore[no-untyped-def]
+def _order_bodies(rows: Any, bodies_of: Any, envelope: Any, edges: Any) -> None:
     """Breadth first from a body of least degree, as Cuthill and McKee."""
     n = len(bodies_of)
     placed = 0
@@ -95,7 +95,7 @@ def _order_bodies(rows, bodies_of, envelope, edges):  # type: ignore[no-untyped-
 
 
 @njit
-def plan_envelope(rows, count, bodies_of, envelope, edges, blocks):  # type: ignore[no-untyped-def]
+def plan_envelope(rows: Any, count: Any, bodies_of: Any, envelope: Any, edges: Any, blocks: Any) -> Any:
     """Order an island's bodies and lay out the factor; False if it does not fit or pay.
 
     ``envelope`` (body,), all ``place`` -1 on entry; ``edges`` int32 (2 * row,).
@@ -120,13 +120,13 @@ def plan_envelope(rows, count, bodies_of, envelope, edges, blocks):  # type: ign
 
 
 @njit
-def forget_envelope(bodies_of, envelope):  # type: ignore[no-untyped-def]
+def forget_envelope(bodies_of: Any, envelope: Any) -> None:
     for k in range(len(bodies_of)):
         envelope[bodies_of[k]].place = -1
 
 
 @njit
-def load_masses(bodies_of, envelope, blocks, motions):  # type: ignore[no-untyped-def]
+def load_masses(bodies_of: Any, envelope: Any, blocks: Any, motions: Any) -> None:
     """H = M, x = 0."""
     for p in range(len(bodies_of)):
         entry = envelope[p]
@@ -141,7 +141,7 @@ def load_masses(bodies_of, envelope, blocks, motions):  # type: ignore[no-untype
 
 
 @njit
-def add_row(row, envelope, blocks, stiffness, force):  # type: ignore[no-untyped-def]
+def add_row(row: Any, envelope: Any, blocks: Any, stiffness: Any, force: Any) -> None:
     """H += stiffness J^T J, x += force J^T."""
     p = envelope[row.body_a].place
     q = envelope[row.body_b].place
@@ -162,14 +162,14 @@ def add_row(row, envelope, blocks, stiffness, force):  # type: ignore[no-untyped
 
 
 @njit
-def _add_block(block, left, right, scale):  # type: ignore[no-untyped-def]
+def _add_block(block: Any, left: Any, right: Any, scale: Any) -> None:
     for i in range(len(left)):
         for j in range(len(right)):
             block[i, j] += scale * left[i] * right[j]
 
 
 @njit
-def _subtract_product(target, left, right):  # type: ignore[no-untyped-def]
+def _subtract_product(target: Any, left: Any, right: Any) -> None:
     """target -= left right^T."""
     n = len(left)
     for i in range(n):
@@ -181,7 +181,7 @@ def _subtract_product(target, left, right):  # type: ignore[no-untyped-def]
 
 
 @njit
-def _cholesky(block):  # type: ignore[no-untyped-def]
+def _cholesky(block: Any) -> Any:
     """Lower factor in place; False if the block is not positive definite."""
     n = len(block)
     for j in range(n):
@@ -201,7 +201,7 @@ def _cholesky(block):  # type: ignore[no-untyped-def]
 
 
 @njit
-def _divide(block, factor):  # type: ignore[no-untyped-def]
+def _divide(block: Any, factor: Any) -> None:
     """block = block L^-T for the lower factor L."""
     n = len(block)
     for i in range(n):
@@ -213,16 +213,14 @@ def _divide(block, factor):  # type: ignore[no-untyped-def]
 
 
 @njit
-def factorise(n, envelope, blocks):  # type: ignore[no-untyped-def]
+def factorise(n: Any, envelope: Any, blocks: Any) -> Any:
     """H = L L^T, block row by block row; False if H is not positive definite."""
     for p in range(n):
         row = envelope[p]
         for q in range(row.first, p):
             block = blocks[row.offset + q].m
             for k in range(max(row.first, envelope[q].first), q):
-                _subtract_product(
-                    block, blocks[row.offset + k].m, blocks[envelope[q].offset + k].m
-                )
+                _subtract_product(block, blocks[row.offset + k].m, blocks[envelope[q].offset + k].m)
             _divide(block, blocks[envelope[q].offset + q].m)
         diagonal = blocks[row.offset + p].m
         for k in range(row.first, p):
@@ -233,7 +231,7 @@ def factorise(n, envelope, blocks):  # type: ignore[no-untyped-def]
 
 
 @njit
-def substitute(n, envelope, blocks):  # type: ignore[no-untyped-def]
+def substitute(n: Any, envelope: Any, blocks: Any) -> None:
     """x = H^-1 x: forward, then backward."""
     for p in range(n):
         row = envelope[p]
@@ -258,14 +256,14 @@ def substitute(n, envelope, blocks):  # type: ignore[no-untyped-def]
 
 
 @njit
-def _subtract_forward(target, block, x):  # type: ignore[no-untyped-def]
+def _subtract_forward(target: Any, block: Any, x: Any) -> None:
     for i in range(len(target)):
         for k in range(len(x)):
             target[i] -= block[i, k] * x[k]
 
 
 @njit
-def _subtract_backward(target, block, x):  # type: ignore[no-untyped-def]
+def _subtract_backward(target: Any, block: Any, x: Any) -> None:
     for i in range(len(target)):
         for k in range(len(x)):
             target[i] -= block[k, i] * x[k]

@@ -7,13 +7,15 @@ for the negative gradient, Fletcher-Reeves gives the step, and a growing change 
 
 from __future__ import annotations
 
+from typing import Any
+
 from ..jit import njit
 from ..rows import apply_impulse
 from .pgs import sweep
 
 
 @njit
-def _extrapolate(rows, count, bodies, beta):  # type: ignore[no-untyped-def]
+def _extrapolate(rows: Any, count: Any, bodies: Any, beta: Any) -> None:
     """impulse += beta * direction, direction = beta * direction + change of the last sweep."""
     for r in range(count):
         row = rows[r]
@@ -25,7 +27,7 @@ def _extrapolate(rows, count, bodies, beta):  # type: ignore[no-untyped-def]
 
 
 @njit
-def solve_nncg(rows, count, bodies, max_sweeps, tolerance, scale):  # type: ignore[no-untyped-def]
+def solve_nncg(rows: Any, count: Any, bodies: Any, max_sweeps: Any, tolerance: Any, scale: Any) -> Any:
     """Accelerated sweeps until the residual is below ``tolerance``. Returns (sweeps, residual).
 
     Ends after a plain sweep always, so the impulses returned are within their bounds.

@@ -6,12 +6,14 @@ linear complementarity problems in physics-based animation", SIGGRAPH 2013 cours
 
 from __future__ import annotations
 
+from typing import Any
+
 from ..jit import njit
 from ..rows import FRICTION
 
 
 @njit
-def sweep(rows, count, bodies):  # type: ignore[no-untyped-def]
+def sweep(rows: Any, count: Any, bodies: Any) -> Any:
     """One sweep. Returns sum d^2 A_rr, d the change of a row's impulse. About 6 ns a row in 2D.
 
     That is the natural-map residual of the sweep in the metric of diag(A), squared, for free.
@@ -43,7 +45,7 @@ def sweep(rows, count, bodies):  # type: ignore[no-untyped-def]
 
 
 @njit
-def solve_pgs(rows, count, bodies, max_sweeps, tolerance, scale):  # type: ignore[no-untyped-def]
+def solve_pgs(rows: Any, count: Any, bodies: Any, max_sweeps: Any, tolerance: Any, scale: Any) -> Any:
     """Plain sweeps until the residual is below ``tolerance``. Returns (sweeps, residual)."""
     change = 0.0
     for k in range(max_sweeps):

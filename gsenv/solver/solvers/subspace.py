@@ -15,6 +15,8 @@ left of their w, and are left to the sweeps.
 
 from __future__ import annotations
 
+from typing import Any
+
 from ..jit import njit
 from ..rows import FRICTION, apply_impulse
 from .envelope import (
@@ -34,7 +36,7 @@ SWEEPS_BETWEEN = 4  # a step costs about as much as two or three sweeps
 
 
 @njit
-def _row_velocity(row, bodies):  # type: ignore[no-untyped-def]
+def _row_velocity(row: Any, bodies: Any) -> Any:
     a = bodies[row.body_a]
     b = bodies[row.body_b]
     w = row.bias + row.softness * row.impulse
@@ -44,7 +46,7 @@ def _row_velocity(row, bodies):  # type: ignore[no-untyped-def]
 
 
 @njit
-def _is_active(rows, r):  # type: ignore[no-untyped-def]
+def _is_active(rows: Any, r: Any) -> Any:
     row = rows[r]
     if row.diagonal <= 0.0:
         return False
@@ -54,7 +56,7 @@ def _is_active(rows, r):  # type: ignore[no-untyped-def]
 
 
 @njit
-def _objective(rows, count, bodies_of, bodies, motions):  # type: ignore[no-untyped-def]
+def _objective(rows: Any, count: Any, bodies_of: Any, bodies: Any, motions: Any) -> Any:
     """|v|_M^2 / 2 + bias . impulse + softness impulse^2 / 2: what exact rows minimise."""
     s = 0.0
     for k in range(len(bodies_of)):
@@ -70,7 +72,7 @@ def _objective(rows, count, bodies_of, bodies, motions):  # type: ignore[no-unty
 
 
 @njit
-def _move(rows, count, bodies, length):  # type: ignore[no-untyped-def]
+def _move(rows: Any, count: Any, bodies: Any, length: Any) -> None:
     """impulse = projection of previous + length * direction; velocities follow."""
     for r in range(count):
         row = rows[r]
@@ -87,7 +89,7 @@ def _move(rows, count, bodies, length):  # type: ignore[no-untyped-def]
 
 
 @njit
-def subspace_step(rows, count, bodies, bodies_of, motions, envelope, blocks):  # type: ignore[no-untyped-def]
+def subspace_step(rows: Any, count: Any, bodies: Any, bodies_of: Any, motions: Any, envelope: Any, blocks: Any) -> Any:
     """One direct step on the active rows; True if it was taken. Bounds hold before and after."""
     load_masses(bodies_of, envelope, blocks, motions)
     for r in range(count):
@@ -125,7 +127,7 @@ def subspace_step(rows, count, bodies, bodies_of, motions, envelope, blocks):  #
 
 
 @njit
-def _change(row, envelope):  # type: ignore[no-untyped-def]
+def _change(row: Any, envelope: Any) -> Any:
     """J x of a row."""
     s = 0.0
     p = envelope[row.body_a].place
@@ -141,8 +143,18 @@ def _change(row, envelope):  # type: ignore[no-untyped-def]
 
 @njit
 def solve_subspace(
-    rows, count, bodies, max_sweeps, tolerance, scale, bodies_of, motions, envelope, edges, blocks
-):  # type: ignore[no-untyped-def]
+    rows: Any,
+    count: Any,
+    bodies: Any,
+    max_sweeps: Any,
+    tolerance: Any,
+    scale: Any,
+    bodies_of: Any,
+    motions: Any,
+    envelope: Any,
+    edges: Any,
+    blocks: Any,
+) -> Any:
     """Accelerated sweeps with a subspace step after every few. Returns (sweeps, residual).
 
     A warm start that passes costs one sweep and no factor; an island too entangled for the

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from enum import IntEnum
+from typing import Any
 
 from ...jit import njit
 from .rows_of_user import set_user_rows
@@ -22,18 +23,18 @@ _WELD = int(JointKind.WELD)
 
 @njit
 def add_joint_rows(
-    rows,
-    row,
-    indices,
-    joint_models,
-    joint_parameters,
-    joint_states,
-    constraint_rows,
-    bodies,
-    body_parameters,
-    warm_start,
-    h,
-):  # type: ignore[no-untyped-def]
+    rows: Any,
+    row: Any,
+    indices: Any,
+    joint_models: Any,
+    joint_parameters: Any,
+    joint_states: Any,
+    constraint_rows: Any,
+    bodies: Any,
+    body_parameters: Any,
+    warm_start: Any,
+    h: Any,
+) -> Any:
     """Rows of the joints ``indices`` from ``rows[row]`` on; returns the row after the last."""
     for k in range(len(indices)):
         j = indices[k]
@@ -57,7 +58,7 @@ def add_joint_rows(
 
 
 @njit
-def store_joint_impulses(rows, row, indices, joint_models, joint_states):  # type: ignore[no-untyped-def]
+def store_joint_impulses(rows: Any, row: Any, indices: Any, joint_models: Any, joint_states: Any) -> Any:
     for k in range(len(indices)):
         state = joint_states[indices[k]]
         for r in range(joint_models[indices[k]].row_count):
@@ -68,7 +69,7 @@ def store_joint_impulses(rows, row, indices, joint_models, joint_states):  # typ
 
 
 @njit
-def any_driven(indices, joint_models, joint_parameters):  # type: ignore[no-untyped-def]
+def any_driven(indices: Any, joint_models: Any, joint_parameters: Any) -> Any:
     """Whether a joint may do work, or give back stored energy: no case for the energy guard."""
     for k in range(len(indices)):
         j = indices[k]
@@ -78,7 +79,7 @@ def any_driven(indices, joint_models, joint_parameters):  # type: ignore[no-unty
 
 
 @njit
-def start_joints(joint_states, joint_parameters):  # type: ignore[no-untyped-def]
+def start_joints(joint_states: Any, joint_parameters: Any) -> None:
     """No impulse yet in this step; a disabled joint forgets its warm start."""
     for j in range(len(joint_states)):
         for d in range(len(joint_states[j].total_impulse)):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from ...jit import njit
 from ...rows import BOUNDED, set_effective_mass
 from ..contact_rows import set_response
@@ -11,7 +13,7 @@ _TWO_PI = 6.283185307179586
 
 
 @njit
-def set_point_rows(rows, row, parameters, bodies, body_parameters):  # type: ignore[no-untyped-def]
+def set_point_rows(rows: Any, row: Any, parameters: Any, bodies: Any, body_parameters: Any) -> None:
     """C = anchor_b - anchor_a in the world, along x and y."""
     a = bodies[rows[row].body_a]
     b = bodies[rows[row].body_b]
@@ -34,7 +36,7 @@ def set_point_rows(rows, row, parameters, bodies, body_parameters):  # type: ign
 
 
 @njit
-def set_direction(row, ux, uy, turn_a, turn_b):  # type: ignore[no-untyped-def]
+def set_direction(row: Any, ux: Any, uy: Any, turn_a: Any, turn_b: Any) -> None:
     row.jacobian_a[0] = -ux
     row.jacobian_a[1] = -uy
     row.jacobian_a[2] = turn_a
@@ -44,7 +46,7 @@ def set_direction(row, ux, uy, turn_a, turn_b):  # type: ignore[no-untyped-def]
 
 
 @njit
-def set_angle_row(row, error, body_parameters):  # type: ignore[no-untyped-def]
+def set_angle_row(row: Any, error: Any, body_parameters: Any) -> None:
     """C = angle_b - angle_a - reference, given as ``error`` in rad."""
     set_direction(row, 0.0, 0.0, -1.0, 1.0)
     row.error = error
@@ -52,7 +54,7 @@ def set_angle_row(row, error, body_parameters):  # type: ignore[no-untyped-def]
 
 
 @njit
-def finish_row(row, body_parameters):  # type: ignore[no-untyped-def]
+def finish_row(row: Any, body_parameters: Any) -> None:
     """A rigid two-sided row; make it soft or bounded afterwards."""
     row.kind = BOUNDED
     row.lower = -_INFINITY
@@ -64,7 +66,7 @@ def finish_row(row, body_parameters):  # type: ignore[no-untyped-def]
 
 
 @njit
-def soften(row, frequency, damping_ratio, h):  # type: ignore[no-untyped-def]
+def soften(row: Any, frequency: Any, damping_ratio: Any, h: Any) -> None:
     """Turn a rigid row into an implicit spring on the mass that the row sees.
 
     k = m omega^2, c = 2 m zeta omega; softness = 1 / (h (c + h k)), bias = C k / (c + h k).

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from ...jit import njit
 from ...rows import set_effective_mass
 from .point import finish_row
 
 
 @njit
-def set_user_rows(rows, row, model, constraint_rows, bodies, body_parameters, h):  # type: ignore[no-untyped-def]
+def set_user_rows(
+    rows: Any, row: Any, model: Any, constraint_rows: Any, bodies: Any, body_parameters: Any, h: Any
+) -> None:
     for r in range(model.row_count):
         given = constraint_rows[model.row_first + r]
         made = rows[row + r]

@@ -5,12 +5,14 @@ The force bound is a box in world axes: |f_x|, |f_y| <= max_force; |torque| <= m
 
 from __future__ import annotations
 
+from typing import Any
+
 from ...jit import njit
 from .point import finish_row, set_direction, soften
 
 
 @njit
-def move_targets(indices, joint_models, joint_states, h):  # type: ignore[no-untyped-def]
+def move_targets(indices: Any, joint_models: Any, joint_states: Any, h: Any) -> None:
     """Target poses move on at their own velocity."""
     for k in range(len(indices)):
         if joint_models[indices[k]].wakes:
@@ -21,7 +23,9 @@ def move_targets(indices, joint_models, joint_states, h):  # type: ignore[no-unt
 
 
 @njit
-def set_target_rows(rows, row, parameters, state, bodies, body_parameters, h):  # type: ignore[no-untyped-def]
+def set_target_rows(
+    rows: Any, row: Any, parameters: Any, state: Any, bodies: Any, body_parameters: Any, h: Any
+) -> None:
     b = bodies[rows[row].body_b]
     center = body_parameters[rows[row].body_b].center
     lx = parameters.anchor_b[0] - center[0]
@@ -49,7 +53,9 @@ def set_target_rows(rows, row, parameters, state, bodies, body_parameters, h):  
 
 
 @njit
-def drive_targets(actuators, control, joint_parameters, joint_states, bodies, body_parameters):  # type: ignore[no-untyped-def]
+def drive_targets(
+    actuators: Any, control: Any, joint_parameters: Any, joint_states: Any, bodies: Any, body_parameters: Any
+) -> None:
     """Actuators set the targets' velocities or positions from ``control``, clipped to their range.
 
     A target driven by velocity waits for a body that can't follow: it stays within the reach at
@@ -71,7 +77,7 @@ def drive_targets(actuators, control, joint_parameters, joint_states, bodies, bo
 
 
 @njit
-def _keep_near(actuator, state, parameters, bodies, body_parameters):  # type: ignore[no-untyped-def]
+def _keep_near(actuator: Any, state: Any, parameters: Any, bodies: Any, body_parameters: Any) -> None:
     b = bodies[actuator.body]
     mass = body_parameters[actuator.body]
     omega = 6.283185307179586 * parameters.frequency

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from ...jit import njit
 from ..math import atan2
 from .point import set_angle_row, set_point_rows, soften
 
 
 @njit
-def relative_angle(a, b, reference):  # type: ignore[no-untyped-def]
+def relative_angle(a: Any, b: Any, reference: Any) -> Any:
     """Rotation of record b in a, less ``reference`` (cos, sin), in (-pi, pi]."""
     c = a.rotation[0] * b.rotation[0] + a.rotation[1] * b.rotation[1]
     s = a.rotation[0] * b.rotation[1] - a.rotation[1] * b.rotation[0]
@@ -16,7 +18,7 @@ def relative_angle(a, b, reference):  # type: ignore[no-untyped-def]
 
 
 @njit
-def set_weld_rows(rows, row, parameters, bodies, body_parameters, h):  # type: ignore[no-untyped-def]
+def set_weld_rows(rows: Any, row: Any, parameters: Any, bodies: Any, body_parameters: Any, h: Any) -> None:
     set_point_rows(rows, row, parameters, bodies, body_parameters)
     angle = rows[row + 2]
     error = relative_angle(bodies[angle.body_a], bodies[angle.body_b], parameters.reference)
