@@ -25,8 +25,17 @@ def _at(array, w):  # type: ignore[no-untyped-def]
     return lambda array, w: array[w]
 
 
+class _Record(np.record):
+    """Fields as attributes, also those that np.record hides behind its own (size)."""
+
+    def __getattribute__(self, name: str) -> Any:
+        if name in (np.record.__getattribute__(self, "dtype").names or ()):
+            return self[name]
+        return np.record.__getattribute__(self, name)
+
+
 def as_records(array: Any) -> Any:
-    """With NUMBA_DISABLE_JIT=1, a structured array as np.recarray: kernels read fields as attributes."""
+    """With NUMBA_DISABLE_JIT=1, the array with elements whose fields are attributes, as kernels want."""
     if numba.config.DISABLE_JIT and array is not None and array.dtype.names:
-        return array.view(np.recarray)
+        return array.view(np.dtype((_Record, array.dtype)))
     return array
