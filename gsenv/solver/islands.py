@@ -11,7 +11,8 @@ from typing import Any
 from .jit import njit
 
 AWAKE = 1
-DRIVEN = 2  # moved from outside: awake, and may not fall asleep
+DRIVEN = 2  # by a target: awake, and may not fall asleep
+PRESSED = 3  # by a moving kinematic body, whose rows may contradict others
 
 
 @njit
@@ -173,11 +174,11 @@ def build_islands(
                 island = islands[i]
                 island_contacts[island.contact_first + island.contact_count] = k
                 island.contact_count += 1
-                if island.awake != DRIVEN and (
+                if island.awake != PRESSED and (
                     _moving_kinematic(body_models, body_parameters, bodies, contact.body_a)
                     or _moving_kinematic(body_models, body_parameters, bodies, contact.body_b)
                 ):
-                    island.awake = DRIVEN
+                    island.awake = PRESSED
     if joint_models is not None:
         for j in range(len(joint_models)):
             i = _island_of(motions, joint_models[j].body_a, joint_models[j].body_b)
@@ -185,10 +186,10 @@ def build_islands(
                 island = islands[i]
                 island_joints[island.joint_first + island.joint_count] = j
                 island.joint_count += 1
-                if (
-                    joint_models[j].wakes
-                    or _moving_kinematic(body_models, body_parameters, bodies, joint_models[j].body_a)
-                    or _moving_kinematic(body_models, body_parameters, bodies, joint_models[j].body_b)
-                ):
+                if joint_models[j].wakes and island.awake != PRESSED:
                     island.awake = DRIVEN
+                if _moving_kinematic(body_models, body_parameters, bodies, joint_models[j].body_a) or _moving_kinematic(
+                    body_models, body_parameters, bodies, joint_models[j].body_b
+                ):
+                    island.awake = PRESSED
     return count

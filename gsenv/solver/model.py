@@ -291,7 +291,7 @@ ISLAND_DTYPE = np.dtype(
         ("contact_count", "i4"),
         ("joint_first", "i4"),
         ("joint_count", "i4"),
-        ("awake", "i4"),  # 0 asleep, 1 awake, 2 driven from outside
+        ("awake", "i4"),  # 0 asleep, 1 awake, 2 driven, 3 pressed; see islands.py
     ],
     align=True,
 )

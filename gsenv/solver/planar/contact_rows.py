@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from ..jit import njit
-from ..rows import BOUNDED, FRICTION, relative_velocity, set_effective_mass
+from ..rows import BOUNDED, FRICTION, set_effective_mass
 
 _INFINITY = float("inf")
 
@@ -130,20 +130,17 @@ def store_contact_impulses(rows: Any, first: Any, end: Any, contacts: Any) -> No
 
 
 @njit
-def forget_contradictions(rows: Any, first: Any, end: Any, bodies: Any, contacts: Any, speed: Any) -> None:
-    """No warm start for contacts that were pushed and still approach by more than ``speed``.
+def forget_impulses(rows: Any, first: Any, end: Any, contacts: Any) -> None:
+    """No warm start from a solve that did not end.
 
     Between a press and the ground no impulse is enough; carried on, it would grow in each step.
     """
     r = first
     while r < end:
-        row = rows[r]
-        w = row.bias + relative_velocity(row, bodies[row.body_a], bodies[row.body_b])
-        if row.impulse > 0.0 and w < -speed:
-            for i in range(row.span):
-                contacts[row.source].impulse[i] = 0.0
-                rows[r + i].impulse = 0.0
-        r += row.span
+        for i in range(rows[r].span):
+            contacts[rows[r].source].impulse[i] = 0.0
+            rows[r + i].impulse = 0.0
+        r += rows[r].span
 
 
 @njit

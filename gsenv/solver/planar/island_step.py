@@ -6,12 +6,13 @@ from typing import Any
 
 from numba import int64
 
+from ..islands import AWAKE, PRESSED
 from ..jit import njit
 from ..rows import apply_warm_start
 from ..solvers import solve_rows
 from .contact_rows import (
     add_contact_rows,
-    forget_contradictions,
+    forget_impulses,
     refresh_contact_rows,
     store_contact_impulses,
     store_separations,
@@ -61,11 +62,13 @@ def step_island(
     edges: Any,
     blocks: Any,
     pull: Any,
-    driven: Any,
+    wakefulness: Any,
 ) -> Any:
     """Advance the bodies of one island by a whole timestep; returns (error, load, size) of nm."""
     n = options.substeps
     h = options.timestep / n
+    pressed = wakefulness == PRESSED
+    driven = wakefulness != AWAKE
     first = int64(0)
     if joint_models is not None:
         first = count_joint_rows(joint_list, joint_models)
@@ -114,6 +117,7 @@ def step_island(
                 envelope,
                 edges,
                 blocks,
+                pressed,
             )
             world_state.sweeps += sweeps
             world_state.residual = max(world_state.residual, residual)
@@ -127,8 +131,8 @@ def step_island(
         smooth = smooth_fraction(rows, first, end, body_list, bodies, body_parameters, motions, contacts, h)
         integrate_positions(body_list, bodies, motions, h, smooth)
         store_contact_impulses(rows, first, end, contacts)
-        if driven and residual > options.tolerance:
-            forget_contradictions(rows, first, end, bodies, contacts, pull * h)
+        if pressed and residual > options.tolerance:
+            forget_impulses(rows, first, end, contacts)
         if joint_models is not None:
             store_joint_impulses(rows, int64(0), joint_list, joint_models, joint_states)
             move_targets(joint_list, joint_models, joint_states, h)

@@ -7,7 +7,7 @@ from typing import Any
 from ..broadphase import find_pairs
 from ..contact_cache import match_contacts, merge_sleeping
 from ..diagnostics import start_counters
-from ..islands import DRIVEN, build_islands
+from ..islands import AWAKE, build_islands
 from ..jit import njit
 from ..optional import at
 from .geometry import update_geometry
@@ -167,10 +167,10 @@ def step_world(
             edges,
             blocks,
             pull,
-            island.awake == DRIVEN,
+            island.awake,
         )
         # a body that touches nothing floats on, however slowly
-        restless = island.awake == DRIVEN or island.contact_count + island.joint_count == 0
+        restless = island.awake != AWAKE or island.contact_count + island.joint_count == 0
         error += e
         load += q
         size += r

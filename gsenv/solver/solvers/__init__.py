@@ -28,6 +28,7 @@ def solve_rows(
     envelope: Any,
     edges: Any,
     blocks: Any,
+    pressed: Any,
 ) -> Any:
     """Solve ``rows[:count]``; updates their impulses and the bodies' velocities.
 
@@ -38,5 +39,5 @@ def solve_rows(
     if kind == _NNCG:
         return solve_nncg(rows, count, bodies, max_sweeps, tolerance, scale)
     return solve_subspace(
-        rows, count, bodies, max_sweeps, tolerance, scale, bodies_of, motions, envelope, edges, blocks
+        rows, count, bodies, max_sweeps, tolerance, scale, bodies_of, motions, envelope, edges, blocks, pressed
     )

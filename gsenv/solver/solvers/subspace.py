@@ -10,7 +10,8 @@ For the active rows, with w their present velocities and s = epsilon A_rr + soft
 d near 0, so the step is exact in the limit of repeated steps whatever epsilon is.
 The step is taken as far as it lowers the energy function that the solve minimises, or not at all;
 rows that contradict each other (a body between a press and the ground) would have -epsilon A_rr d
-left of their w, and are left to the sweeps.
+left of their w, and are left to the sweeps.  Only islands that a moving kinematic body presses can
+have such rows; elsewhere what is left over is a slow mode, which the next step goes on with.
 """
 
 from __future__ import annotations
@@ -30,6 +31,7 @@ from .envelope import (
 from .nncg import solve_nncg
 
 EPSILON = 1e-6
+CONTRADICTION = 0.05  # part of sum w^2 / A_rr left over, above which rows cannot all be true
 TRIALS = 3  # step lengths 1, 1/2, 1/4
 FIRST_SWEEPS = 4  # before the first step
 SWEEPS_BETWEEN = 4  # a step costs about as much as two or three sweeps
@@ -89,7 +91,16 @@ def _move(rows: Any, count: Any, bodies: Any, length: Any) -> None:
 
 
 @njit
-def subspace_step(rows: Any, count: Any, bodies: Any, bodies_of: Any, motions: Any, envelope: Any, blocks: Any) -> Any:
+def subspace_step(
+    rows: Any,
+    count: Any,
+    bodies: Any,
+    bodies_of: Any,
+    motions: Any,
+    envelope: Any,
+    blocks: Any,
+    pressed: Any,
+) -> Any:
     """One direct step on the active rows; True if it was taken. Bounds hold before and after."""
     load_masses(bodies_of, envelope, blocks, motions)
     for r in range(count):
@@ -113,7 +124,7 @@ def subspace_step(rows: Any, count: Any, bodies: Any, bodies_of: Any, motions: A
             row.direction = -(w + _change(row, envelope)) / (hold + row.softness)
             violation += w * w / row.diagonal
             left += (hold * row.direction) ** 2 / row.diagonal
-    if left > 0.05 * violation:
+    if pressed and left > CONTRADICTION * violation:
         return False
     before = _objective(rows, count, bodies_of, bodies, motions)
     length = 1.0
@@ -154,6 +165,7 @@ def solve_subspace(
     envelope: Any,
     edges: Any,
     blocks: Any,
+    pressed: Any,
 ) -> Any:
     """Accelerated sweeps with a subspace step after every few. Returns (sweeps, residual).
 
@@ -165,7 +177,7 @@ def solve_subspace(
         return used, residual
     fits = plan_envelope(rows, count, bodies_of, envelope, edges, blocks)
     while fits and residual > tolerance and used < max_sweeps:
-        fits = subspace_step(rows, count, bodies, bodies_of, motions, envelope, blocks)
+        fits = subspace_step(rows, count, bodies, bodies_of, motions, envelope, blocks, pressed)
         sweeps = min(SWEEPS_BETWEEN, max_sweeps - used)
         more, residual = solve_nncg(rows, count, bodies, sweeps, tolerance, scale)
         used += more
