@@ -21,6 +21,7 @@ import gsenv
 from gsenv import cli, envs, scenes, warmup
 from gsenv.render import video
 from gsenv.solver import jit
+from tests.processes import hear_interrupts
 
 ROOT = Path(__file__).parent.parent
 
@@ -316,7 +317,13 @@ def test_warmup_leaves_nothing_to_compile() -> None:
 def test_the_real_thing_stops_at_ctrl_c_with_a_valid_file(tmp_path: Path) -> None:
     out = tmp_path / "x.mp4"
     command = [sys.executable, "-m", "gsenv", "record", "scene:stack", "--steps", "1000000", "--size", "64x48"]
-    process = subprocess.Popen([*command, "--out", str(out)], cwd=ROOT, stderr=subprocess.PIPE, start_new_session=True)
+    process = subprocess.Popen(
+        [*command, "--out", str(out)],
+        cwd=ROOT,
+        stderr=subprocess.PIPE,
+        start_new_session=True,
+        preexec_fn=hear_interrupts,
+    )
     deadline = time.monotonic() + 300
     while not any(path.stat().st_size for path in tmp_path.iterdir()):  # until the first bytes of the video
         assert process.poll() is None

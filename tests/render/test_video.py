@@ -12,6 +12,7 @@ import pytest
 from numpy.typing import NDArray
 
 from gsenv.render.video import VideoWriter
+from tests.processes import hear_interrupts
 
 
 def frame(k: int, width: int = 84, height: int = 84) -> NDArray[np.uint8]:
@@ -101,13 +102,20 @@ with VideoWriter(sys.argv[1], 25) as video:
 def test_ctrl_c_in_a_terminal_leaves_a_usable_file(tmp_path: Path, name: str) -> None:
     path = tmp_path / name
     command = [sys.executable, "-c", INTERRUPTED, str(path)]
-    with subprocess.Popen(
-        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True
-    ) as process:
+    process = subprocess.Popen(
+        command,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        start_new_session=True,
+        preexec_fn=hear_interrupts,
+    )
+    try:
         assert process.stdout is not None
         assert process.stdout.readline() == b"ready\n"
         os.killpg(process.pid, signal.SIGINT)  # as a terminal does: to all children as well
         _, errors = process.communicate(timeout=60)
+    finally:
+        process.kill()
     assert b"KeyboardInterrupt" in errors
     assert process.returncode != 0
     assert len(read(path)) > 30

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from gsenv.train import ppo
+from tests.processes import hear_interrupts
 
 ROOT = Path(__file__).parent.parent.parent
 pytest.importorskip("stable_baselines3")
@@ -89,7 +90,12 @@ def test_command_line_and_ctrl_c(start: list[str], tmp_path: Path) -> None:
         str(tmp_path),
     ]
     process = subprocess.Popen(
-        command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        command,
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=hear_interrupts,
     )
     try:
         deadline = time.monotonic() + 120
