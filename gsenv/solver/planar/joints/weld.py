@@ -19,7 +19,7 @@ def relative_angle(a: Any, b: Any, reference: Any) -> Any:
 
 @njit
 def set_weld_rows(rows: Any, row: Any, parameters: Any, bodies: Any, body_parameters: Any, h: Any) -> None:
-    set_point_rows(rows, row, parameters, bodies, body_parameters)
+    set_point_rows(rows, row, parameters, bodies, body_parameters, h)
     angle = rows[row + 2]
     error = relative_angle(bodies[angle.body_a], bodies[angle.body_b], parameters.reference)
     set_angle_row(angle, error, body_parameters)
