@@ -48,6 +48,7 @@ class EnvSnapshot:
     task: TaskSnapshot
     generator: dict[str, Any]
     ready: bool
+    settings: dict[str, Any]  # defaults of later resets
 
 
 class Task(ABC):
@@ -318,7 +319,7 @@ class TaskEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
     def save(self) -> EnvSnapshot:
         """All that decides how the environment goes on, its random generator included."""
         generator = dict(self.np_random.bit_generator.state)
-        return EnvSnapshot(self.task.save(), generator, self._ready)
+        return EnvSnapshot(self.task.save(), generator, self._ready, dict(self.task.settings))
 
     def restore(self, snapshot: EnvSnapshot) -> None:
         """Go on bit for bit from a snapshot of this or an equal environment, in any process.
@@ -329,3 +330,4 @@ class TaskEnv(gymnasium.Env[NDArray[np.float32], NDArray[np.float32]]):
         self.task.restore(snapshot.task)
         self.np_random.bit_generator.state = snapshot.generator
         self._ready = snapshot.ready
+        self.task.settings.update(snapshot.settings)

@@ -31,6 +31,7 @@ class VectorSnapshot:
     elapsed: Array
     finished: Array
     begun: Array
+    settings: dict[str, Any]  # defaults of later resets
 
 
 class TaskVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], Array]):
@@ -217,6 +218,7 @@ class TaskVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], Array]):
             self._elapsed.copy(),
             self._finished.copy(),
             self._begun.copy(),
+            dict(self.task.settings),
         )
 
     def restore(self, snapshot: VectorSnapshot) -> None:
@@ -235,6 +237,7 @@ class TaskVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], Array]):
         self._elapsed[:] = snapshot.elapsed
         self._finished[:] = snapshot.finished
         self._begun[:] = snapshot.begun
+        self.task.settings.update(snapshot.settings)
 
     # ------------------------------------------------- Gymnasium's other accessors
 

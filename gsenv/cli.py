@@ -102,7 +102,7 @@ def _parser() -> argparse.ArgumentParser:
     record.add_argument("target", metavar="ENV_OR_SCENE", help="a name from `gsenv list`")
     record.add_argument("--out", required=True, type=Path, metavar="FILE", help="the video: .mp4 or .gif")
     record.add_argument("--policy", choices=("random", "scripted", "trained"), help="who acts (default: random)")
-    record.add_argument("--seed", type=int, default=0, help="of the start and of the random policy (default: 0)")
+    record.add_argument("--seed", type=_seed, default=0, help="of the start and of the random policy (default: 0)")
     record.add_argument(
         "--steps",
         type=_positive,
@@ -114,7 +114,8 @@ def _parser() -> argparse.ArgumentParser:
     warmup = commands.add_parser(
         "warmup",
         help="compile all kernels ahead of time",
-        description="Compile all kernels and keep them in the cache, so that no later run has to wait.",
+        description="Compile the kernels of all environments and scenes and keep them in the cache, so that no later "
+        "run of them has to wait.",
     )
     warmup.set_defaults(run=_warmup)
     return parser
@@ -123,6 +124,12 @@ def _parser() -> argparse.ArgumentParser:
 def _positive(text: str) -> int:
     if not text.isdecimal() or int(text) == 0:
         raise argparse.ArgumentTypeError(f"{text!r} is not a positive whole number")
+    return int(text)
+
+
+def _seed(text: str) -> int:
+    if not text.isdecimal():
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number of at least 0")
     return int(text)
 
 
@@ -240,7 +247,10 @@ def _env_footage(options: argparse.Namespace) -> _Footage:
     import gymnasium
 
     size = {} if options.size is None else dict(zip(("width", "height"), options.size, strict=True))
-    env = gymnasium.make(options.target, render_mode="rgb_array", **size)
+    try:
+        env = gymnasium.make(options.target, render_mode="rgb_array", **size)
+    except ValueError as error:
+        raise _CliError(str(error), WRONG_USAGE) from None
     policy = _policy(options.target, options.policy or "random")
     assert env.spec is not None  # gymnasium.make sets it
     step_count = options.steps or env.spec.max_episode_steps or 1000

@@ -18,6 +18,9 @@ def warmup_targets() -> list[tuple[str, Callable[[], None]]]:
         targets.append((entry.id, partial(_run_env, entry.id)))
         targets.append((f"{entry.id} (vector)", partial(_run_vector_env, entry.id)))
     targets.append(("Problem and solve", _solve_problem))
+    targets.append(("a crowd of bodies", _run_crowd))
+    targets.append(("fast bodies", _run_fast))
+    targets.append(("joints and terrain", _run_jointed_terrain))
     targets += [(f"scene:{name}", partial(_run_scene, name)) for name in SCENES]
     return targets
 
@@ -43,6 +46,34 @@ def _solve_problem() -> None:
     problem = Problem.from_delassus(np.eye(3), -np.ones(3), friction=[0.5])
     for method in ("pgs", "nncg", "apgd"):
         solve(problem, method=method)
+
+
+def _run_crowd() -> None:
+    """Enough shapes for the broadphase's tree."""
+    from gsenv.scenes import stack
+    from gsenv.solver import World
+
+    World(stack(200)).step()
+
+
+def _run_fast() -> None:
+    from gsenv.solver import Circle, HalfPlane, Scene, World
+
+    scene = Scene()
+    scene.add_body("ground", "static", [HalfPlane()])
+    scene.add_body("ball", shapes=[Circle(radius=0.1)], position=(0.0, 1.0), fast=True)
+    World(scene).step()
+
+
+def _run_jointed_terrain() -> None:
+    from gsenv.solver import Box, Scene, Terrain, World
+
+    scene = Scene()
+    scene.add_body("hills", "static", [Terrain(vertices=[(-1.0, 0.0), (1.0, 0.0)])])
+    for k in range(2):
+        scene.add_body(f"box_{k}", shapes=[Box(half_extents=(0.1, 0.1))], position=(0.2 * k, 0.1))
+    scene.add_joint("weld", "weld", "box_0", "box_1")
+    World(scene).step()
 
 
 def _run_scene(name: str) -> None:

@@ -334,7 +334,8 @@ def test_the_real_thing_stops_at_ctrl_c_with_a_valid_file(tmp_path: Path) -> Non
     assert process.returncode == 130, error
     assert [path.name for path in tmp_path.iterdir()] == ["x.mp4"]
     frames = int(re.search(rb"has the (\d+) frames", error)[1])  # type: ignore[index]
-    assert len(iio.imread(out)) == frames > 0
+    assert len(iio.imread(out)) - frames in (0, 1)  # the last frame may be in before it is counted
+    assert frames > 0
 
 
 def test_the_main_job(tmp_path: Path) -> None:

@@ -151,9 +151,7 @@ def find_pairs_by_tree(
     for a in range(len(geometry)):
         if geometry[a].active == 0:
             continue
-        found = ask_tree(
-            geometry, shape_models, exclusions, scratch, shape_count, leaves, loose_count, a
-        )
+        found = ask_tree(geometry, shape_models, exclusions, scratch, shape_count, leaves, loose_count, a)
         sort_partners(scratch, found, a, len(geometry))
         for i in range(found):
             if count < len(pairs):

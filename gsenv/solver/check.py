@@ -14,6 +14,8 @@ Array = NDArray[Any]
 
 def finite(value: Any, what: str) -> float:
     """A finite float, or ValueError."""
+    if isinstance(value, bool):
+        raise ValueError(f"{what} must be a number, got {value!r}.")
     try:
         number = float(value)
     except (TypeError, ValueError):
@@ -72,9 +74,7 @@ def values(value: Any, shape: tuple[int, ...], what: str) -> Array:
     try:
         return np.broadcast_to(array, shape)
     except ValueError:
-        raise ValueError(
-            f"{what} must fit the shape {shape}, got an array of shape {array.shape}."
-        ) from None
+        raise ValueError(f"{what} must fit the shape {shape}, got an array of shape {array.shape}.") from None
 
 
 def bounds(value: Any, shape: tuple[int, ...], what: str) -> Array:
@@ -88,9 +88,7 @@ def bounds(value: Any, shape: tuple[int, ...], what: str) -> Array:
     try:
         return np.broadcast_to(array, shape)
     except ValueError:
-        raise ValueError(
-            f"{what} must fit the shape {shape}, got an array of shape {array.shape}."
-        ) from None
+        raise ValueError(f"{what} must fit the shape {shape}, got an array of shape {array.shape}.") from None
 
 
 def ordered_bounds(lower: Array, upper: Array, where: str) -> None:
@@ -124,9 +122,7 @@ def worlds(selection: Any, count: int, what: str = "worlds") -> NDArray[np.intp]
     array = np.asarray(selection)
     if array.dtype == np.bool_:
         if array.shape != (count,):
-            raise ValueError(
-                f"{what}: a mask needs the shape ({count},), got an array of shape {array.shape}."
-            )
+            raise ValueError(f"{what}: a mask needs the shape ({count},), got an array of shape {array.shape}.")
         return np.flatnonzero(array)
     array = np.atleast_1d(array)
     if array.ndim != 1 or (array.size and array.dtype.kind not in "iu"):

@@ -135,17 +135,13 @@ def compile_scene(scene: Scene) -> Model:
         joints=joints,
         actuators=_compile_actuators(scene),
         sensors=tuple((spec.kind, spec.body) for spec in scene.sensors.values()),
-        exclusions=np.array(
-            sorted(encode_exclusion(a, b) for a, b in scene.excluded), np.int64
-        ),
+        exclusions=np.array(sorted(encode_exclusion(a, b) for a, b in scene.excluded), np.int64),
         nominal_world=world,
         nominal_bodies=nominal,
         nominal_shapes=sizes,
         nominal_joints=joint_parameters,
         nominal_rows=rows,
-        nominal_vertices=np.concatenate(vertices)
-        if vertices
-        else np.zeros(0, planar_shapes.vertex_dtype()),
+        nominal_vertices=np.concatenate(vertices) if vertices else np.zeros(0, planar_shapes.vertex_dtype()),
         start_bodies=start,
         start_joints=joint_states,
         mass_given=np.array([spec.mass is not None for spec in bodies]),
@@ -180,9 +176,7 @@ def _fill_body(spec: BodySpec, nominal: Array, start: Array) -> None:
     nominal["gravity_scale"] = spec.gravity_scale
     solid = [shape for shape in spec.shapes if shape.solid]
     nominal["extent"] = min((planar_shapes.extent(shape) for shape in solid), default=np.inf)
-    nominal["radius"] = max(
-        (planar_shapes.bounding_radius(shape, center) for shape in solid), default=0.0
-    )
+    nominal["radius"] = max((planar_shapes.bounding_radius(shape, center) for shape in solid), default=0.0)
     nominal["enabled"] = spec.enabled
     c, s = rotation_of(spec.angle)
     offset = np.array([c * center[0] - s * center[1], s * center[0] + c * center[1]])
@@ -193,9 +187,7 @@ def _fill_body(spec: BodySpec, nominal: Array, start: Array) -> None:
         start["velocity"] = (*spec.linear_velocity, spec.angular_velocity)
 
 
-def _compile_joints(
-    scene: Scene, bodies: list[BodySpec]
-) -> tuple[Array, Array, Array, Array]:
+def _compile_joints(scene: Scene, bodies: list[BodySpec]) -> tuple[Array, Array, Array, Array]:
     specs = list(scene.joints.values())
     models = np.zeros(len(specs), joint_model_dtype())
     parameters = np.zeros(len(specs), joint_parameter_dtype(2))
@@ -215,24 +207,34 @@ def _compile_joints(
 
 
 def _fill_joint(spec: Any, a: BodySpec, b: BodySpec, parameters: Any, state: Any) -> None:
-    anchor_b = np.zeros(2) if spec.anchor_b is None else spec.anchor_b
-    c, s = rotation_of(b.angle)
-    point = b.position + np.array(
-        [c * anchor_b[0] - s * anchor_b[1], s * anchor_b[0] + c * anchor_b[1]]
-    )
-    if spec.anchor_a is None:
-        ca, sa = rotation_of(a.angle)
-        d = point - a.position
-        parameters["anchor_a"] = (ca * d[0] + sa * d[1], ca * d[1] - sa * d[0])
+    """Anchors that were not given follow from the one that was: both at one point of the world."""
+    if spec.anchor_b is not None:
+        point = _to_world(b, spec.anchor_b)
+    elif spec.anchor_a is not None:
+        point = _to_world(a, spec.anchor_a)
     else:
-        parameters["anchor_a"] = spec.anchor_a
+        point = b.position
+    anchor_a = local_point(a, point) if spec.anchor_a is None else spec.anchor_a
+    anchor_b = local_point(b, point) if spec.anchor_b is None else spec.anchor_b
+    parameters["anchor_a"] = anchor_a
     parameters["anchor_b"] = anchor_b
     parameters["reference"] = rotation_of(b.angle - a.angle)
     for name in ("frequency", "damping_ratio", "max_force", "max_torque", "enabled"):
         parameters[name] = getattr(spec, name)
     state["target_position"] = point
     state["target_angle"] = b.angle
-    state["target_rotation"] = (c, s)
+
+
+def local_point(body: BodySpec, point: Array) -> Array:
+    """A world point in the frame of a body at its authored pose."""
+    c, s = rotation_of(body.angle)
+    d = point - body.position
+    return np.array([c * d[0] + s * d[1], c * d[1] - s * d[0]])
+
+
+def _to_world(body: BodySpec, point: Array) -> Array:
+    c, s = rotation_of(body.angle)
+    return body.position + np.array([c * point[0] - s * point[1], s * point[0] + c * point[1]])
 
 
 def _compile_actuators(scene: Scene) -> Array:

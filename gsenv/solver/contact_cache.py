@@ -51,9 +51,7 @@ def is_kept(contact: Any, geometry: Array) -> bool:
 
 
 @njit
-def merge_sleeping(
-    old: Array, old_count: int, found: Array, found_count: int, geometry: Array, merged: Array
-) -> int:
+def merge_sleeping(old: Array, old_count: int, found: Array, found_count: int, geometry: Array, merged: Array) -> int:
     """Contacts of pairs asleep, from `old`, and the `found` ones, sorted by pair, into `merged`.
 
     Returns how many there are; if more than len(merged), only the first were written.  `merged`

@@ -24,9 +24,7 @@ class CsrMatrix:
     data: Vector  # (nnz,)
 
     @classmethod
-    def from_entries(
-        cls, rows: Index, columns: Index, data: Vector, shape: tuple[int, int]
-    ) -> CsrMatrix:
+    def from_entries(cls, rows: Index, columns: Index, data: Vector, shape: tuple[int, int]) -> CsrMatrix:
         """Build from (row, column, value) triples in any order; duplicates add up, zeros go."""
         key = rows * shape[1] + columns
         order = np.argsort(key, kind="stable")
@@ -87,9 +85,7 @@ class CsrMatrix:
         length = np.diff(other.indptr)[self.indices]
         ends = np.cumsum(length)
         # k walks the row of `other` that each entry of this matrix meets
-        k = np.arange(int(length.sum())) + np.repeat(
-            other.indptr[self.indices] - ends + length, length
-        )
+        k = np.arange(int(length.sum())) + np.repeat(other.indptr[self.indices] - ends + length, length)
         return CsrMatrix.from_entries(
             np.repeat(self.entry_rows, length),
             other.indices[k],

@@ -34,8 +34,9 @@ class Contacts:
 
     Attributes:
         body_a, body_b, shape_a, shape_b: indices; the normal points from a to b.
-        point: m, (contact, dim), midway between the surfaces.
-        normal: unit, (contact, dim).
+        point: m, (contact, dim), midway between the surfaces where the contact was found, at the
+            start of the step or, for a fast approach, where it was predicted.
+        normal: unit, (contact, dim), of that moment as well.
         separation: m, at the end of the step; negative is overlap, positive a contact to come.
         impulse: N s, (contact, dim), normal then tangents, summed over the step.
         sensor: bool, reports only.

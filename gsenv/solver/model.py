@@ -7,12 +7,16 @@ of a scene, so a kernel is compiled once for all scenes.  ``dim`` is 2 or 3; ``n
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import dataclass
 from enum import IntEnum
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from . import check
 
 Array = NDArray[Any]
 
@@ -156,7 +160,6 @@ def world_state_dtype() -> np.dtype[Any]:
             ("pair_count", "i4"),
             ("row_count", "i4"),  # of the last step, all islands
             ("island_count", "i4"),
-            ("substeps", "i4"),  # most of any island
             ("sweeps", "i4"),  # of the last step, all islands and substeps
             ("unconverged", "i4"),  # island substeps that ran out of sweeps
             ("impacts", "i4"),
@@ -203,7 +206,6 @@ def joint_state_dtype(dim: int) -> np.dtype[Any]:
             ("impulse", "f8", (NDOF[dim],)),  # N s and N m s of the last substep
             ("total_impulse", "f8", (NDOF[dim],)),  # summed over the step
             ("target_position", "f8", (dim,)),  # m, of target joints
-            ("target_rotation", "f8", (ROTATION_SIZE[dim],)),
             ("target_angle", "f8"),  # rad, unwrapped (2D)
             ("target_velocity", "f8", (NDOF[dim],)),  # m/s and rad/s
         ],
@@ -353,22 +355,16 @@ class Options:
     correction_rate: float = 0.2
 
     def __post_init__(self) -> None:
-        for name in ("timestep", "tolerance", "sleep_speed", "sleep_time", "slop", "push_speed"):
-            value = getattr(self, name)
-            if not np.isfinite(value) or value < 0.0:
-                raise ValueError(f"Options: {name} must be finite and not negative, got {value!r}.")
-        if not self.timestep > 0.0:
-            raise ValueError(f"Options: timestep must be positive, got {self.timestep!r}.")
-        if not 0.0 <= self.correction_rate <= 1.0:
-            raise ValueError(
-                f"Options: correction_rate must be from 0 to 1, got {self.correction_rate!r}."
-            )
+        check.positive(self.timestep, "Options: timestep")
+        for name in ("tolerance", "sleep_speed", "sleep_time", "slop", "push_speed", "correction_rate"):
+            check.not_negative(getattr(self, name), f"Options: {name}")
+        if self.correction_rate > 1.0:
+            raise ValueError(f"Options: correction_rate must not exceed 1, got {self.correction_rate!r}.")
         for name, least in (("substeps", 1), ("sweeps", 1), ("position_sweeps", 0)):
-            count = getattr(self, name)
-            if not isinstance(count, (int, np.integer)) or count < least:
-                raise ValueError(
-                    f"Options: {name} must be a whole number of at least {least}, got {count!r}."
-                )
+            check.whole(getattr(self, name), least, f"Options: {name}")
+        for name in ("warm_start", "sleep"):
+            if not isinstance(getattr(self, name), (bool, np.bool_)):
+                raise ValueError(f"Options: {name} must be True or False, got {getattr(self, name)!r}.")
         if self.solver not in SOLVERS:
             names = ", ".join(SOLVERS)
             raise ValueError(f"Options: unknown solver {self.solver!r}; known are {names}.")
@@ -418,3 +414,15 @@ class Model:
     @property
     def has_joints(self) -> bool:
         return len(self.joints) > 0
+
+    @cached_property
+    def digest(self) -> str:
+        """Identifies the scene's topology: what must agree for a snapshot to fit."""
+        h = hashlib.sha256(repr((self.dim, self.body_names, self.joint_names)).encode())
+        for array in (self.bodies, self.shapes, self.joints, self.actuators, self.exclusions):
+            for name in array.dtype.names or ():
+                h.update(np.ascontiguousarray(array[name]).tobytes())
+            if not array.dtype.names:
+                h.update(array.tobytes())
+            h.update(b";")
+        return h.hexdigest()

@@ -25,7 +25,7 @@ def _at(array, w):  # type: ignore[no-untyped-def]
     return lambda array, w: array[w]
 
 
-class _Record(np.record):
+class _Record(np.record):  # type: ignore[misc]
     """Fields as attributes, also those that np.record hides behind its own (size)."""
 
     def __getattribute__(self, name: str) -> Any:

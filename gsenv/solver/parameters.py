@@ -15,6 +15,8 @@ import numpy as np
 from . import check
 from .model import Array, BodyKind, Model
 from .planar import mass as planar_mass
+from .planar import shapes as planar_shapes
+from .planar.vertices import linked_vertices
 from .scene import Handle, find
 
 BODY_FIELDS = ("mass", "inertia", "linear_damping", "angular_damping", "gravity_scale", "enabled")
@@ -31,9 +33,7 @@ class Parameters:
     and ``worlds`` (world,) are for kernels that know what they do; users call ``set``.
     """
 
-    def __init__(
-        self, model: Model, world_count: int, on_change: Callable[[Array], None] | None = None
-    ) -> None:
+    def __init__(self, model: Model, world_count: int, on_change: Callable[[Array], None] | None = None) -> None:
         self._model = model
         self._on_change = on_change  # told which worlds to wake
         self.worlds = _tiled(model.nominal_world[None], world_count)[:, 0]
@@ -74,7 +74,8 @@ class Parameters:
                 bias, softness. World: gravity (.., 2).
 
         A new size or density gives a new mass unless the mass was given; a new mass scales the
-        inertia unless that is given too.
+        inertia unless that is given too. A mass that was set here counts as derived: only one that the
+        scene gave outlives a later change of size.
 
         Raises:
             ValueError: an unknown field, a NaN, or a value out of its range; nothing is changed.
@@ -87,9 +88,7 @@ class Parameters:
             if unknown:
                 raise ValueError(f"parameters: {sorted(unknown)[0]!r} needs a body or a joint.")
             dim = self._model.dim
-            self.worlds["gravity"][chosen] = check.values(
-                fields["gravity"], (len(chosen), dim), "parameters: gravity"
-            )
+            self.worlds["gravity"][chosen] = check.values(fields["gravity"], (len(chosen), dim), "parameters: gravity")
         elif isinstance(item, Handle) and item.what == "joint":
             self._set_joint(item, chosen, fields)
         else:
@@ -111,7 +110,8 @@ class Parameters:
             raise ValueError(f"{where}: only a dynamic body has a mass.")
         if model["kind"] == BodyKind.DYNAMIC and (checked.get("density", np.ones(1)) == 0.0).any():
             raise ValueError(f"{where}: density must be positive, got 0.0.")
-        old_mass = self.bodies["mass"][chosen, body]
+        saved = self.bodies[chosen, body].copy(), self.shapes[chosen][:, shapes.start : shapes.stop].copy()
+        old_mass = saved[0]["mass"]
         for name, values in checked.items():
             if name in BODY_FIELDS:
                 self.bodies[name][chosen, body] = values
@@ -122,7 +122,73 @@ class Parameters:
             else:
                 for shape_index in shapes:
                     self.shapes[name][chosen, shape_index] = values
-        self._derive(body, chosen, set(checked), old_mass)
+        with np.errstate(all="ignore"):
+            self._derive(body, chosen, set(checked), old_mass)
+        if model["kind"] == BodyKind.DYNAMIC and not self._sound(body, chosen):
+            self.bodies[chosen, body] = saved[0]
+            self.shapes[chosen[:, None], np.arange(shapes.start, shapes.stop)] = saved[1]
+            raise ValueError(f"{where}: mass and inertia and their inverses must be finite and positive.")
+
+    def _sound(self, body: int, chosen: Array) -> bool:
+        """Whether masses, inertias and their inverses are finite and positive."""
+        record = self.bodies[chosen, body]
+        with np.errstate(all="ignore"):
+            numbers = [f(record[name]) for name in ("mass", "inertia") for f in (np.asarray, np.reciprocal)]
+        return all(bool((np.isfinite(x) & (x > 0.0)).all()) for x in numbers)
+
+    def set_shape(
+        self,
+        shape: str | int,
+        worlds: Any = None,
+        *,
+        friction: Any = None,
+        restitution: Any = None,
+        enabled: Any = None,
+        vertices: Any = None,
+    ) -> None:
+        """Set fields of one shape: by name ("body/0" unless it was given one) or index.
+
+        Args:
+            worlds: None for all, an int, ints or a bool mask.
+            friction, restitution, enabled: one value, or one for each chosen world.
+            vertices: m, (vertex, 2) or (chosen world, vertex, 2), new places of the vertices of a
+                terrain, as many as it has.
+
+        Raises:
+            ValueError: an unknown shape, or a bad value; nothing is changed.
+        """
+        index = find(shape, "shape", self._model.shape_names, "parameters")
+        where = f"parameters of shape {self._model.shape_names[index]!r}"
+        chosen = check.worlds(worlds, len(self.worlds))
+        given = {"friction": friction, "restitution": restitution, "enabled": enabled}
+        checked = {
+            name: _in_range(name, check.values(value, (len(chosen),), f"{where}: {name}"), where)
+            for name, value in given.items()
+            if value is not None
+        }
+        if vertices is not None:
+            self._set_vertices(index, chosen, vertices, where)
+        for name, value in checked.items():
+            self.shapes[name][chosen, index] = value
+        if self._on_change is not None:
+            self._on_change(chosen)
+
+    def _set_vertices(self, index: int, chosen: Array, vertices: Any, where: str) -> None:
+        model = self._model.shapes[index]
+        if model["kind"] != planar_shapes.TERRAIN:
+            raise ValueError(f"{where}: only a terrain's vertices can be moved.")
+        first, count = int(model["vertex_first"]), int(model["vertex_count"])
+        places = check.values(vertices, (len(chosen), count, 2), f"{where}: vertices")
+        nominal = self._model.nominal_vertices[first : first + count]
+        closed = bool(nominal["next"][-1] >= 0)
+        made = []
+        for points in places:
+            try:
+                made.append(linked_vertices(planar_shapes.chain_vertices(points, closed), closed, -1.0))
+            except ValueError as error:
+                raise ValueError(f"{where}: {error}") from None
+        for w, one in zip(chosen, made, strict=True):
+            self.vertices[w, first : first + count] = one
 
     def _check_form(self, checked: dict[str, Array], shapes: range, where: str) -> None:
         sized = {"half_extents", "radius", "half_length"} & set(checked)

@@ -111,13 +111,10 @@ class Problem:
         below = np.flatnonzero(delassus.diagonal() < 0.0)
         if len(below):
             raise ValueError(
-                f"inverse_mass gives row {below[0]} a negative effective mass, "
-                "expected a positive semidefinite matrix."
+                f"inverse_mass gives row {below[0]} a negative effective mass, expected a positive semidefinite matrix."
             )
         rhs = rows.multiply(free) + _vector(bias, "bias", count)
-        return cls._build(
-            delassus, rhs, softness, lower, upper, contacts, "contacts.", rows, inverse, free
-        )
+        return cls._build(delassus, rhs, softness, lower, upper, contacts, "contacts.", rows, inverse, free)
 
     @classmethod
     def from_delassus(
@@ -409,9 +406,7 @@ def _contacts(contacts: ContactRows | None, count: int, prefix: str) -> tuple[In
     else:
         size = count // int(dim)
         if size * int(dim) != count:
-            raise ValueError(
-                f"{prefix}dim {int(dim)} does not divide {count} rows, expected {prefix}rows."
-            )
+            raise ValueError(f"{prefix}dim {int(dim)} does not divide {count} rows, expected {prefix}rows.")
     friction = _vector(friction, friction_name, size)
     _at_least_zero(friction, friction_name)
     dim = _vector(dim, prefix + "dim", size).astype(np.int64)
@@ -420,9 +415,7 @@ def _contacts(contacts: ContactRows | None, count: int, prefix: str) -> tuple[In
     outside = np.flatnonzero((rows < 0) | (rows + dim > count))
     if len(outside):
         k = outside[0]
-        raise ValueError(
-            f"{prefix}rows[{k}] is {rows[k]}, its {dim[k]} rows don't fit into {count} rows."
-        )
+        raise ValueError(f"{prefix}rows[{k}] is {rows[k]}, its {dim[k]} rows don't fit into {count} rows.")
     order = np.argsort(rows, kind="stable")
     clash = np.flatnonzero(rows[order][:-1] + dim[order][:-1] > rows[order][1:])
     if len(clash):

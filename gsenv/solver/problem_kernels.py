@@ -232,9 +232,7 @@ def sweep(
         else:
             length = share / (block.dim * square)
             w += block.friction * np.sqrt(w_1 * w_1 + w_2 * w_2)
-            new_n, new_1, new_2 = project_cone(
-                block.friction, n - length * w, t_1 - length * w_1, t_2 - length * w_2
-            )
+            new_n, new_1, new_2 = project_cone(block.friction, n - length * w, t_1 - length * w_1, t_2 - length * w_2)
         d_n, d_1, d_2 = new_n - n, new_1 - t_1, 0.0
         if block.dim == 3:
             d_2 = new_2 - t_2
@@ -369,9 +367,7 @@ def iterate(
         change, size = sweep(indptr, indices, data, rhs, lower, upper, blocks, share, impulse)
         near = change <= 100.0 * tolerance * tolerance * max(data_square, size)
         if near or count % CHECK_EVERY == 0 or count == max_sweeps:
-            e_square, size = natural_map(
-                indptr, indices, data, rhs, lower, upper, blocks, impulse, error
-            )
+            e_square, size = natural_map(indptr, indices, data, rhs, lower, upper, blocks, impulse, error)
             nm = measure(e_square, size, data_square, growth)
             if nm <= tolerance:
                 return count, nm

@@ -96,9 +96,7 @@ class Scene:
         if dim != 2:
             raise ValueError(f"Scene: dim must be 2, got {dim!r}.")
         self.dim = dim
-        self.gravity = check.vector(
-            GRAVITY[dim] if gravity is None else gravity, dim, "Scene: gravity"
-        )
+        self.gravity = check.vector(GRAVITY[dim] if gravity is None else gravity, dim, "Scene: gravity")
         self.bodies: dict[str, BodySpec] = {}
         self.joints: dict[str, JointSpec] = {}
         self.actuators: dict[str, ActuatorSpec] = {}
@@ -210,6 +208,16 @@ class Scene:
             a = self._body(body_a, what)
             if a == b:
                 raise ValueError(f"{what} needs two different bodies, got {body_b!r} twice.")
+        unused: dict[str, Any] = {}
+        if kind == "target":
+            unused = {"body_a": body_a, "anchor_a": anchor_a}
+        if kind == "weld":
+            unused = {
+                name: value for name, value in (("max_force", max_force), ("max_torque", max_torque)) if value != np.inf
+            }
+        for word, value in unused.items():
+            if value is not None:
+                raise ValueError(f"{what}: a {kind} has no {word}, got {value!r}.")
         if frequency is None:
             frequency = 5.0 if kind == "target" else 0.0
         if kind == "target" and list(self.bodies.values())[b].kind != BodyKind.DYNAMIC:
@@ -223,7 +231,9 @@ class Scene:
         if anchor is not None:
             point = check.vector(anchor, self.dim, f"{what}: anchor")
             bodies = list(self.bodies.values())
-            anchors = [_local(bodies[a], point), _local(bodies[b], point)]
+            from .compile import local_point
+
+            anchors = [local_point(bodies[a], point), local_point(bodies[b], point)]
         spec = JointSpec(
             name, kind, a, b, anchors[0], anchors[1],
             check.not_negative(frequency, f"{what}: frequency"),
@@ -375,15 +385,6 @@ def find(item: Handle | str | int, what: str, names: Sequence[str], where: str) 
     if isinstance(item, (int, np.integer)) and 0 <= item < len(names):
         return int(item)
     raise ValueError(f"{where}: {what} {item!r} is unknown.")
-
-
-def _local(body: BodySpec, point: Array) -> Array:
-    """A world point in the frame of a body at its authored pose."""
-    from .compile import rotation_of
-
-    c, s = rotation_of(body.angle)
-    d = point - body.position
-    return np.array([c * d[0] + s * d[1], c * d[1] - s * d[0]])
 
 
 def _color(value: Any, what: str) -> tuple[int, int, int]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from dataclasses import dataclass
 
 import numpy as np
@@ -123,12 +122,10 @@ class Snapshot:
         return int(self.contacts.shape[1])
 
     def check(self, model: Model, chosen: int) -> None:
-        if self.scene != digest(model):
+        if self.scene != model.digest:
             raise ValueError("restore: the snapshot belongs to another scene.")
         if self.world_count not in (1, chosen):
-            raise ValueError(
-                f"restore: {self.world_count} saved worlds do not fit into {chosen} chosen ones."
-            )
+            raise ValueError(f"restore: {self.world_count} saved worlds do not fit into {chosen} chosen ones.")
 
     def write(self, parameters: Parameters, state: State, chosen: Array) -> None:
         for name, array in self.state.items():
@@ -142,20 +139,8 @@ class Snapshot:
 def take_snapshot(model: Model, parameters: Parameters, state: State, chosen: Array) -> Snapshot:
     used = int(state.worlds["contact_count"][chosen].max(initial=0))
     return Snapshot(
-        digest(model),
+        model.digest,
         {name: getattr(state, name)[chosen].copy() for name in STATE_ARRAYS},
         state.contacts[chosen, :used].copy(),
         {name: array[chosen].copy() for name, array in parameters.arrays().items()},
     )
-
-
-def digest(model: Model) -> str:
-    """Identifies a scene's topology: what must agree for a snapshot to fit."""
-    h = hashlib.sha256(repr((model.dim, model.body_names, model.joint_names)).encode())
-    for array in (model.bodies, model.shapes, model.joints, model.actuators, model.exclusions):
-        for name in array.dtype.names or ():
-            h.update(np.ascontiguousarray(array[name]).tobytes())
-        h.update(b";")
-    return h.hexdigest()
-
-

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 from itertools import pairwise
 from typing import Any
 
@@ -17,6 +17,8 @@ def _executor(size: int) -> ThreadPoolExecutor:
     """The process's pool. A child of a fork has no threads, so it makes its own."""
     global _pool, _pool_pid, _pool_size
     if _pool is None or _pool_pid != os.getpid() or _pool_size < size:
+        if _pool is not None and _pool_pid == os.getpid():
+            _pool.shutdown(wait=False)
         _pool = ThreadPoolExecutor(size, thread_name_prefix="gsenv")
         _pool_pid = os.getpid()
         _pool_size = size
@@ -35,5 +37,8 @@ def run(tasks: list[Callable[[], Any]]) -> list[Any]:
         return [tasks[0]()]
     pool = _executor(len(tasks) - 1)
     futures = [pool.submit(task) for task in tasks[1:]]
-    first = tasks[0]()
+    try:
+        first = tasks[0]()
+    finally:  # an interrupt here must not leave others writing behind the caller's back
+        wait(futures)
     return [first, *(future.result() for future in futures)]

@@ -17,6 +17,8 @@ from .planar import step as planar_step
 from .scene import Handle, Scene, find
 from .state import Snapshot, State, Workspace, first_contact_capacity, take_snapshot
 
+_PRESENT = np.ones(1)  # as a kernel's argument: the scene has it; None: it lacks it
+
 
 class World:
     """``world_count`` copies of a scene, stepped together.
@@ -49,7 +51,7 @@ class World:
         if not isinstance(scene, (Scene, Model)):
             raise ValueError(f"World needs a Scene or a Model, got {scene!r}.")
         self.model = scene.compile() if isinstance(scene, Scene) else scene
-        self.parameters = Parameters(self.model, self.world_count, self._wake)
+        self.parameters = Parameters(self.model, self.world_count, self._changed)
         capacity = first_contact_capacity(self.model)
         self.state = State(self.model, self.world_count, capacity)
         self.options = Options() if options is None else options
@@ -137,8 +139,9 @@ class World:
             state.joints if jointed else None,
             state.control,
         )  # fmt: skip
+        bouncy = _PRESENT if parameters.shapes["restitution"].any() else None
         self._calls = [
-            (part, tuple(as_records(array) for array in (*shared, *work.arrays())))
+            (part, tuple(as_records(array) for array in (*shared, bouncy, *work.arrays())))
             for part, work in zip(parts, self._workspaces, strict=False)
         ]
         return self._calls
@@ -168,38 +171,36 @@ class World:
         chosen = check.worlds(mask, self.world_count, "reset: mask")
         if parameters:
             self.parameters.reset(chosen)
+            self._calls = []
         self.state.reset(self.model, chosen)
 
     # ------------------------------------------------------------- reading
 
     @property
     def position(self) -> Array:
-        """(world, body, dim) m, of the bodies' own frames; read-only."""
-        center = self.parameters.bodies["center"]
+        """(world, body, dim) m, of the bodies' own frames; a copy, as all of these."""
         bodies = self.state.bodies
-        if not center.any():
-            return _frozen(bodies["position"])
-        return _frozen(bodies["position"] - _rotated(bodies["rotation"], center))
+        return bodies["position"] - _rotated(bodies["rotation"], self.parameters.bodies["center"])
 
     @property
     def center_of_mass(self) -> Array:
-        """(world, body, dim) m; read-only."""
-        return _frozen(self.state.bodies["position"])
+        """(world, body, dim) m."""
+        return self.state.bodies["position"].copy()
 
     @property
     def angle(self) -> Array:
-        """(world, body) rad, not wrapped; read-only."""
-        return _frozen(self.state.bodies["angle"])
+        """(world, body) rad, not wrapped."""
+        return self.state.bodies["angle"].copy()
 
     @property
     def linear_velocity(self) -> Array:
-        """(world, body, dim) m/s, of the centres of mass; read-only."""
-        return _frozen(self.state.bodies["velocity"][..., :2])
+        """(world, body, dim) m/s, of the centres of mass."""
+        return self.state.bodies["velocity"][..., :2].copy()
 
     @property
     def angular_velocity(self) -> Array:
-        """(world, body) rad/s; read-only."""
-        return _frozen(self.state.bodies["velocity"][..., 2])
+        """(world, body) rad/s."""
+        return self.state.bodies["velocity"][..., 2].copy()
 
     @property
     def asleep(self) -> Array:
@@ -213,7 +214,7 @@ class World:
 
     def contacts(self, world: int = 0) -> Contacts:
         """Contacts of a world's last step; see Contacts."""
-        index = check.worlds(int(world), self.world_count, "contacts: world")[0]
+        index = check.worlds(check.whole(world, 0, "contacts: world"), self.world_count, "contacts: world")[0]
         return contacts_of(self.state, index)
 
     def diagnostics(self) -> Diagnostics:
@@ -267,8 +268,11 @@ class World:
             arm = check.values(point, (n, 2), f"{where}: point")
             arm = arm - self.state.bodies["position"][chosen, b]
             t = t + arm[:, 0] * f[:, 1] - arm[:, 1] * f[:, 0]
-        self.state.bodies["force"][chosen, b, :2] += f
-        self.state.bodies["force"][chosen, b, 2] += t
+        with np.errstate(over="ignore"):
+            total = self.state.bodies["force"][chosen, b] + np.concatenate([f, t[:, None]], 1)
+        if not np.isfinite(total).all():
+            raise ValueError(f"{where}: the sum of forces must be finite.")
+        self.state.bodies["force"][chosen, b] = total
         self._wake(chosen, b)
 
     def set_pose(self, body: Handle | str | int, position: Any = None, angle: Any = None, worlds: Any = None) -> None:
@@ -344,6 +348,11 @@ class World:
             else:
                 record[name][chosen, j] = values
 
+    def _changed(self, chosen: Array) -> None:
+        """Parameters are new: wake the worlds, and see anew what the scene has."""
+        self._wake(chosen)
+        self._calls = []
+
     def _wake(self, chosen: Array, body: int | None = None) -> None:
         """Wake a body, or all of the chosen worlds' bodies where what they rest on may change."""
         which = slice(None) if body is None else body
@@ -363,17 +372,14 @@ class World:
         Raises:
             ValueError: the snapshot is of another scene, or the counts don't match.
         """
+        if not isinstance(snapshot, Snapshot):
+            raise ValueError(f"restore needs a snapshot from save(), got {type(snapshot).__name__}.")
         chosen = check.worlds(worlds, self.world_count)
         snapshot.check(self.model, len(chosen))
         if snapshot.contact_capacity > self.state.contacts.shape[1]:
             self._grow_contacts(snapshot.contact_capacity)
         snapshot.write(self.parameters, self.state, chosen)
-
-
-def _frozen(array: Array) -> Array:
-    view = array.view()
-    view.flags.writeable = False
-    return view
+        self._calls = []
 
 
 def _rotated(rotation: Array, vector: Array) -> Array:

@@ -243,8 +243,8 @@ def tumble() -> World:
 
 # After an intended change of the physics: python -m tests.solver.test_determinism
 GOLDEN = {
-    "mixed": "6eededfeca5c65e4d5b9750872fae23b8eed029a816d24f118eb6d6ebd4bd714",
-    "tumble": "c4f074fbb0f4ba1377f802ed8a09a0b3603d89e0d3a8e93d23fa3d6ab2b7462c",
+    "mixed": "d6161168e281cc1751131e53d7dc3e091b7f7222797ebd152d2915f0f3158253",
+    "tumble": "96a975afc5cf043a73d1b98c0ab0e51c2277672c9f0a606572dd42626ba313d6",
     "pyramid": "9993daf656ee918523a67e4da46bc5df26fa429b880d25e848d14c8c4ff316e2",
 }
 

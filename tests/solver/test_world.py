@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from gsenv.scenes import stack
-from gsenv.solver import Box, Capsule, Circle, HalfPlane, Handle, Options, Polygon, Scene, World
+from gsenv.solver import Box, Capsule, Circle, HalfPlane, Handle, Options, Polygon, Scene, Terrain, World
 from tests.solver.bits import bits, everything
 
 G = 9.81
@@ -329,11 +329,25 @@ def handle(what: str, name: str, names: tuple[str, ...]) -> Any:
     return Handle(what, name, names.index(name))
 
 
+def test_readings_are_copies() -> None:
+    world = World(driven())
+    for reading in (
+        world.position, world.center_of_mass, world.angle, world.linear_velocity, world.angular_velocity
+    ):  # fmt: skip
+        before = everything_of(world)
+        reading += 1.0
+        assert everything_of(world) == before
+
+
+def everything_of(world: World) -> bytes:
+    bodies = world.state.bodies
+    return b"".join(bodies[name].tobytes() for name in ("position", "angle", "velocity"))
+
+
 def test_views_are_read_only() -> None:
     world = World(driven())
     p = world.parameters
     views = [
-        world.position, world.center_of_mass, world.angle, world.linear_velocity, world.angular_velocity,
         p.mass, p.inertia, p.friction, p.restitution, p.density, p.radius, p.half_extents, p.gravity, p.enabled,
         p.linear_damping, p.gravity_scale, p.frequency, p.max_force,
     ]  # fmt: skip
@@ -620,3 +634,37 @@ def test_one_world_of_many_grows() -> None:
     alone.step(5)
     assert bits(world.state.bodies[2]) == bits(alone.state.bodies[0])
     np.testing.assert_array_equal(world.position[0, :, 0], 3.0 * np.arange(40))
+
+
+def test_shapes_differ_from_world_to_world() -> None:
+    """A terrain of its own, and a shape switched off, in one world only."""
+    scene = Scene()
+    flat = [(-5.0, 0.0), (0.0, 0.0), (5.0, 0.0)]
+    scene.add_body("hills", "static", [Terrain(vertices=flat, name="hills")])
+    scene.add_body("crate", shapes=[Box(half_extents=(0.2, 0.2))], position=(2.0, 0.2))
+    world = World(scene, world_count=3)
+    raised = [(-5.0, 0.1), (0.0, 0.1), (5.0, 0.1)]
+    world.parameters.set_shape("hills", worlds=1, vertices=raised)
+    world.parameters.set_shape("hills", worlds=2, enabled=False)
+    world.set_pose("crate", (2.0, 0.3), worlds=1)
+    world.step(60)
+    np.testing.assert_allclose(world.position[:2, 1, 1], [0.2, 0.3], atol=1e-4)
+    assert world.position[2, 1, 1] == pytest.approx(0.2 - 0.5 * G * 1.0, abs=1e-9)
+    before = world.parameters.vertices.tobytes()
+    for bad in ([(-5.0, 0.1), (0.0, np.nan), (5.0, 0.1)], [(0.0, 0.0), (0.0, 0.0), (5.0, 0.0)], flat[:2]):
+        with pytest.raises(ValueError, match="parameters of shape 'hills'"):
+            world.parameters.set_shape("hills", vertices=bad)
+    assert world.parameters.vertices.tobytes() == before
+
+
+def test_sizes_out_of_all_proportion_are_refused() -> None:
+    """Finite sizes whose mass or inertia is not: nothing is changed."""
+    world = World(driven())
+    before = world.parameters.bodies.tobytes(), world.parameters.shapes.tobytes()
+    for bad in ({"mass": 1e-320}, {"inertia": 1e-320}):
+        with pytest.raises(ValueError, match="finite"):
+            world.parameters.set("crate", **bad)
+    assert (world.parameters.bodies.tobytes(), world.parameters.shapes.tobytes()) == before
+    world.apply_force("crate", (1e308, 0.0))
+    with pytest.raises(ValueError, match="sum of forces"):
+        world.apply_force("crate", (1e308, 0.0))

@@ -261,9 +261,12 @@ def test_20_momentum_of_an_isolated_heap_is_kept() -> None:
     world = World(scene)
     start = world.diagnostics().momentum[0]
     scale = (world.parameters.mass[0] * np.hypot(*world.linear_velocity[0].T)).sum()
-    world.step(180)
+    impacts = 0
+    for _ in range(180):
+        world.step()
+        impacts += int(world.diagnostics().impacts[0])
+    assert impacts > 0
     assert abs(world.diagnostics().momentum[0] - start).max() < 1e-12 * scale
-    assert world.diagnostics().impacts.sum() >= 0
 
 
 @pytest.mark.parametrize(

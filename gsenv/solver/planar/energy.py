@@ -10,8 +10,8 @@ from ..rows import relative_velocity
 
 @njit
 def residual_scale(rows: Any, count: Any, bodies: Any, pull: Any, h: Any) -> Any:
-    """What the changes of a sweep are compared with: sum ((g h)^2 + u^2) / A_rr, u = J v before
-    any impulse.
+    """What the changes of a sweep are compared with: sum ((g h)^2 + u^2) / A_rr, u = J v + bias
+    before any impulse.
 
     A scale of velocities, not of impulses: under 1000 kg the load is 1000 times the weight of the
     box that carries it, and a sinking speed would pass as a thousandth of what it is.
@@ -19,7 +19,7 @@ def residual_scale(rows: Any, count: Any, bodies: Any, pull: Any, h: Any) -> Any
     s = 1e-300
     for r in range(count):
         row = rows[r]
-        u = relative_velocity(row, bodies[row.body_a], bodies[row.body_b])
+        u = row.bias + relative_velocity(row, bodies[row.body_a], bodies[row.body_b])
         s += (pull * pull * h * h + u * u) * row.effective_mass
     return s
 

@@ -122,8 +122,10 @@ def _add(row: Any, bodies: Any, motions: Any, impulse: Any, time: Any) -> None:
         b.velocity[i] += db
         ma.shift[i] -= time * da
         mb.shift[i] -= time * db
-    ma.event_time = time
-    mb.event_time = time
+    if row.response_a[0] != 0.0 or row.response_a[1] != 0.0:  # the ground takes part in many at once
+        ma.event_time = time
+    if row.response_b[0] != 0.0 or row.response_b[1] != 0.0:
+        mb.event_time = time
 
 
 @njit

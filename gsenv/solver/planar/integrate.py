@@ -88,6 +88,15 @@ def integrate_positions(indices: Any, bodies: Any, motions: Any, h: Any, trapezo
 
 
 @njit
+def any_kinematic(bodies: Any, body_models: Any, body_parameters: Any) -> Any:
+    """Whether an enabled kinematic body is there to be moved."""
+    for i in range(len(bodies)):
+        if body_models[i].kind == 1 and body_parameters[i].enabled:
+            return True
+    return False
+
+
+@njit
 def move_kinematic(bodies: Any, body_models: Any, body_parameters: Any, motions: Any, time: Any) -> None:
     """Put kinematic bodies where they are ``time`` seconds into the step."""
     for i in range(len(bodies)):

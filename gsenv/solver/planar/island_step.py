@@ -62,7 +62,9 @@ def step_island(
     edges: Any,
     blocks: Any,
     pull: Any,
+    bouncy: Any,
     wakefulness: Any,
+    kinematic: Any,
 ) -> Any:
     """Advance the bodies of one island by a whole timestep; returns (error, load, size) of nm."""
     n = options.substeps
@@ -74,18 +76,22 @@ def step_island(
         first = count_joint_rows(joint_list, joint_models)
         driven = driven or any_driven(joint_list, joint_models, joint_parameters)
     end = add_contact_rows(rows, first, contacts, contact_list, bodies, body_parameters, options.warm_start)
-    bouncy = bounces(contacts, contact_list)
+    impacts = False
+    if bouncy is not None:
+        impacts = bounces(contacts, contact_list)
     world_state.row_count += end
     error = 0.0
     load = 0.0
     size = 0.0
     residual = 0.0
     for s in range(n):
-        move_kinematic(bodies, body_models, body_parameters, motions, s * h)
+        if kinematic:
+            move_kinematic(bodies, body_models, body_parameters, motions, s * h)
         refresh_contact_rows(rows, first, end, contacts, motions, options, h)
-        if bouncy:
-            world_state.impacts += resolve_impacts(rows, first, end, contacts, bodies, motions, body_list, pull, h)
-            refresh_contact_rows(rows, first, end, contacts, motions, options, h)
+        if bouncy is not None:
+            if impacts:
+                world_state.impacts += resolve_impacts(rows, first, end, contacts, bodies, motions, body_list, pull, h)
+                refresh_contact_rows(rows, first, end, contacts, motions, options, h)
         integrate_velocities(body_list, bodies, body_parameters, motions, h)
         if joint_models is not None:
             add_joint_rows(

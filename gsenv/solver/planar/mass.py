@@ -58,4 +58,5 @@ def derive_extent(model: Model, shapes: Array, bodies: Array, body: int, chosen:
         return
     shapes["extent"][chosen, index] = extent
     bodies["extent"][chosen, body] = extent
-    bodies["radius"][chosen, body] = reach
+    offset = shapes["local_position"][chosen, index] - bodies["center"][chosen, body]
+    bodies["radius"][chosen, body] = reach + np.hypot(offset[:, 0], offset[:, 1])

@@ -149,9 +149,7 @@ def validate(shape: Shape, dim: int = 2) -> None:
     if shape.restitution > 1.0:
         raise ValueError(f"{title} restitution must not exceed 1, got {shape.restitution!r}")
     if shape.solid and not (_finite(shape.density) and shape.density >= 0.0):
-        raise ValueError(
-            f"{title} density must be finite and not negative, got {shape.density!r}"
-        )
+        raise ValueError(f"{title} density must be finite and not negative, got {shape.density!r}")
     _vector(title, "position", shape.position)
     if not _finite(shape.angle):
         raise ValueError(f"{title} angle must be finite, got {shape.angle!r}")
@@ -223,9 +221,7 @@ def convex_vertices(vertices: Any) -> Array:
     """(n, 2) vertices of a convex polygon, counter-clockwise; anything else is refused."""
     points = _points("Polygon", vertices, 3)
     if len(points) > MAX_POLYGON_VERTICES:
-        raise ValueError(
-            f"Polygon may have {MAX_POLYGON_VERTICES} vertices at most, got {len(points)}"
-        )
+        raise ValueError(f"Polygon may have {MAX_POLYGON_VERTICES} vertices at most, got {len(points)}")
     size = float(np.ptp(points, axis=0).max())
     edges = np.roll(points, -1, axis=0) - points
     lengths = np.hypot(edges[:, 0], edges[:, 1])
@@ -233,23 +229,18 @@ def convex_vertices(vertices: Any) -> Array:
         k = int(lengths.argmin())
         raise ValueError(f"Polygon vertices must differ, got {tuple(points[k].tolist())} twice")
     after = np.roll(edges, -1, axis=0)
-    sines = (edges[:, 0] * after[:, 1] - edges[:, 1] * after[:, 0]) / (
-        lengths * np.roll(lengths, -1)
-    )
+    sines = (edges[:, 0] * after[:, 1] - edges[:, 1] * after[:, 0]) / (lengths * np.roll(lengths, -1))
     if (abs(sines) <= 1e-9).any():
         k = (int(abs(sines).argmin()) + 1) % len(points)
         raise ValueError(
-            f"Polygon must have no three vertices in line, got {tuple(points[k].tolist())} "
-            "between its neighbours"
+            f"Polygon must have no three vertices in line, got {tuple(points[k].tolist())} between its neighbours"
         )
     # one direction of turning and one full turn: convex and not crossing itself
     cosines = (edges * after).sum(axis=1) / (lengths * np.roll(lengths, -1))
     winding = np.arctan2(sines, cosines).sum() / (2.0 * np.pi)
     if not ((sines > 0.0).all() or (sines < 0.0).all()) or abs(abs(winding) - 1.0) > 0.5:
         k = (int((sines * np.sign(sines.sum() or 1.0)).argmin()) + 1) % len(points)
-        raise ValueError(
-            f"Polygon must be convex, got a turn back at {tuple(points[k].tolist())}"
-        )
+        raise ValueError(f"Polygon must be convex, got a turn back at {tuple(points[k].tolist())}")
     return points if winding > 0.0 else points[::-1].copy()
 
 
@@ -261,9 +252,7 @@ def chain_vertices(vertices: Any, closed: bool) -> Array:
     size = float(np.ptp(points, axis=0).max())
     if lengths.min() <= 1e-12 * size:
         k = int(lengths.argmin())
-        raise ValueError(
-            f"Terrain neighbours must differ, got {tuple(points[k].tolist())} twice in a row"
-        )
+        raise ValueError(f"Terrain neighbours must differ, got {tuple(points[k].tolist())} twice in a row")
     return points
 
 

@@ -11,7 +11,7 @@ from ..islands import AWAKE, build_islands
 from ..jit import njit
 from ..optional import at
 from .geometry import update_geometry
-from .integrate import clear_forces, move_kinematic, start_motion
+from .integrate import any_kinematic, clear_forces, move_kinematic, start_motion
 from .island_step import step_island
 from .joints import start_joints
 from .joints.target import drive_targets
@@ -44,6 +44,7 @@ def step_world(
     contacts: Any,
     joint_states: Any,
     control: Any,
+    bouncy: Any,
     geometry: Any,
     pairs: Any,
     found: Any,
@@ -138,6 +139,7 @@ def step_world(
     )
     if joint_models is not None:
         start_joints(at(joint_states, w), at(joint_parameters, w))
+    kinematic = any_kinematic(bodies[w], body_models, body_parameters[w])
     pull = (gravity[0] * gravity[0] + gravity[1] * gravity[1]) ** 0.5
     error = 0.0
     load = 0.0
@@ -167,7 +169,9 @@ def step_world(
             edges,
             blocks,
             pull,
+            bouncy,
             island.awake,
+            kinematic,
         )
         # a body that touches nothing floats on, however slowly
         restless = island.awake != AWAKE or island.contact_count + island.joint_count == 0
@@ -178,7 +182,8 @@ def step_world(
         state.awake_count += island.body_count
         update_sleep(body_list, bodies[w], body_parameters[w], motions, options, restless)
     state.natural_residual = (error / max(load, size)) ** 0.5 if error > 0.0 else 0.0
-    move_kinematic(bodies[w], body_models, body_parameters[w], motions, dt)
+    if kinematic:
+        move_kinematic(bodies[w], body_models, body_parameters[w], motions, dt)
     if fast_start is not None:
         sweep_fast_bodies(
             bodies[w],
@@ -221,6 +226,7 @@ def step_worlds(
     contacts: Any,
     joint_states: Any,
     control: Any,
+    bouncy: Any,
     geometry: Any,
     pairs: Any,
     found: Any,
@@ -265,6 +271,7 @@ def step_worlds(
                 contacts,
                 joint_states,
                 control,
+                bouncy,
                 geometry,
                 pairs,
                 found,

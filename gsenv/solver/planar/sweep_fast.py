@@ -28,9 +28,7 @@ DEPTH = 0.1  # of the extent: what would not go deeper is left to the contacts o
 
 def sweep_start_dtype() -> np.dtype[Any]:
     """Where a body was before the step."""
-    return np.dtype(
-        [("position", "f8", (2,)), ("rotation", "f8", (2,)), ("angle", "f8")], align=True
-    )
+    return np.dtype([("position", "f8", (2,)), ("rotation", "f8", (2,)), ("angle", "f8")], align=True)
 
 
 @njit
@@ -106,9 +104,7 @@ def put_back(body: Any, start: Any, motion: Motion, time: float) -> None:
     body.position[0] = motion.x + motion.velocity_x * time
     body.position[1] = motion.y + motion.velocity_y * time
     body.angle = start.angle + motion.spin * time
-    body.rotation[0], body.rotation[1] = turn(
-        start.rotation[0], start.rotation[1], motion.spin * time
-    )
+    body.rotation[0], body.rotation[1] = turn(start.rotation[0], start.rotation[1], motion.spin * time)
 
 
 @njit
@@ -169,9 +165,7 @@ def first_hit(
             if still:
                 other_motion = Motion(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
             other_pose = start_pose(start[body], body_parameters[body], shape_parameters[other])
-            x0, y0, x1, y1 = bounding_box(
-                shape_models[other], shape_parameters[other], vertices, other_pose
-            )
+            x0, y0, x1, y1 = bounding_box(shape_models[other], shape_parameters[other], vertices, other_pose)
             if not still:
                 sweep = min(abs(other_motion.spin), 2.0) * body_parameters[body].radius
                 x0 += min(other_motion.velocity_x, 0.0) - sweep
