@@ -348,3 +348,17 @@ def test_the_main_job(tmp_path: Path) -> None:
     assert frames.shape == (count, 480, 640, 3)
     assert np.ptp(frames[0]) > 100  # a picture, not a blank
     assert np.any(np.abs(frames[0].astype(int) - frames[-1]) > 50)  # in which something happened
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [(["--size", "100x100"], "multiple of 16"), (["--seed", "-1"], "'-1' is not a whole number of at least 0")],
+)
+def test_the_real_environment_refuses_in_one_line(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, arguments: list[str], sentence: str
+) -> None:
+    assert cli.main(["record", "GStack-v0", "--out", str(tmp_path / "x.mp4"), *arguments]) == 2
+    error = capsys.readouterr().err
+    assert sentence in error
+    assert error.count("\n") == 1
+    assert not list(tmp_path.iterdir())
