@@ -1,7 +1,7 @@
 """Position pass: overlap and joint error leave through pseudo-velocities that are then discarded.
 
-Real velocities stay untouched, so no energy is made.  Guendelman et al. 2003 and the split
-impulses of Catto 2005; the rates are measured, see docs.
+Real velocities stay untouched, so no energy is made.  Guendelman, Bridson, Fedkiw,
+"Nonconvex rigid bodies with stacking", SIGGRAPH 2003, separate the two solves in the same way.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ SMOOTH = 1e-5  # of the extent: an overlap that the mean of velocities may add
 def correct_positions(
     rows: Any, count: Any, contact_first: Any, motions: Any, contacts: Any, options: Any, h: Any
 ) -> None:
-    """Sweeps over the rows with an error; fills ``motion.correction``. 8 ns a row and sweep."""
+    """Sweeps over the rows with an error; fills ``motion.correction``."""
     rate = options.correction_rate / h
     busy = False
     for r in range(count):

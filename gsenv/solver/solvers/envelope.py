@@ -1,8 +1,8 @@
 """Block Cholesky factor of an island's mass matrix plus its active rows, within an envelope.
 
 H = M + sum_r J_r^T J_r / s_r over the active rows; block row p of the factor reaches from its first
-neighbour to the diagonal.  A tower or chain has one off-diagonal block a body, so the factor costs
-0.2 us a body; an island whose envelope does not fit into the buffer is told so at once.
+neighbour to the diagonal.  A tower or chain has one off-diagonal block a body, so the factor's cost is
+linear; an island whose envelope does not fit into the buffer is told so at once.
 
 George, Liu, "Computer Solution of Large Sparse Positive Definite Systems" (1981), chapter 4.
 """
