@@ -306,7 +306,9 @@ def test_warmup_leaves_nothing_to_compile() -> None:
         "from gsenv.solver import jit; jit.QUIET_SECONDS = 0\n"
         "import gymnasium, gsenv\n"
         "env = gymnasium.make('GStack-v0', render_mode='rgb_array'); env.reset(seed=1)\n"
-        "for _ in range(40): env.step(env.action_space.sample())\n"
+        "env.action_space.seed(1)\n"
+        "for _ in range(40):\n"
+        "    if env.step(env.action_space.sample())[2]: env.reset()\n"
         "env.render()"
     )
     result = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, timeout=300)
