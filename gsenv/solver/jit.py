@@ -264,7 +264,7 @@ class _CompileNotice(event.Listener):
         if self._spent + elapsed >= QUIET_SECONDS:
             _say_once(
                 "compile",
-                "gsenv: compiling kernels for this machine, about 20 s, once "
+                "gsenv: compiling kernels for this machine, up to a minute, once "
                 "(run `gsenv warmup` to do it ahead of time)",
             )
 
