@@ -270,5 +270,7 @@ def test_normalising_wrappers_of_gymnasium_run() -> None:
         gymnasium.wrappers.vector.RecordEpisodeStatistics(vector)
     )
     wrapped.reset(seed=0)
-    for actions in mixed_actions(0, (30, 2)):
-        wrapped.step(actions)
+    seen = np.array([wrapped.step(actions)[0] for actions in mixed_actions(0, (30, 2))])
+    assert seen.shape == (30, 2, *vector.single_observation_space.shape)  # type: ignore[misc]
+    assert np.isfinite(seen).all()
+    assert seen.std() > 0.1  # normalised, not left as zeros

@@ -64,7 +64,7 @@ def test_sparse_input_equals_dense() -> None:
 def test_importing_needs_no_scipy() -> None:
     code = "import sys; sys.modules['scipy'] = None\n"
     code += "from gsenv.solver.problem import Problem; Problem.from_rows(1, [[1]], [1])"
-    subprocess.run([sys.executable, "-c", code], check=True)
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
 @pytest.mark.parametrize("rank_shape", [(5, 5), (4, 7), (0, 3), (3, 0)])
