@@ -1,10 +1,12 @@
-"""The `gsenv` command: list, record, warmup.
+"""The `gsenv` command: list, record, train, evaluate, warmup.
 
 Exit codes: 0 done, 1 failed, 2 wrong command line, 130 interrupted (what was recorded so far is kept).
 Results go to stdout, progress and errors to stderr, an error in one sentence.
 """
 
 import argparse
+import ast
+import importlib
 import signal
 import sys
 import threading
@@ -18,7 +20,7 @@ from time import perf_counter
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from gsenv import __version__
-from gsenv.envs import ENVS
+from gsenv.envs import ENVS, PARALLEL_ENVS
 
 if TYPE_CHECKING:
     import gymnasium
@@ -26,7 +28,10 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
     from rich.progress import Progress
 
+    from gsenv.render import SceneRenderer
     from gsenv.render.video import VideoWriter
+    from gsenv.scenes import SceneSpec
+    from gsenv.train.evaluate import Actor
 
     Frame = NDArray[np.uint8]
     Policy = Callable[[gymnasium.Env[Any, Any]], Any]
@@ -35,12 +40,16 @@ SCENE_PREFIX = "scene:"
 SCENE_FPS = 60.0
 """Frames per second of a recorded scene, at most: a scene with a shorter timestep skips steps."""
 
+POLICY_HELP = "random, scripted, trained, or a trained policy's .npz or .zip file"
+
 OK, FAILED, WRONG_USAGE, INTERRUPTED = 0, 1, 2, 130
 
 EXAMPLES = """\
 examples:
   gsenv list                                                  what there is
   gsenv record GStack-v0 --policy scripted --out tower.mp4    an episode as a video
+  gsenv train GStack-v0 --seeds 0 1 2                         PPO from scratch, needs gsenv[train]
+  gsenv evaluate GStack-v0 --policy trained --set blocks=3    success on 100 unseen seeds
   gsenv record scene:stack --size 1280x720 --out stack.gif    a scene, without a policy
   gsenv warmup                                                compile all kernels ahead of time
 """
@@ -81,7 +90,7 @@ def _parser() -> argparse.ArgumentParser:
     style = argparse.RawDescriptionHelpFormatter
     parser = _Parser(
         prog="gsenv",
-        description="Physics environments for reinforcement learning: look at them, record them, prepare them.",
+        description="Physics environments for reinforcement learning: look at them, record them, learn them.",
         epilog=EXAMPLES,
         formatter_class=style,
     )
@@ -101,7 +110,10 @@ def _parser() -> argparse.ArgumentParser:
     )
     record.add_argument("target", metavar="ENV_OR_SCENE", help="a name from `gsenv list`")
     record.add_argument("--out", required=True, type=Path, metavar="FILE", help="the video: .mp4 or .gif")
-    record.add_argument("--policy", choices=("random", "scripted", "trained"), help="who acts (default: random)")
+    record.add_argument(
+        "--policy", type=_policy_name, metavar="POLICY", help=f"who acts: {POLICY_HELP} (default: random)"
+    )
+    _add_set(record)
     record.add_argument("--seed", type=_seed, default=0, help="of the start and of the random policy (default: 0)")
     record.add_argument(
         "--steps",
@@ -111,6 +123,39 @@ def _parser() -> argparse.ArgumentParser:
     record.add_argument("--size", type=_size, metavar="WxH", help="of the frames, in pixels (default: 640x480)")
     record.set_defaults(run=_record)
 
+    train = commands.add_parser(
+        "train",
+        help="train a policy from scratch",
+        description="Train a policy with Stable-Baselines3 and test it on unseen seeds.\n"
+        "Ctrl-C ends early and keeps the policy as it is then.",
+        epilog=EXAMPLES,
+        formatter_class=style,
+    )
+    train.add_argument("env", metavar="ENV", help="a name from `gsenv list`")
+    train.add_argument("--algorithm", choices=("ppo", "sac"), default="ppo", help="default: ppo")
+    train.add_argument("--steps", type=_positive, help="of all worlds together (default: the environment's)")
+    train.add_argument("--seeds", type=_seed, nargs="+", default=[0], help="one run each (default: 0)")
+    train.add_argument("--resume", action="store_true", help="go on from what the output folder holds")
+    train.add_argument("--out", type=Path, metavar="FOLDER", help="default: runs/ALGORITHM/ENV")
+    _add_set(train)
+    train.set_defaults(run=_train)
+
+    evaluate = commands.add_parser(
+        "evaluate",
+        help="success of a policy on unseen seeds",
+        description="Run one episode on each of many seeds that training has not seen.",
+        epilog=EXAMPLES,
+        formatter_class=style,
+    )
+    evaluate.add_argument("env", metavar="ENV", help="a name from `gsenv list`")
+    evaluate.add_argument(
+        "--policy", type=_policy_name, default="trained", metavar="POLICY", help=f"{POLICY_HELP} (default: trained)"
+    )
+    evaluate.add_argument("--episodes", type=_positive, default=100, help="default: 100")
+    evaluate.add_argument("--seed", type=_seed, help="of the first one (default: 2000000)")
+    _add_set(evaluate)
+    evaluate.set_defaults(run=_evaluate)
+
     warmup = commands.add_parser(
         "warmup",
         help="compile all kernels ahead of time",
@@ -119,6 +164,33 @@ def _parser() -> argparse.ArgumentParser:
     )
     warmup.set_defaults(run=_warmup)
     return parser
+
+
+def _add_set(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--set",
+        type=_assignment,
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="an argument of the environment, such as blocks=3; may be repeated",
+    )
+
+
+def _assignment(text: str) -> tuple[str, Any]:
+    name, equals, value = text.partition("=")
+    if not equals or not name.isidentifier():
+        raise argparse.ArgumentTypeError(f"{text!r} is not of the form NAME=VALUE")
+    try:
+        return name, ast.literal_eval(value)
+    except (SyntaxError, ValueError):
+        return name, value  # a plain word
+
+
+def _policy_name(text: str) -> str:
+    if text not in ("random", "scripted", "trained") and not text.endswith((".npz", ".zip")):
+        raise argparse.ArgumentTypeError(f"invalid choice: {text!r}; it is {POLICY_HELP}")
+    return text
 
 
 def _positive(text: str) -> int:
@@ -145,6 +217,7 @@ def _list(options: argparse.Namespace) -> int:
     from gsenv.scenes import SCENES
 
     rows = [(entry.id, entry.summary) for entry in ENVS]
+    rows += [(entry.name, entry.summary) for entry in PARALLEL_ENVS]
     rows += [(f"{SCENE_PREFIX}{name}", spec.summary) for name, spec in SCENES.items()]
     width = max(len(name) for name, _ in rows)
     for name, summary in rows:
@@ -163,22 +236,22 @@ class _Footage:
 
 def _record(options: argparse.Namespace) -> int:
     footage = _footage(options)
-    written = 0
+    video = _video_writer(options.out, footage.fps)
     try:
-        with _progress() as progress, _video_writer(options.out, footage.fps) as video:
+        with _progress() as progress, video:
             task = progress.add_task(options.target, total=footage.frame_count)
             for frame in footage.frames:
                 _write(video, frame)
-                written += 1
                 progress.advance(task)
-            progress.update(task, total=written)
+            progress.update(task, total=video.frame_count)
     except KeyboardInterrupt:
+        written = video.frame_count
         kept = f"{options.out} has the {written} frames so far" if written else "nothing was written"
         print(f"gsenv: interrupted; {kept}", file=sys.stderr)
         return INTERRUPTED
     except OSError as error:
-        raise _CliError(f"cannot write {options.out}: {error.strerror or error}", FAILED) from error
-    print(f"{options.out}: {written} frames, {written / footage.fps:.1f} s")
+        raise _unwritable(options.out, error) from error
+    print(f"{options.out}: {video.frame_count} frames, {video.frame_count / footage.fps:.1f} s")
     return OK
 
 
@@ -189,6 +262,12 @@ def _video_writer(path: Path, fps: float) -> "VideoWriter":
         return VideoWriter(path, fps)
     except ValueError as error:  # a file name extension that it does not know
         raise _CliError(str(error), WRONG_USAGE) from error
+    except OSError as error:
+        raise _unwritable(path, error) from error
+
+
+def _unwritable(path: Path, error: OSError) -> _CliError:
+    return _CliError(f"cannot write {path}: {error.strerror or error}", FAILED)
 
 
 def _write(video: "VideoWriter", frame: "Frame") -> None:
@@ -223,14 +302,18 @@ def _uninterrupted() -> "Iterator[None]":
 def _footage(options: argparse.Namespace) -> _Footage:
     if any(entry.id == options.target for entry in ENVS):
         return _env_footage(options)
+    if any(entry.name == options.target for entry in PARALLEL_ENVS):
+        return _parallel_footage(options)
     from gsenv.scenes import SCENES
 
     scenes = [f"{SCENE_PREFIX}{name}" for name in SCENES]
     if options.target in scenes:
         if options.policy is not None:
             raise _CliError(f"{options.target} is a scene and takes no --policy", WRONG_USAGE)
+        if options.set:
+            raise _CliError(f"{options.target} is a scene and takes no --set", WRONG_USAGE)
         return _scene_footage(options)
-    names = [entry.id for entry in ENVS] + scenes
+    names = [entry.id for entry in ENVS] + [entry.name for entry in PARALLEL_ENVS] + scenes
     raise _CliError(
         f"no environment or scene is called {options.target!r}; {_suggestion(options.target, names)}", WRONG_USAGE
     )
@@ -248,13 +331,32 @@ def _env_footage(options: argparse.Namespace) -> _Footage:
 
     size = {} if options.size is None else dict(zip(("width", "height"), options.size, strict=True))
     try:
-        env = gymnasium.make(options.target, render_mode="rgb_array", **size)
-    except ValueError as error:
+        env = gymnasium.make(options.target, render_mode="rgb_array", **size, **dict(options.set))
+    except (TypeError, ValueError) as error:
         raise _CliError(str(error), WRONG_USAGE) from None
     policy = _policy(options.target, options.policy or "random")
     assert env.spec is not None  # gymnasium.make sets it
     step_count = options.steps or env.spec.max_episode_steps or 1000
     frames = _env_frames(env, policy, options.seed, step_count, one_episode=options.steps is None)
+    return _Footage(env.metadata["render_fps"], step_count + 1, frames)
+
+
+def _parallel_footage(options: argparse.Namespace) -> _Footage:
+    """Of an environment with several agents."""
+    size = {} if options.size is None else dict(zip(("width", "height"), options.size, strict=True))
+    try:
+        module = importlib.import_module(f"gsenv.envs.{options.target}")
+        env = module.parallel_env(render_mode="rgb_array", **size, **dict(options.set))
+    except ImportError as error:
+        raise _CliError(f"{error}; {options.target} needs pip install 'gsenv[pettingzoo]'", FAILED) from error
+    except (TypeError, ValueError) as error:
+        raise _CliError(str(error), WRONG_USAGE) from None
+    kind = options.policy or "random"
+    if kind not in ("random", "scripted"):
+        raise _CliError(f"{options.target} has a random and a scripted policy, no {kind!r}", FAILED)
+    policy = module.scripted_actions if kind == "scripted" else None
+    step_count = options.steps or env.max_cycles or 1000
+    frames = env.film(policy, options.seed, step_count, one_episode=options.steps is None)
     return _Footage(env.metadata["render_fps"], step_count + 1, frames)
 
 
@@ -264,9 +366,52 @@ def _policy(env_id: str, kind: str) -> "Policy":
     import gsenv.envs.policies as policies
 
     try:
-        return policies.scripted_policy(env_id) if kind == "scripted" else policies.trained_policy(env_id)
+        if kind in ("scripted", "trained"):
+            return policies.scripted_policy(env_id) if kind == "scripted" else policies.trained_policy(env_id)
+        actor = _actor(kind, env_id, 0)
+        return lambda env: actor(env.unwrapped.observation)  # type: ignore[attr-defined]
     except LookupError as error:
         raise _CliError(str(error.args[0]), FAILED) from error
+
+
+def _actor(policy: str, env_id: str, seed: int) -> "Actor":
+    from gsenv.train.evaluate import PolicyError, make_actor
+
+    try:
+        return make_actor(policy, env_id, seed)
+    except PolicyError as error:
+        raise _CliError(str(error), FAILED) from error
+
+
+def _check_env(name: str) -> None:
+    names = [entry.id for entry in ENVS]
+    if name not in names:
+        raise _CliError(f"no environment is called {name!r}; {_suggestion(name, names)}", WRONG_USAGE)
+
+
+def _train(options: argparse.Namespace) -> int:
+    _check_env(options.env)
+    arguments = ["--env", options.env, "--seeds", *map(str, options.seeds)]
+    arguments += [] if options.steps is None else ["--steps", str(options.steps)]
+    arguments += [] if options.out is None else ["--out", str(options.out)]
+    arguments += ["--resume"] if options.resume else []
+    for name, value in options.set:
+        arguments += ["--set", f"{name}={value!r}"]
+    script = importlib.import_module(f"gsenv.train.{options.algorithm}")
+    return int(script.main(arguments))
+
+
+def _evaluate(options: argparse.Namespace) -> int:
+    from gsenv.train.evaluate import TEST_SEED, evaluate
+
+    _check_env(options.env)
+    seed = TEST_SEED if options.seed is None else options.seed
+    actor = _actor(options.policy, options.env, seed)
+    try:
+        print(evaluate(actor, options.env, options.episodes, seed, dict(options.set)))
+    except (TypeError, ValueError) as error:  # a bad --set
+        raise _CliError(str(error), WRONG_USAGE) from error
+    return OK
 
 
 def _env_frames(
@@ -299,6 +444,7 @@ def _scene_footage(options: argparse.Namespace) -> _Footage:
     world = make_world(name)
     width, height = options.size or (640, 480)
     renderer = SceneRenderer(world, width=width, height=height)
+    _aim(renderer, SCENES[name])
     fps_limit = min(SCENE_FPS, GIF_MAX_FPS) if options.out.suffix.lower() == ".gif" else SCENE_FPS
     steps_per_frame = ceil(1 / (fps_limit * world.timestep) - 1e-9)  # 1e-9: 1/60 s is one step at 60 fps
     step_count = options.steps or round(SCENES[name].duration / world.timestep)
@@ -311,6 +457,16 @@ def _scene_footage(options: argparse.Namespace) -> _Footage:
                 yield renderer.render()
 
     return _Footage(1 / (steps_per_frame * world.timestep), 1 + step_count // steps_per_frame, frames())
+
+
+def _aim(renderer: "SceneRenderer", spec: "SceneSpec") -> None:
+    """Where the scene says so, a camera that follows a body or shows a part of the world."""
+    from gsenv.render.camera import Bounds, Camera, FollowCamera
+
+    if spec.follow is not None:
+        renderer.camera = FollowCamera([renderer.world.model.body_names.index(spec.follow)])
+    elif spec.view is not None:
+        renderer.camera = Camera.fit(Bounds(*spec.view), renderer.width, renderer.height, margin=0.0)
 
 
 def _warmup(options: argparse.Namespace) -> int:

@@ -2,11 +2,13 @@
 
 from collections.abc import Callable
 from functools import partial
+from importlib import import_module
+from importlib.util import find_spec
 
 import gymnasium
 import numpy as np
 
-from gsenv.envs import ENVS
+from gsenv.envs import ENVS, PARALLEL_ENVS
 
 
 def warmup_targets() -> list[tuple[str, Callable[[], None]]]:
@@ -17,6 +19,8 @@ def warmup_targets() -> list[tuple[str, Callable[[], None]]]:
     for entry in ENVS:
         targets.append((entry.id, partial(_run_env, entry.id)))
         targets.append((f"{entry.id} (vector)", partial(_run_vector_env, entry.id)))
+    if find_spec("pettingzoo") is not None:
+        targets += [(entry.name, partial(_run_parallel_env, entry.name)) for entry in PARALLEL_ENVS]
     targets.append(("Problem and solve", _solve_problem))
     targets.append(("a crowd of bodies", _run_crowd))
     targets.append(("fast bodies", _run_fast))
@@ -38,6 +42,14 @@ def _run_vector_env(env_id: str) -> None:
     envs.reset(seed=0)
     envs.step(np.zeros_like(envs.action_space.sample()))
     envs.close()
+
+
+def _run_parallel_env(name: str) -> None:
+    env = import_module(f"gsenv.envs.{name}").parallel_env(render_mode="rgb_array")
+    env.reset(seed=0)
+    env.step({agent: np.zeros_like(env.action_space(agent).sample()) for agent in env.agents})
+    env.render()
+    env.close()
 
 
 def _solve_problem() -> None:

@@ -4,11 +4,13 @@ Imports numpy and numba only; knows nothing of environments, rewards or drawing.
 """
 
 from .diagnostics import Contacts, Diagnostics
-from .model import Model, Options
+from .model import Model
+from .options import Options
 from .parameters import Parameters
 from .planar.shapes import Box, Capsule, Circle, HalfPlane, Polygon, Terrain
 from .problem import ContactRows, Problem, Solution, solve
 from .scene import Handle, Scene
+from .sensors import RayHits
 from .state import Snapshot
 from .world import World
 
@@ -26,6 +28,7 @@ __all__ = [
     "Parameters",
     "Polygon",
     "Problem",
+    "RayHits",
     "Scene",
     "Snapshot",
     "Solution",

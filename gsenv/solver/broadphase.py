@@ -2,8 +2,9 @@
 
 Few shapes are compared each with each.  Many are put in the order of a space-filling curve, with
 boxes over runs of them in an implicit tree (node k has the children 2k and 2k+1, as in
-planar/vertices.py); each shape then asks the tree for its partners.  The tree is built anew in each
-step: the result depends on the present state alone.  Unbounded shapes stay outside of it.
+planar/vertices.py); each leaf then asks the tree for the leaves after it that it meets, and the pairs
+are sorted.  The tree is built anew in each step: the result depends on the present state alone.
+Unbounded shapes stay outside of it, and so does what is far from everything awake.
 
 Source of the method: T. Karras, "Maximizing parallelism in the construction of BVHs" (2012), with
 the tree made implicit by cutting the curve into equal runs.
@@ -23,9 +24,8 @@ Array = NDArray[Any]
 
 BRUTE_FORCE_COUNT = 160  # at most so many shapes are compared each with each
 LEAF_SHAPES = 4
-RADIX = 1024  # buckets of a pass of the sort
-PASSES = 3
-CURVE_BITS = 10  # of each axis
+RADIX = 1024  # buckets of a pass of the curve's sort
+CURVE_BITS = 10  # of each axis, and of a digit of the sort
 
 
 def broadphase_dtype(dim: int) -> np.dtype[Any]:
@@ -40,8 +40,6 @@ def broadphase_dtype(dim: int) -> np.dtype[Any]:
             ("spare_key", "i4"),
             ("spare_order", "i4"),
             ("loose", "i4"),  # shapes without bounds, ascending
-            ("partner", "i4"),  # of the shape that asks
-            ("mark", "i4"),  # 1: shape is a partner
             ("bucket", "i4"),
         ],
         align=True,
@@ -78,15 +76,20 @@ def is_excluded(exclusions: Array, body_a: int, body_b: int) -> bool:
     return low < len(exclusions) and exclusions[low] == code
 
 
-@njit
+@inline_njit
 def may_touch(shape_a: Any, shape_b: Any, exclusions: Array | None) -> bool:
-    """Filters: body, category bits, excluded body pairs. The arguments are shape models."""
+    """Filters: body, category bits, excluded body pairs. The arguments are shape models.
+
+    Called from the loops themselves: inside a helper that is handed arrays, numba counts references
+    to them for each pair, at five times the cost of this.
+    """
     if shape_a.body == shape_b.body:
         return False
     if (shape_a.category & shape_b.mask) == 0 or (shape_b.category & shape_a.mask) == 0:
         return False
     if exclusions is not None:
-        return not is_excluded(exclusions, shape_a.body, shape_b.body)
+        if len(exclusions) > 0:  # a call costs ten times the rest
+            return not is_excluded(exclusions, shape_a.body, shape_b.body)
     return True
 
 
@@ -118,25 +121,48 @@ def find_pairs(
 
     `geometry`, `shape_models` (shape,), `exclusions` sorted codes of encode_exclusion or None,
     `scratch` of broadphase_scratch or None, `pairs` of PAIR_DTYPE.  If the result exceeds
-    len(pairs), only the first ones were written: make room for that many and ask again.
+    len(pairs), what was written means nothing: make room for that many and ask again.
 
     At least one of the two is awake, at least one is dynamic, and they are on different bodies.
     """
     if scratch is not None:
         return find_pairs_by_tree(geometry, shape_models, exclusions, scratch, pairs)
     count = 0
+    first, last = awake_range(geometry)
     for a in range(len(geometry)):
         if geometry[a].active == 0:
             continue
-        for b in range(a + 1, len(geometry)):
-            if not is_near(geometry[a], geometry[b]):
-                continue
-            if may_touch(shape_models[a], shape_models[b], exclusions):
-                if count < len(pairs):
-                    pairs[count].shape_a = a
-                    pairs[count].shape_b = b
-                count += 1
+        low = a + 1
+        high = len(geometry)
+        if geometry[a].awake == 0:  # looks for awake ones alone
+            low = max(low, first)
+            high = last
+        for b in range(low, high):
+            if is_near(geometry[a], geometry[b]):
+                if may_touch(shape_models[a], shape_models[b], exclusions):
+                    put_pair(pairs, count, a, b)
+                    count += 1
     return count
+
+
+@njit
+def awake_range(geometry: Array) -> tuple[int, int]:
+    """First awake shape, and one behind the last; (0, 0) if there is none."""
+    first = int64(0)
+    last = int64(0)
+    for k in range(len(geometry)):
+        if geometry[k].awake != 0:
+            if last == 0:
+                first = int64(k)
+            last = int64(k + 1)
+    return first, last
+
+
+@inline_njit
+def put_pair(pairs: Array, place: int, a: int, b: int) -> None:
+    if place < len(pairs):
+        pairs[place].shape_a = min(a, b)
+        pairs[place].shape_b = max(a, b)
 
 
 @njit
@@ -145,30 +171,32 @@ def find_pairs_by_tree(
 ) -> int:
     """The same for many shapes."""
     shape_count, loose_count = list_shapes(geometry, scratch)
+    count = pair_loose(geometry, shape_models, exclusions, scratch, shape_count, loose_count, pairs)
     sort_along_curve(geometry, scratch, shape_count)
     leaves = build_tree(geometry, scratch, shape_count)
-    count = 0
-    for a in range(len(geometry)):
-        if geometry[a].active == 0:
-            continue
-        found = ask_tree(geometry, shape_models, exclusions, scratch, shape_count, leaves, loose_count, a)
-        sort_partners(scratch, found, a, len(geometry))
-        for i in range(found):
-            if count < len(pairs):
-                pairs[count].shape_a = a
-                pairs[count].shape_b = scratch[i].partner
-            count += 1
+    for leaf in range((shape_count + LEAF_SHAPES - 1) // LEAF_SHAPES):
+        count = pair_leaf(geometry, shape_models, exclusions, scratch, shape_count, leaves, leaf, pairs, count)
+    if count <= len(pairs):
+        sort_pairs(pairs, count, scratch, len(geometry))
     return count
 
 
 @njit
 def list_shapes(geometry: Array, scratch: Array) -> tuple[int, int]:
-    """Put active shapes with bounds into `order`, those without into `loose`; two counts."""
+    """Put active shapes with bounds into `order`, those without into `loose`; two counts.
+
+    Shapes outside of the box around everything awake have no partners and are left out.
+    """
+    around = scratch[0]
+    clear_node(around)
+    for k in range(len(geometry)):
+        if geometry[k].awake != 0 and boxes_meet(geometry[k], geometry[k]):  # NaN must not spread
+            grow_node(around, geometry[k])
     bounded = 0
     loose = 0
     for k in range(len(geometry)):
         entry = geometry[k]
-        if entry.active == 0:
+        if entry.active == 0 or not boxes_meet(entry, around):
             continue
         size = 0.0
         for axis in range(len(entry.lower)):
@@ -176,29 +204,65 @@ def list_shapes(geometry: Array, scratch: Array) -> tuple[int, int]:
         if size < np.inf:
             scratch[bounded].order = k
             bounded += 1
-        else:  # NaN too: it meets nothing, but it must not spoil the curve
+        else:
             scratch[loose].loose = k
             loose += 1
     return bounded, loose
 
 
 @njit
+def pair_loose(
+    geometry: Array,
+    shape_models: Array,
+    exclusions: Array | None,
+    scratch: Array,
+    shape_count: int,
+    loose_count: int,
+    pairs: Array,
+) -> int:
+    """Pairs of the shapes without bounds; returns how many."""
+    count = 0
+    for i in range(loose_count):
+        a = int64(scratch[i].loose)
+        for k in range(i + 1, loose_count):
+            b = int64(scratch[k].loose)
+            if is_near(geometry[a], geometry[b]):
+                if may_touch(shape_models[a], shape_models[b], exclusions):
+                    put_pair(pairs, count, a, b)
+                    count += 1
+        for k in range(shape_count):
+            b = int64(scratch[k].order)
+            if is_near(geometry[a], geometry[b]):
+                if may_touch(shape_models[a], shape_models[b], exclusions):
+                    put_pair(pairs, count, a, b)
+                    count += 1
+    return count
+
+
+@njit
 def sort_along_curve(geometry: Array, scratch: Array, count: int) -> None:
-    """Order the shapes along the Z curve of their centres, equal places by index."""
+    """Order the shapes along the Z curve of their centres, equal places by index.
+
+    Its cells are as high as they are wide: a tower is sorted by height, not by how it leans.
+    """
+    dim = len(geometry[0].lower)
+    widest = 0.0
+    for axis in range(dim):
+        _, width = spread(geometry, scratch, count, axis)
+        widest = max(widest, width)
+    scale = (1 << CURVE_BITS) / widest if widest > 0.0 else 0.0
+    top = float((1 << CURVE_BITS) - 1)
     for i in range(count):
         scratch[i].key = 0
-    dim = len(geometry[0].lower)
     for axis in range(dim):
-        lowest, width = spread(geometry, scratch, count, axis)
-        scale = (1 << CURVE_BITS) / width if width > 0.0 else 0.0
-        top = (1 << CURVE_BITS) - 1
+        lowest, _ = spread(geometry, scratch, count, axis)
         for i in range(count):
             place = (center(geometry[scratch[i].order], axis) - lowest) * scale
-            cell = int(min(max(place, 0.0), float(top)))
+            cell = int(min(max(place, 0.0), top))
             for bit in range(CURVE_BITS):
                 scratch[i].key |= ((cell >> bit) & 1) << (bit * dim + axis)
-    for sweep in range(PASSES):
-        radix_pass(scratch, count, 10 * sweep)
+    for axis in range(dim):
+        radix_pass(scratch, count, CURVE_BITS * axis)
         for i in range(count):
             scratch[i].order = scratch[i].spare_order
             scratch[i].key = scratch[i].spare_key
@@ -229,20 +293,36 @@ def spread(geometry: Array, scratch: Array, count: int, axis: int) -> tuple[floa
 
 
 @njit
-def radix_pass(scratch: Array, count: int, shift: int) -> None:
-    for k in range(RADIX):
+def clear_buckets(scratch: Array, bucket_count: int) -> None:
+    for k in range(bucket_count):
         scratch[k].bucket = 0
-    for i in range(count):
-        scratch[(scratch[i].key >> shift) & (RADIX - 1)].bucket += 1
+
+
+@njit
+def start_buckets(scratch: Array, bucket_count: int) -> None:
+    """Sizes become first places."""
     start = 0
-    for k in range(RADIX):
+    for k in range(bucket_count):
         size = scratch[k].bucket
         scratch[k].bucket = start
         start += size
+
+
+@inline_njit
+def take_place(scratch: Array, bucket: int) -> int:
+    place = scratch[bucket].bucket
+    scratch[bucket].bucket = place + 1
+    return place
+
+
+@njit
+def radix_pass(scratch: Array, count: int, shift: int) -> None:
+    clear_buckets(scratch, RADIX)
     for i in range(count):
-        bucket = (scratch[i].key >> shift) & (RADIX - 1)
-        place = scratch[bucket].bucket
-        scratch[bucket].bucket = place + 1
+        scratch[(scratch[i].key >> shift) & (RADIX - 1)].bucket += 1
+    start_buckets(scratch, RADIX)
+    for i in range(count):
+        place = take_place(scratch, (scratch[i].key >> shift) & (RADIX - 1))
         scratch[place].spare_key = scratch[i].key
         scratch[place].spare_order = scratch[i].order
 
@@ -283,64 +363,93 @@ def grow_node(node: Any, entry: Any) -> None:
 
 
 @njit
-def ask_tree(
+def pair_leaf(
     geometry: Array,
     shape_models: Array,
     exclusions: Array | None,
     scratch: Array,
-    count: int,
+    shape_count: int,
     leaves: int,
-    loose_count: int,
-    a: int,
+    leaf: int,
+    pairs: Array,
+    count: int,
 ) -> int:
-    """Write the partners b > a of shape a, in any order; returns how many."""
-    found = 0
-    asking = geometry[a]
-    for i in range(loose_count):
-        b = int64(scratch[i].loose)
-        if b > a and is_near(asking, geometry[b]):
-            if may_touch(shape_models[a], shape_models[b], exclusions):
-                scratch[found].partner = b
-                found += 1
-    node = 1
+    """Pairs within a leaf and with the leaves after it, in any order; returns how many there are now."""
+    first = leaf * LEAF_SHAPES
+    last = min(first + LEAF_SHAPES, shape_count)
+    for i in range(first, last):
+        a = int64(scratch[i].order)
+        for k in range(i + 1, last):
+            b = int64(scratch[k].order)
+            if is_near(geometry[a], geometry[b]):
+                if may_touch(shape_models[a], shape_models[b], exclusions):
+                    put_pair(pairs, count, a, b)
+                    count += 1
+    node = leaves + leaf
+    own = scratch[node - 1]
     while True:
-        # a sleeping shape looks for awake ones alone
-        entry = scratch[node - 1]
-        if (asking.awake | entry.awake) != 0 and boxes_meet(asking, entry):
-            if node < leaves:
-                node *= 2
-                continue
-            first = (node - leaves) * LEAF_SHAPES
-            for i in range(first, min(first + LEAF_SHAPES, count)):
-                b = int64(scratch[i].order)
-                if b > a and is_near(asking, geometry[b]):
-                    if may_touch(shape_models[a], shape_models[b], exclusions):
-                        scratch[found].partner = b
-                        found += 1
         while node & 1:  # up from right children
             node >>= 1
         if node == 0:
-            return found
+            return count
         node += 1
+        # what sleeps looks for awake ones alone
+        while (own.awake | scratch[node - 1].awake) != 0 and boxes_meet(own, scratch[node - 1]):
+            if node >= leaves:
+                count = pair_leaves(
+                    geometry, shape_models, exclusions, scratch, shape_count, first, last, leaves, node - leaves,
+                    pairs, count,
+                )  # fmt: skip
+                break
+            node *= 2
 
 
 @njit
-def sort_partners(scratch: Array, found: int, a: int, shape_count: int) -> None:
-    """Ascending: by insertion if they are few, else by marking them among all shapes."""
-    if found * found > 4 * (shape_count - a):
-        for i in range(found):
-            scratch[scratch[i].partner].mark = 1
-        place = 0
-        for b in range(a + 1, shape_count):
-            if scratch[b].mark != 0:
-                scratch[b].mark = 0
-                scratch[place].partner = b
-                place += 1
-        return
-    for i in range(1, found):
-        b = scratch[i].partner
-        k = i
-        while k > 0 and scratch[k - 1].partner > b:
-            scratch[k].partner = scratch[k - 1].partner
-            k -= 1
-        scratch[k].partner = b
+def pair_leaves(
+    geometry: Array,
+    shape_models: Array,
+    exclusions: Array | None,
+    scratch: Array,
+    shape_count: int,
+    first: int,
+    last: int,
+    leaves: int,
+    leaf: int,
+    pairs: Array,
+    count: int,
+) -> int:
+    """Pairs of the shapes first..last-1 of the order with those of a leaf."""
+    start = leaf * LEAF_SHAPES
+    end = min(start + LEAF_SHAPES, shape_count)
+    for i in range(first, last):
+        a = int64(scratch[i].order)
+        if not boxes_meet(geometry[a], scratch[leaves + leaf - 1]):
+            continue
+        for k in range(start, end):
+            b = int64(scratch[k].order)
+            if is_near(geometry[a], geometry[b]):
+                if may_touch(shape_models[a], shape_models[b], exclusions):
+                    put_pair(pairs, count, a, b)
+                    count += 1
+    return count
+
+
+@njit
+def sort_pairs(pairs: Array, count: int, scratch: Array, shape_count: int) -> None:
+    """By (shape_a, shape_b): two stable counting passes, whatever the number of partners of a shape."""
+    clear_buckets(scratch, shape_count)
+    for i in range(count):
+        scratch[pairs[i].shape_b].bucket += 1
+    start_buckets(scratch, shape_count)
+    for i in range(count):
+        place = take_place(scratch, pairs[i].shape_b)
+        pairs[place].spare_a = pairs[i].shape_a
+        pairs[place].spare_b = pairs[i].shape_b
+    clear_buckets(scratch, shape_count)
+    for i in range(count):
+        scratch[pairs[i].spare_a].bucket += 1
+    start_buckets(scratch, shape_count)
+    for i in range(count):
+        place = take_place(scratch, pairs[i].spare_a)
+        pairs[place].shape_a = pairs[i].spare_a
+        pairs[place].shape_b = pairs[i].spare_b

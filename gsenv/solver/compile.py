@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from .broadphase import encode_exclusion
 from .model import (
     ACTUATOR_DTYPE,
+    ActuatorMode,
     Array,
     BodyKind,
     Model,
@@ -26,11 +28,14 @@ from .model import (
 from .planar import shapes as planar_shapes
 from .planar.joints import JointKind
 from .planar.math import sin_cos
+from .sensors import sensor_records
 
 if TYPE_CHECKING:
+    from .joint_spec import JointSpec
     from .scene import BodySpec, Scene
 
-JOINT_KINDS = {"rows": JointKind.ROWS, "weld": JointKind.WELD, "target": JointKind.TARGET}
+BASE_ROWS = {"weld": 3, "target": 3, "revolute": 2, "prismatic": 2, "distance": 0, "wheel": 1, "gear": 1}
+ACTUATOR_MODES = {"velocity": ActuatorMode.VELOCITY, "position": ActuatorMode.POSITION, "torque": ActuatorMode.TORQUE}
 WITH_VERTICES = (planar_shapes.POLYGON, planar_shapes.TERRAIN)
 
 
@@ -101,7 +106,7 @@ def compile_scene(scene: Scene) -> Model:
     vertex = 0
     s = 0
     for b, spec in enumerate(bodies):
-        models[b] = (int(spec.kind), int(spec.fast), s, len(spec.shapes))
+        models[b] = (int(spec.kind), int(spec.fast), 0, s, len(spec.shapes))
         _fill_body(spec, nominal[b : b + 1], start[b : b + 1])
         for k, shape in enumerate(spec.shapes):
             compiled = planar_shapes.shape_record(shape, sizes.dtype)
@@ -119,10 +124,12 @@ def compile_scene(scene: Scene) -> Model:
             if spec.color is not None:
                 colors[s] = spec.color
             s += 1
-    colored = all(spec.color is not None for spec in bodies if spec.kind == BodyKind.DYNAMIC)
+    colored = any(spec.color is not None for spec in bodies)
     world = np.zeros((), world_parameter_dtype(2))
     world["gravity"] = scene.gravity
     joints, joint_parameters, joint_states, rows = _compile_joints(scene, bodies)
+    for side in ("body_a", "body_b"):
+        models["jointed"][joints[side][joints["kind"] != JointKind.TARGET]] = 1
     return Model(
         dim=2,
         body_names=tuple(scene.bodies),
@@ -134,7 +141,8 @@ def compile_scene(scene: Scene) -> Model:
         shapes=shapes,
         joints=joints,
         actuators=_compile_actuators(scene),
-        sensors=tuple((spec.kind, spec.body) for spec in scene.sensors.values()),
+        sensors=sensor_records(scene.sensors.values()),
+        sensor_rays=np.array([rotation_of(a) for spec in scene.sensors.values() for a in spec.angles]).reshape(-1, 2),
         exclusions=np.array(sorted(encode_exclusion(a, b) for a, b in scene.excluded), np.int64),
         nominal_world=world,
         nominal_bodies=nominal,
@@ -144,6 +152,7 @@ def compile_scene(scene: Scene) -> Model:
         nominal_vertices=np.concatenate(vertices) if vertices else np.zeros(0, planar_shapes.vertex_dtype()),
         start_bodies=start,
         start_joints=joint_states,
+        updates=tuple((j, spec.update) for j, spec in enumerate(scene.joints.values()) if spec.update is not None),
         mass_given=np.array([spec.mass is not None for spec in bodies]),
         inertia_given=np.array([spec.inertia is not None for spec in bodies]),
         shape_colors=colors if colored else None,
@@ -174,7 +183,7 @@ def _fill_body(spec: BodySpec, nominal: Array, start: Array) -> None:
     nominal["linear_damping"] = spec.linear_damping
     nominal["angular_damping"] = spec.angular_damping
     nominal["gravity_scale"] = spec.gravity_scale
-    solid = [shape for shape in spec.shapes if shape.solid]
+    solid = [shape for shape in spec.shapes if shape.solid and shape.mask != 0]
     nominal["extent"] = min((planar_shapes.extent(shape) for shape in solid), default=np.inf)
     nominal["radius"] = max((planar_shapes.bounding_radius(shape, center) for shape in solid), default=0.0)
     nominal["enabled"] = spec.enabled
@@ -193,36 +202,74 @@ def _compile_joints(scene: Scene, bodies: list[BodySpec]) -> tuple[Array, Array,
     parameters = np.zeros(len(specs), joint_parameter_dtype(2))
     states = np.zeros(len(specs), joint_state_dtype(2))
     rows = np.zeros(sum(len(spec.rows) for spec in specs), constraint_row_dtype(2))
+    wakes = {spec.joint for spec in scene.actuators.values()}
+    torque = {spec.joint for spec in scene.actuators.values() if spec.mode == "torque"}
     first = 0
     for j, spec in enumerate(specs):
-        kind = JOINT_KINDS[spec.kind]
-        count = len(spec.rows) if spec.kind == "rows" else 3
-        models[j] = (int(kind), spec.body_a, spec.body_b, first, count, kind == JointKind.TARGET)
+        model = models[j]
+        model["kind"] = JointKind[spec.kind.upper()]
+        for name in ("body_a", "body_b", "joint_a", "joint_b"):
+            model[name] = getattr(spec, name)
+        model["row_first"] = first
+        model["row_count"] = BASE_ROWS.get(spec.kind, len(spec.rows))
+        model["wakes"] = spec.kind == "target" or j in wakes or spec.update is not None
+        model["torque"] = j in torque
+        model["frame"] = spec.frame == "body"
         for row in spec.rows:
             for name, value in row.items():
                 rows[first][name] = value
             first += 1
-        _fill_joint(spec, bodies[spec.body_a], bodies[spec.body_b], parameters[j], states[j])
+        _fill_joint(spec, bodies, parameters[j], states[j])
+    for j, spec in enumerate(specs):
+        if spec.kind == "gear":
+            coordinates = [_start_coordinate(specs[k], bodies, parameters[k]) for k in (spec.joint_a, spec.joint_b)]
+            parameters[j]["reference_angle"] = coordinates[0] + spec.ratio * coordinates[1]
     return models, parameters, states, rows
 
 
-def _fill_joint(spec: Any, a: BodySpec, b: BodySpec, parameters: Any, state: Any) -> None:
-    """Anchors that were not given follow from the one that was: both at one point of the world."""
+PLAIN = (
+    "lower", "upper", "frequency", "damping_ratio", "stiffness", "damping", "spring_effort", "motor_effort",
+    "max_force", "max_torque", "ratio", "rigid", "enabled",
+)  # fmt: skip
+
+
+def pin_of(spec: JointSpec, bodies: Sequence[BodySpec]) -> Array:
+    """Where the joint holds on to body b in the world, m; what is not given of its anchors follows from that."""
+    a, b = bodies[spec.body_a], bodies[spec.body_b]
     if spec.anchor_b is not None:
-        point = _to_world(b, spec.anchor_b)
-    elif spec.anchor_a is not None:
-        point = _to_world(a, spec.anchor_a)
-    else:
-        point = b.position
+        return to_world(b, spec.anchor_b)
+    return b.position if spec.anchor_a is None else to_world(a, spec.anchor_a)
+
+
+def _fill_joint(spec: JointSpec, bodies: Sequence[BodySpec], parameters: Any, state: Any) -> None:
+    """Anchors that were not given follow from the one that was: both at one point of the world."""
+    a, b = bodies[spec.body_a], bodies[spec.body_b]
+    point = pin_of(spec, bodies)
     anchor_a = local_point(a, point) if spec.anchor_a is None else spec.anchor_a
     anchor_b = local_point(b, point) if spec.anchor_b is None else spec.anchor_b
     parameters["anchor_a"] = anchor_a
     parameters["anchor_b"] = anchor_b
     parameters["reference"] = rotation_of(b.angle - a.angle)
-    for name in ("frequency", "damping_ratio", "max_force", "max_torque", "enabled"):
+    parameters["reference_angle"] = b.angle - a.angle
+    if spec.axis is not None:
+        parameters["axis"] = local_point(a, a.position + spec.axis)
+    for name in PLAIN:
         parameters[name] = getattr(spec, name)
+    apart = to_world(b, anchor_b) - to_world(a, anchor_a)
+    parameters["length"] = np.hypot(*apart) if spec.length is None else spec.length
+    state["motor_speed"] = spec.motor_speed
+    state["rest"] = spec.rest
     state["target_position"] = point
     state["target_angle"] = b.angle
+
+
+def _start_coordinate(spec: JointSpec, bodies: list[BodySpec], parameters: Any) -> float:
+    """q as authored: 0, or along the axis where the anchors of a prismatic joint are apart."""
+    if spec.kind == "revolute":
+        return 0.0
+    a, b = bodies[spec.body_a], bodies[spec.body_b]
+    apart = to_world(b, parameters["anchor_b"]) - to_world(a, parameters["anchor_a"])
+    return float(np.dot(apart, np.asarray(spec.axis)))
 
 
 def local_point(body: BodySpec, point: Array) -> Array:
@@ -232,7 +279,7 @@ def local_point(body: BodySpec, point: Array) -> Array:
     return np.array([c * d[0] + s * d[1], c * d[1] - s * d[0]])
 
 
-def _to_world(body: BodySpec, point: Array) -> Array:
+def to_world(body: BodySpec, point: Array) -> Array:
     c, s = rotation_of(body.angle)
     return body.position + np.array([c * point[0] - s * point[1], s * point[0] + c * point[1]])
 
@@ -245,7 +292,7 @@ def _compile_actuators(scene: Scene) -> Array:
             spec.joint,
             joints[spec.joint].body_b,
             spec.axis,
-            spec.mode == "position",
+            int(ACTUATOR_MODES[spec.mode]),
             spec.lower,
             spec.upper,
         )

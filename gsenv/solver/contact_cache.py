@@ -1,4 +1,4 @@
-"""Contacts from step to step: impulses carried over, contacts of sleeping pairs kept.
+"""Contacts from step to step: impulses carried over, contacts of sleeping pairs left in place.
 
 All lists are sorted by (shape_a, shape_b); the few contacts of a pair are compared each with each.
 """
@@ -9,12 +9,12 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from gsenv.solver.jit import njit
+from gsenv.solver.jit import inline_njit, njit
 
 Array = NDArray[Any]
 
 
-@njit
+@inline_njit
 def pair_order(a: Any, b: Any) -> int:
     """Negative, zero or positive as contact a's pair comes before, with or after b's."""
     if a.shape_a != b.shape_a:
@@ -22,27 +22,7 @@ def pair_order(a: Any, b: Any) -> int:
     return a.shape_b - b.shape_b
 
 
-@njit
-def match_contacts(old: Array, old_count: int, found: Array, found_count: int) -> None:
-    """Copy `impulse` from old to found contacts of the same shapes and feature.
-
-    `old`, `found` (contact,) of contact_dtype(dim); a found contact without a match keeps its own.
-    """
-    start = 0
-    for k in range(found_count):
-        contact = found[k]
-        while start < old_count and pair_order(old[start], contact) < 0:
-            start += 1
-        i = start
-        while i < old_count and pair_order(old[i], contact) == 0:
-            if old[i].feature == contact.feature:
-                for axis in range(len(contact.impulse)):
-                    contact.impulse[axis] = old[i].impulse[axis]
-                break
-            i += 1
-
-
-@njit
+@inline_njit
 def is_kept(contact: Any, geometry: Array) -> bool:
     """True if no search was made for the pair: both sides are there, neither is awake."""
     a = geometry[contact.shape_a]
@@ -51,28 +31,94 @@ def is_kept(contact: Any, geometry: Array) -> bool:
 
 
 @njit
-def merge_sleeping(old: Array, old_count: int, found: Array, found_count: int, geometry: Array, merged: Array) -> int:
-    """Contacts of pairs asleep, from `old`, and the `found` ones, sorted by pair, into `merged`.
+def match_pair(old: Array, first: int, last: int, found: Array, start: int, found_count: int) -> int:
+    """Copy `impulse` from the contacts old[first:last] of one pair to found ones of the same feature.
 
-    Returns how many there are; if more than len(merged), only the first were written.  `merged`
-    is neither of the other two.
+    Looks from found[start] on; returns the first found one behind the pair.
     """
-    count = 0
-    k = 0
-    for i in range(old_count):
-        if not is_kept(old[i], geometry):
-            continue
-        while k < found_count and pair_order(found[k], old[i]) < 0:
-            if count < len(merged):
-                merged[count] = found[k]
-            count += 1
-            k += 1
-        if count < len(merged):
-            merged[count] = old[i]
-        count += 1
-    while k < found_count:
-        if count < len(merged):
-            merged[count] = found[k]
-        count += 1
+    k = start
+    while k < found_count and pair_order(found[k], old[first]) < 0:
         k += 1
-    return count
+    while k < found_count and pair_order(found[k], old[first]) == 0:
+        for i in range(first, last):
+            if old[i].feature == found[k].feature:
+                for axis in range(len(found[k].impulse)):
+                    found[k].impulse[axis] = old[i].impulse[axis]
+                break
+        k += 1
+    return k
+
+
+@njit
+def match_until_kept(
+    old: Array, start: int, count: int, found: Array, matched: int, found_count: int, geometry: Array
+) -> tuple[int, int]:
+    """match_pair for old[start] and further ones, up to one that is kept: (that one, first found behind)."""
+    while start < count and not is_kept(old[start], geometry):
+        last = start + 1
+        while last < count and pair_order(old[last], old[start]) == 0:
+            last += 1
+        matched = match_pair(old, start, last, found, matched, found_count)
+        start = last
+    return start, matched
+
+
+@njit
+def update_contacts(
+    contacts: Array,
+    count: int,
+    found: Array,
+    found_count: int,
+    geometry: Array,
+    displaced: Array,
+    places: Array,
+) -> int:
+    """Replace the first `count` contacts by the `found` ones, but leave those of pairs asleep.
+
+    `contacts`, `found` (contact,) of contact_dtype(dim), sorted by pair before and after; found ones
+    inherit the impulse of the contact of the same shapes and feature.  Returns how many contacts
+    there are; if more than len(contacts), none was changed.  `places` (int,) says where the found
+    ones have gone.  `displaced` (contact,) is scratch.  A contact asleep is copied only if its place
+    changes: among thousands asleep, a few awake cost little.
+    """
+    if count + found_count > len(contacts):
+        needed = found_count
+        for i in range(count):
+            if is_kept(contacts[i], geometry):
+                needed += 1
+        if needed > len(contacts):
+            return needed
+    # contacts[i] is the first kept one that was not read yet; displaced[head:tail] were read, but
+    # are not in their new place yet
+    i, matched = match_until_kept(contacts, 0, count, found, 0, found_count, geometry)
+    k = 0
+    head = 0
+    tail = 0
+    place = 0
+    while k < found_count or i < count or head < tail:
+        waiting = head < tail
+        take = k < found_count
+        if take and waiting:
+            take = pair_order(found[k], displaced[head]) < 0
+        elif take and i < count:
+            take = pair_order(found[k], contacts[i]) < 0
+        read = i < count and (i == place or not (take or waiting))
+        if take or waiting:
+            if read:
+                displaced[tail] = contacts[i]
+                tail += 1
+            if take:
+                contacts[place] = found[k]
+                places[k] = place
+                k += 1
+            else:
+                contacts[place] = displaced[head]
+                head += 1
+        elif i != place:
+            contacts[place] = contacts[i]
+        if read:
+            i += 1
+            if i < count and not is_kept(contacts[i], geometry):
+                i, matched = match_until_kept(contacts, i, count, found, matched, found_count, geometry)
+        place += 1
+    return place

@@ -3,29 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .jit import njit
+from .joint_readings import joint_errors_and_energies
 from .model import Array, Model
 
 if TYPE_CHECKING:
     from .parameters import Parameters
     from .state import State
-
-
-@njit
-def start_counters(state: Any) -> None:
-    state.pair_count = 0
-    state.row_count = 0
-    state.island_count = 0
-    state.awake_count = 0
-    state.sweeps = 0
-    state.unconverged = 0
-    state.impacts = 0
-    state.residual = 0.0
-    state.natural_residual = 0.0
 
 
 @dataclass(frozen=True)
@@ -83,8 +70,8 @@ class Diagnostics:
     Attributes:
         residual: nm, the natural-map residual of the last substep's solve, free of units.
         penetration: m, deepest overlap at the end of the step.
-        joint_error: m, largest distance between the anchors of a weld.
-        kinetic_energy, potential_energy: J; energy is their sum.
+        joint_error: m, largest error of a rigid joint: anchors apart, off the axis, a rod or rope too long.
+        kinetic_energy, potential_energy, spring_energy: J; energy is their sum. Targets count as motors.
         momentum: kg m/s, (world, dim).
         sweeps: of all islands and substeps; unconverged: island substeps that ran out of them.
         contacts, pairs, rows, islands, awake, impacts: counts of the last step.
@@ -95,6 +82,7 @@ class Diagnostics:
     joint_error: Array
     kinetic_energy: Array
     potential_energy: Array
+    spring_energy: Array
     momentum: Array
     sweeps: Array
     unconverged: Array
@@ -107,8 +95,8 @@ class Diagnostics:
 
     @property
     def energy(self) -> Array:
-        """J, kinetic and potential; springs of joints are not counted."""
-        return self.kinetic_energy + self.potential_energy
+        """J, of motion, height and springs."""
+        return self.kinetic_energy + self.potential_energy + self.spring_energy
 
 
 def diagnose(model: Model, parameters: Parameters, state: State) -> Diagnostics:
@@ -125,12 +113,14 @@ def diagnose(model: Model, parameters: Parameters, state: State) -> Diagnostics:
     kinetic = 0.5 * (mass * (v[..., :2] ** 2).sum(-1) + inertia * v[..., 2] ** 2).sum(-1)
     weight = (mass * p["gravity_scale"])[..., None] * parameters.worlds["gravity"][:, None]
     potential = -(weight * state.bodies["position"]).sum((-1, -2))
+    joint_error, spring_energy = joint_errors_and_energies(model, parameters, state)
     return Diagnostics(
         residual=worlds["natural_residual"].copy(),
         penetration=np.maximum(deep.max(-1, initial=0.0), 0.0),
-        joint_error=_joint_error(model, parameters, state),
+        joint_error=joint_error,
         kinetic_energy=kinetic,
         potential_energy=potential,
+        spring_energy=spring_energy,
         momentum=(mass[..., None] * v[..., :2]).sum(1),
         sweeps=worlds["sweeps"].copy(),
         unconverged=worlds["unconverged"].copy(),
@@ -141,20 +131,3 @@ def diagnose(model: Model, parameters: Parameters, state: State) -> Diagnostics:
         awake=worlds["awake_count"].copy(),
         impacts=worlds["impacts"].copy(),
     )
-
-
-def _joint_error(model: Model, parameters: Parameters, state: State) -> Array:
-    """(world,) m, largest gap between the anchors of an enabled weld."""
-    worst = np.zeros(len(state.worlds))
-    for j in np.flatnonzero(model.joints["kind"] == 1):
-        ends = []
-        for side in ("a", "b"):
-            body = model.joints[f"body_{side}"][j]
-            local = parameters.joints[f"anchor_{side}"][:, j] - parameters.bodies["center"][:, body]
-            rotation = state.bodies["rotation"][:, body]
-            c, s = rotation[:, 0], rotation[:, 1]
-            turned = np.stack([c * local[:, 0] - s * local[:, 1], s * local[:, 0] + c * local[:, 1]], -1)
-            ends.append(state.bodies["position"][:, body] + turned)
-        gap = np.hypot(*(ends[1] - ends[0]).T)
-        worst = np.maximum(worst, np.where(parameters.joints["enabled"][:, j] != 0, gap, 0.0))
-    return worst

@@ -1,4 +1,4 @@
-"""What a world is made of: Options, Model (constant), Parameters and State (per world), Workspace (scratch).
+"""What a world is made of: Model (constant), Parameters and State (per world), Workspace (scratch).
 
 Each kind of thing has one structured array, ``(world, item)`` for what differs from world to world
 and ``(item,)`` for what does not.  Field lengths depend on the dimension alone, never on the size
@@ -8,6 +8,7 @@ of a scene, so a kernel is compiled once for all scenes.  ``dim`` is 2 or 3; ``n
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import IntEnum
 from functools import cached_property
@@ -16,12 +17,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from . import check
-
 Array = NDArray[Any]
 
 NDOF = {2: 3, 3: 6}
 ROTATION_SIZE = {2: 2, 3: 4}  # (cos, sin) or a quaternion (w, x, y, z)
+ROWS_PER_JOINT = {2: 5, 3: 8}  # at most: those of the joint itself, limit, motor, spring
 
 
 class BodyKind(IntEnum):
@@ -30,13 +30,10 @@ class BodyKind(IntEnum):
     DYNAMIC = 2
 
 
-class SolverKind(IntEnum):
-    PGS = 0
-    NNCG = 1
-    SUBSPACE = 2
-
-
-SOLVERS = {"pgs": SolverKind.PGS, "nncg": SolverKind.NNCG, "subspace": SolverKind.SUBSPACE}
+class ActuatorMode(IntEnum):
+    VELOCITY = 0
+    POSITION = 1
+    TORQUE = 2
 
 
 def body_model_dtype() -> np.dtype[Any]:
@@ -45,6 +42,7 @@ def body_model_dtype() -> np.dtype[Any]:
         [
             ("kind", "i4"),  # BodyKind
             ("fast", "i4"),  # 1: swept against everything, never tunnels
+            ("jointed", "i4"),  # 1: other bodies bend its path
             ("shape_first", "i4"),
             ("shape_count", "i4"),
         ],
@@ -176,9 +174,13 @@ def joint_model_dtype() -> np.dtype[Any]:
             ("kind", "i4"),  # JointKind of its dimension
             ("body_a", "i4"),
             ("body_b", "i4"),
+            ("joint_a", "i4"),  # of gears: the joints that are coupled
+            ("joint_b", "i4"),
             ("row_first", "i4"),  # of a constraint's own rows
             ("row_count", "i4"),
             ("wakes", "i4"),  # 1: driven from outside, so its island never sleeps
+            ("torque", "i4"),  # 1: an actuator sets the motor's effort instead of its speed
+            ("frame", "i4"),  # of a constraint: 1 = directions fixed in body_a
         ],
         align=True,
     )
@@ -189,11 +191,22 @@ def joint_parameter_dtype(dim: int) -> np.dtype[Any]:
         [
             ("anchor_a", "f8", (dim,)),  # m, in the body's own frame
             ("anchor_b", "f8", (dim,)),
+            ("axis", "f8", (dim,)),  # unit, in the frame of body a
             ("reference", "f8", (ROTATION_SIZE[dim],)),  # rotation of b in a where the joint is at rest
-            ("frequency", "f8"),  # Hz, 0 = rigid
+            ("reference_angle", "f8"),  # rad, the same, unwrapped (2D); of gears the coupled coordinate
+            ("length", "f8"),  # m, of distance joints
+            ("lower", "f8"),  # m or rad, limits of the coordinate; infinite = none
+            ("upper", "f8"),
+            ("frequency", "f8"),  # Hz, of the spring on the mass that the row sees
             ("damping_ratio", "f8"),
-            ("max_force", "f8"),  # N
+            ("stiffness", "f8"),  # N/m or N m/rad; counts where it or the damping is positive
+            ("damping", "f8"),  # N s/m or N m s/rad
+            ("spring_effort", "f8"),  # N or N m, bound of the spring
+            ("motor_effort", "f8"),  # N or N m, bound of the motor; 0 = no motor
+            ("max_force", "f8"),  # N, of targets
             ("max_torque", "f8"),  # N m
+            ("ratio", "f8"),  # of gears
+            ("rigid", "i4"),  # 1: no spring
             ("enabled", "i4"),
         ],
         align=True,
@@ -203,8 +216,12 @@ def joint_parameter_dtype(dim: int) -> np.dtype[Any]:
 def joint_state_dtype(dim: int) -> np.dtype[Any]:
     return np.dtype(
         [
-            ("impulse", "f8", (NDOF[dim],)),  # N s and N m s of the last substep
-            ("total_impulse", "f8", (NDOF[dim],)),  # summed over the step
+            ("impulse", "f8", (ROWS_PER_JOINT[dim],)),  # N s and N m s of the last substep
+            ("total_impulse", "f8", (ROWS_PER_JOINT[dim],)),  # summed over the step
+            ("reaction", "f8", (NDOF[dim],)),  # N s and N m s on body b at its anchor, over the step
+            ("motor_speed", "f8"),  # m/s or rad/s
+            ("rest", "f8"),  # m or rad, where the spring is relaxed
+            ("effort", "f8"),  # N or N m, of a motor that a torque actuator drives
             ("target_position", "f8", (dim,)),  # m, of target joints
             ("target_angle", "f8"),  # rad, unwrapped (2D)
             ("target_velocity", "f8", (NDOF[dim],)),  # m/s and rad/s
@@ -217,8 +234,8 @@ ACTUATOR_DTYPE = np.dtype(
     [
         ("joint", "i4"),
         ("body", "i4"),  # body_b of the joint
-        ("axis", "i4"),  # which coordinate of the joint
-        ("position", "i4"),  # 1: control is a position, 0: a velocity
+        ("axis", "i4"),  # which coordinate of a target; -1: the one coordinate of another joint
+        ("mode", "i4"),  # ActuatorMode: what the control is
         ("lower", "f8"),  # control is clipped to [lower, upper]
         ("upper", "f8"),
     ],
@@ -237,6 +254,7 @@ def constraint_row_dtype(dim: int) -> np.dtype[Any]:
             ("upper", "f8"),
             ("bias", "f8"),  # m/s or rad/s
             ("softness", "f8"),  # 1/(kg) or 1/(kg m^2), of the impulse
+            ("error", "f8"),  # m or rad, what the position pass takes back
         ],
         align=True,
     )
@@ -251,6 +269,7 @@ def shape_geometry_dtype(dim: int) -> np.dtype[Any]:
             ("lower", "f8", (dim,)),  # m, bounding box, swept over the step and widened by the margin
             ("upper", "f8", (dim,)),
             ("reach", "f8"),  # m, travel in a step beyond the linear motion: spin, gravity, force
+            ("extent", "f8"),  # m, length scale of a dynamic shape, else infinite
             ("active", "i4"),  # 1: enabled, on an enabled body
             ("dynamic", "i4"),  # 1: active, on a dynamic body
             ("awake", "i4"),  # 1: on an awake dynamic or a moving kinematic body
@@ -259,7 +278,15 @@ def shape_geometry_dtype(dim: int) -> np.dtype[Any]:
     )
 
 
-PAIR_DTYPE = np.dtype([("shape_a", "i4"), ("shape_b", "i4")], align=True)
+PAIR_DTYPE = np.dtype(
+    [
+        ("shape_a", "i4"),
+        ("shape_b", "i4"),
+        ("spare_a", "i4"),  # scratch of the sort
+        ("spare_b", "i4"),
+    ],
+    align=True,
+)
 
 
 def motion_dtype(dim: int) -> np.dtype[Any]:
@@ -268,18 +295,19 @@ def motion_dtype(dim: int) -> np.dtype[Any]:
     return np.dtype(
         [
             ("acceleration", "f8", (ndof,)),  # of gravity and applied force
+            ("path", "f8", (ndof,)),  # acceleration with the rigid joints' forces, for the time of impacts
             ("start_velocity", "f8", (ndof,)),  # at the start of the substep, after impacts
             ("free_velocity", "f8", (ndof,)),  # before constraint impulses
             ("correction", "f8", (ndof,)),  # pseudo-velocity of the position pass
+            ("inverse", "f8", (ndof,)),  # 1/kg and 1/(kg m^2)
             ("shift", "f8", (ndof,)),  # displacement that impacts inside the substep take back
             ("displacement", "f8", (ndof,)),  # since contacts were found
+            ("held_velocity", "f8", (ndof,)),  # of a disabled body, given back after the step
             ("start_position", "f8", (dim,)),  # at the start of the step
             ("start_rotation", "f8", (ROTATION_SIZE[dim],)),
             ("start_angle", "f8"),
             ("mass_matrix", "f8", (ndof, ndof)),  # kg and kg m^2, of dynamic bodies
             ("event_time", "f8"),  # s into the substep of the body's last impact
-            ("parent", "i4"),  # union-find
-            ("island", "i4"),
         ],
         align=True,
     )
@@ -294,88 +322,11 @@ ISLAND_DTYPE = np.dtype(
         ("joint_first", "i4"),
         ("joint_count", "i4"),
         ("awake", "i4"),  # 0 asleep, 1 awake, 2 driven, 3 pressed; see islands.py
+        ("parent", "i4"),  # entry b: of body b in union-find, negative outside of all islands
+        ("label", "i4"),  # entry b: island of body b, or why it has none
     ],
     align=True,
 )
-
-OPTIONS_DTYPE = np.dtype(
-    [
-        ("timestep", "f8"),
-        ("tolerance", "f8"),
-        ("slop", "f8"),
-        ("push_speed", "f8"),
-        ("correction_rate", "f8"),
-        ("sleep_speed", "f8"),
-        ("sleep_time", "f8"),
-        ("substeps", "i4"),
-        ("solver", "i4"),
-        ("sweeps", "i4"),
-        ("position_sweeps", "i4"),
-        ("warm_start", "i4"),
-        ("sleep", "i4"),
-    ],
-    align=True,
-)
-
-
-@dataclass(frozen=True)
-class Options:
-    """How a world is stepped. The defaults hold for stacks, ropes of rows and mass ratios to 1000.
-
-    Attributes:
-        timestep: s, one ``World.step``.
-        substeps: solves per step; contacts are found once per step.
-        solver: ``"pgs"`` (plain projected Gauss-Seidel) or ``"nncg"`` (the same sweeps,
-            accelerated as a conjugate gradient method) or ``"subspace"`` (these with direct
-            steps on the active rows, where an island is a tower or chain).
-        sweeps: most sweeps per island and substep.
-        tolerance: natural-map residual at which an island's sweeps stop.
-        position_sweeps: sweeps of the position pass.
-        warm_start: start from the last impulses.
-        sleep: let islands at rest stop.
-        sleep_speed: m/s, fastest point of a body that counts as at rest.
-        sleep_time: s at rest before an island sleeps.
-        slop: overlap that is left alone, as a part of the bodies' extent.
-        push_speed: extents per second, fastest separation of an overlap.
-        correction_rate: part of a position error corrected per substep, 0 to 1.
-    """
-
-    timestep: float = 1.0 / 60.0
-    substeps: int = 2
-    solver: str = "subspace"
-    sweeps: int = 30
-    tolerance: float = 1e-4
-    position_sweeps: int = 2
-    warm_start: bool = True
-    sleep: bool = True
-    sleep_speed: float = 0.003
-    sleep_time: float = 0.5
-    slop: float = 1e-4
-    push_speed: float = 3.0
-    correction_rate: float = 0.2
-
-    def __post_init__(self) -> None:
-        check.positive(self.timestep, "Options: timestep")
-        for name in ("tolerance", "sleep_speed", "sleep_time", "slop", "push_speed", "correction_rate"):
-            check.not_negative(getattr(self, name), f"Options: {name}")
-        if self.correction_rate > 1.0:
-            raise ValueError(f"Options: correction_rate must not exceed 1, got {self.correction_rate!r}.")
-        for name, least in (("substeps", 1), ("sweeps", 1), ("position_sweeps", 0)):
-            check.whole(getattr(self, name), least, f"Options: {name}")
-        for name in ("warm_start", "sleep"):
-            if not isinstance(getattr(self, name), (bool, np.bool_)):
-                raise ValueError(f"Options: {name} must be True or False, got {getattr(self, name)!r}.")
-        if self.solver not in SOLVERS:
-            names = ", ".join(SOLVERS)
-            raise ValueError(f"Options: unknown solver {self.solver!r}; known are {names}.")
-
-    def record(self) -> Array:
-        """The options as a one-element structured array for the kernels."""
-        record = np.zeros(1, OPTIONS_DTYPE)
-        for name in OPTIONS_DTYPE.names or ():
-            value = getattr(self, name)
-            record[name] = int(SOLVERS[value]) if name == "solver" else value
-        return record
 
 
 @dataclass(frozen=True)
@@ -396,7 +347,8 @@ class Model:
     shapes: Array  # shape_model_dtype (shape,)
     joints: Array  # joint_model_dtype (joint,)
     actuators: Array  # ACTUATOR_DTYPE (actuator,)
-    sensors: tuple[tuple[str, int], ...]  # (kind, body) (sensor,)
+    sensors: Array  # SENSOR_DTYPE (sensor,)
+    sensor_rays: Array  # (ray, 2) unit directions in the frames of the bodies that carry them
     exclusions: Array  # int64, encoded body pairs, sorted
     nominal_world: Array  # world_parameter_dtype ()
     nominal_bodies: Array  # body_parameter_dtype (body,)
@@ -406,6 +358,7 @@ class Model:
     nominal_vertices: Array  # vertex dtype of the dimension (vertex,)
     start_bodies: Array  # body_state_dtype (body,)
     start_joints: Array  # joint_state_dtype (joint,)
+    updates: tuple[tuple[int, Callable[[Any], Mapping[str, Any]]], ...]  # (joint, function of the world)
     mass_given: Array  # bool (body,): mass was given, not derived from density
     inertia_given: Array  # bool (body,)
     shape_colors: Array | None  # uint8 (shape, 3), or None
@@ -414,6 +367,17 @@ class Model:
     @property
     def has_joints(self) -> bool:
         return len(self.joints) > 0
+
+    @property
+    def is_linked(self) -> bool:
+        """Whether there are joints from revolute on, which the kernels compile code of their own for."""
+        return bool((self.joints["kind"] > 2).any())
+
+    @property
+    def sensor_slices(self) -> dict[str, slice]:
+        """Columns of each sensor in ``World.sensors()``, by name, in the order of the scene."""
+        ends = np.cumsum(self.sensors["count"]).tolist()
+        return {name: slice(a, b) for name, a, b in zip(self.sensor_names, [0, *ends], ends, strict=False)}
 
     @cached_property
     def digest(self) -> str:

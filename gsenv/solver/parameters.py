@@ -6,24 +6,29 @@ Reading gives read-only arrays, ``world.parameters.friction`` (world, shape); wr
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from collections.abc import Set as AbstractSet
 from typing import Any
 
 import numpy as np
 
 from . import check
+from .joint_spec import fields_of
 from .model import Array, BodyKind, Model
 from .planar import mass as planar_mass
 from .planar import shapes as planar_shapes
+from .planar.joints import JointKind
 from .planar.vertices import linked_vertices
 from .scene import Handle, find
 
 BODY_FIELDS = ("mass", "inertia", "linear_damping", "angular_damping", "gravity_scale", "enabled")
 SHAPE_FIELDS = ("friction", "restitution", "density", "half_extents", "radius", "half_length")
-JOINT_FIELDS = ("frequency", "damping_ratio", "max_force", "max_torque", "enabled")
+JOINT_FIELDS = (
+    "lower", "upper", "length", "frequency", "damping_ratio", "stiffness", "damping", "spring_effort",
+    "motor_effort", "max_force", "max_torque", "enabled",
+)  # fmt: skip
 ROW_FIELDS = ("lower", "upper", "bias", "softness")
-UNBOUNDED = ("max_force", "max_torque", "lower", "upper")  # may be infinite
+UNBOUNDED = ("max_force", "max_torque", "spring_effort", "motor_effort", "lower", "upper")  # may be infinite
 
 
 class Parameters:
@@ -55,7 +60,7 @@ class Parameters:
             return _frozen(self.shapes[name])
         if name == "half_extents":
             return _frozen(self.shapes["size"])
-        if name in ("frequency", "damping_ratio", "max_force", "max_torque"):
+        if name in JOINT_FIELDS:
             return _frozen(self.joints[name])
         if name == "gravity":
             return _frozen(self.worlds["gravity"])
@@ -69,9 +74,13 @@ class Parameters:
             worlds: None for all, an int, ints or a bool mask.
             fields: one number, or one for each chosen world. Bodies: mass, inertia,
                 linear_damping, angular_damping, gravity_scale, enabled, friction, restitution,
-                density, half_extents (.., 2), radius, half_length. Joints: frequency,
-                damping_ratio, max_force, max_torque, enabled. Constraints: enabled, lower, upper,
-                bias, softness. World: gravity (.., 2).
+                density, half_extents (.., 2), radius, half_length. Joints: lower, upper
+                (limits), length, frequency, damping_ratio, stiffness, damping, spring_effort,
+                motor_effort, max_force, max_torque, enabled. Constraints: enabled, lower, upper, bias,
+                softness. World: gravity (.., 2).
+
+        A disabled body touches nothing and stands still; its joints hold on to it where it is. Its
+        velocity, and what ``set_velocity`` sets meanwhile, is what it goes on with once enabled.
 
         A new size or density gives a new mass unless the mass was given; a new mass scales the
         inertia unless that is given too. A mass that was set here counts as derived: only one that the
@@ -226,27 +235,80 @@ class Parameters:
         where = f"parameters of joint {joint.name!r}"
         model = self._model.joints[index]
         rows = self._rows_of(model)
+        kind = JointKind(int(model["kind"])).name.lower()
+        known = (*ROW_FIELDS, "enabled") if len(rows) else fields_of(kind)
         checked = {}
         for name, value in fields.items():
-            check.choice(name, JOINT_FIELDS + ROW_FIELDS, f"{where}: field")
-            if name in ROW_FIELDS and not rows:
-                raise ValueError(f"{where}: only a constraint has {name}.")
-            if name in ROW_FIELDS and len(rows) == 1 and np.ndim(value) == 1:
+            check.choice(name, known, f"{where}: field")
+            if len(rows) == 1 and name in ROW_FIELDS and np.ndim(value) == 1:
                 value = np.reshape(value, (-1, 1))  # one for each world
-            shape = (len(chosen), len(rows)) if name in ROW_FIELDS else (len(chosen),)
+            shape = (len(chosen), len(rows)) if len(rows) and name in ROW_FIELDS else (len(chosen),)
             look = check.bounds if name in UNBOUNDED else check.values
             checked[name] = _in_range(name, look(value, shape, f"{where}: {name}"), where)
-        if model["wakes"] and (checked.get("frequency", np.ones(1)) == 0.0).any():
+        if model["kind"] == JointKind.TARGET and (checked.get("frequency", np.ones(1)) == 0.0).any():
             raise ValueError(f"{where}: frequency must be positive, got 0.0.")
+        self._check_spring(model, index, chosen, checked, where)
+        record = self.rows[:, rows.start : rows.stop] if len(rows) else self.joints[:, index]
         if {"lower", "upper"} & set(checked):
-            old = self.rows[chosen, rows.start : rows.stop]
-            lower, upper = (checked.get(name, old[name]) for name in ("lower", "upper"))
+            lower, upper = (checked.get(name, record[chosen][name]) for name in ("lower", "upper"))
             check.ordered_bounds(lower, upper, where)
         for name, values in checked.items():
-            if name in ROW_FIELDS:
-                self.rows[name][chosen, rows.start : rows.stop] = values
+            if len(rows) and name in ROW_FIELDS:
+                record[name][chosen] = values
             else:
                 self.joints[name][chosen, index] = values
+
+    def _check_spring(self, model: Any, index: int, chosen: Array, checked: dict[str, Array], where: str) -> None:
+        """Springs can be tuned, and a weld made soft; a joint does not become of another kind.
+
+        As in a scene, a spring has a frequency or a stiffness and damping, and no distance is negative.
+        """
+        softer = [name for name in ("frequency", "stiffness", "damping") if (checked.get(name, 0.0) * np.ones(1)).any()]
+        if softer and model["kind"] == JointKind.DISTANCE and self._model.nominal_joints["rigid"][index]:
+            raise ValueError(f"{where}: {softer[0]} needs a spring, and it is a rod.")
+        record = self.joints[chosen, index]
+        f, k, c = (checked.get(name, record[name]) for name in ("frequency", "stiffness", "damping"))
+        if softer and ((f > 0.0) & ((k > 0.0) | (c > 0.0))).any():
+            raise ValueError(f"{where}: its spring has a frequency or a stiffness and damping; set the other to 0.")
+        if model["kind"] == JointKind.DISTANCE and (checked.get("upper", np.zeros(1)) < 0.0).any():
+            raise ValueError(f"{where}: a distance can't be below {float(checked['upper'].min())!r}.")
+
+    def checked_rows(self, joint: int, values: Any) -> tuple[range, dict[str, Array]]:
+        """What an update function returned for a constraint's rows, as arrays (world, row, ...).
+
+        Raises:
+            ValueError: not a mapping, an unknown name, a NaN or a shape that does not fit.
+        """
+        where = f"update of constraint {self._model.joint_names[joint]!r}"
+        if not isinstance(values, Mapping):
+            raise ValueError(f"{where} must return a mapping of names to values, got {type(values).__name__}.")
+        model = self._model.joints[joint]
+        rows = self._rows_of(model)
+        ndof = self.rows["jacobian_a"].shape[-1]
+        width = ndof if model["body_a"] == model["body_b"] else 2 * ndof
+        checked = {}
+        for name, value in values.items():
+            check.choice(name, ("jacobian", "error", *ROW_FIELDS), f"{where}: name")
+            shape = (len(self.worlds), len(rows)) + ((width,) if name == "jacobian" else ())
+            look = check.bounds if name in ("lower", "upper") else check.values
+            checked[name] = look(value, shape, f"{where}: {name}")
+        if (checked.get("softness", np.zeros(1)) < 0.0).any():
+            raise ValueError(f"{where}: softness must not be negative.")
+        old = self.rows[:, rows.start : rows.stop]
+        check.ordered_bounds(checked.get("lower", old["lower"]), checked.get("upper", old["upper"]), where)
+        return rows, checked
+
+    def write_rows(self, rows: range, values: Mapping[str, Array]) -> None:
+        """Checked values into the rows of a constraint, in all worlds."""
+        chosen = self.rows[:, rows.start : rows.stop]
+        ndof = chosen["jacobian_b"].shape[-1]
+        for name, array in values.items():
+            if name == "jacobian":
+                chosen["jacobian_b"] = array[..., -ndof:]
+                if array.shape[-1] > ndof:
+                    chosen["jacobian_a"] = array[..., :ndof]
+            else:
+                chosen[name] = array
 
     def _rows_of(self, model: Any) -> range:
         first = int(model["row_first"])
@@ -271,11 +333,11 @@ def _in_range(name: str, values: Array, where: str) -> Array:
     positive = ("mass", "inertia", "half_extents", "radius", "half_length")
     free = ("gravity_scale", "enabled", "lower", "upper", "bias")
     if name in positive and (values <= 0.0).any():
-        raise ValueError(f"{where}: {name} must be positive, got {values.min()!r}.")
+        raise ValueError(f"{where}: {name} must be positive, got {float(values.min())!r}.")
     if name not in free and (values < 0.0).any():
-        raise ValueError(f"{where}: {name} must not be negative, got {values.min()!r}.")
+        raise ValueError(f"{where}: {name} must not be negative, got {float(values.min())!r}.")
     if name == "restitution" and (values > 1.0).any():
-        raise ValueError(f"{where}: restitution must not exceed 1, got {values.max()!r}.")
+        raise ValueError(f"{where}: restitution must not exceed 1, got {float(values.max())!r}.")
     return values != 0 if name == "enabled" else values
 
 

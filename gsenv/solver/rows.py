@@ -21,26 +21,37 @@ from .model import NDOF
 
 BOUNDED = 0  # impulse within [lower, upper]
 FRICTION = 1  # |impulse| <= friction * impulse of the row before it
+EQUATION = 2  # any impulse: a rigid joint's row, which direct solves take exactly
+
+# What the position pass does with a row's error.
+UNHELD = 0  # nothing: friction, motors, springs
+HELD = 1  # takes it back, whatever its sign
+HELD_APART = 2  # takes it back where it is negative
+
+GROUNDED = float("inf")  # flight of a contact that is not in flight
 
 
 def row_dtype(dim: int) -> np.dtype[Any]:
+    """Small, since each sweep reads the rows of thousands of bodies from memory.
+
+    M^-1 J^T is made from the bodies' ``inverse`` masses.  Fields that no row has both of share a place:
+    a FRICTION row has no bounds of its own, only joints have a drive and only contacts a flight.
+    """
     ndof = NDOF[dim]
-    return np.dtype(
+    base = np.dtype(
         [
             ("body_a", "i4"),
             ("body_b", "i4"),
-            ("kind", "i4"),
             ("source", "i4"),  # contact or joint the row comes from
-            ("span", "i4"),  # rows of the contact that starts here: 1 without friction
-            ("flying", "i4"),  # 1: the impact phase left this contact in flight
+            ("kind", "i1"),
+            ("slot", "i1"),  # which impulse of the joint; -1 - slot: with its sign turned
+            ("hold", "i1"),  # part in the position pass
+            ("span", "i1"),  # rows of the contact that starts here: 1 without friction
             ("jacobian_a", "f8", (ndof,)),
             ("jacobian_b", "f8", (ndof,)),
-            ("response_a", "f8", (ndof,)),  # M^-1 J^T: velocity change per unit impulse
-            ("response_b", "f8", (ndof,)),
             ("impulse", "f8"),  # N s
             ("lower", "f8"),
             ("upper", "f8"),
-            ("friction", "f8"),
             ("bias", "f8"),  # m/s
             ("softness", "f8"),  # 1/kg
             ("diagonal", "f8"),  # J M^-1 J^T + softness
@@ -49,7 +60,36 @@ def row_dtype(dim: int) -> np.dtype[Any]:
             ("direction", "f8"),  # conjugate direction
             ("error", "f8"),  # m, violation in position: what the position pass corrects
             ("position_impulse", "f8"),
-            ("flight", "f8"),  # m/s^2, its free acceleration then
+            ("flight", "f8"),  # m/s^2, free acceleration of a contact that the impact phase left in flight, or GROUNDED
+        ],
+        align=True,
+    )
+    shared = {
+        "friction": "upper",
+        "drive": "flight",  # m/s, what of the bias is commanded motion, which the position pass leaves
+    }
+    offsets = {name: base.fields[name] for name in base.names or ()} if base.fields else {}
+    offsets.update({name: offsets[place] for name, place in shared.items()})
+    return np.dtype(
+        {
+            "names": list(offsets),
+            "formats": [field[0] for field in offsets.values()],
+            "offsets": [field[1] for field in offsets.values()],
+            "itemsize": base.itemsize,
+            "aligned": True,
+        }
+    )
+
+
+def mover_dtype(dim: int) -> np.dtype[Any]:
+    """Scratch of a body within one solve: all that sweeps need of it."""
+    ndof = NDOF[dim]
+    return np.dtype(
+        [
+            ("velocity", "f8", (ndof,)),
+            ("inverse", "f8", (ndof,)),  # 1/kg and 1/(kg m^2)
+            ("start", "f8", (ndof,)),  # velocity before any impulse, then before the sweep
+            ("direction", "f8", (ndof,)),  # what the rows' conjugate directions change of the velocity
         ],
         align=True,
     )
@@ -66,19 +106,20 @@ def relative_velocity(row: Any, a: Any, b: Any) -> Any:
 
 @njit
 def apply_impulse(row: Any, a: Any, b: Any, impulse: Any) -> None:
-    for i in range(len(row.response_a)):
-        a.velocity[i] += row.response_a[i] * impulse
-        b.velocity[i] += row.response_b[i] * impulse
+    """For two records with a ``velocity`` and an ``inverse`` mass."""
+    for i in range(len(row.jacobian_a)):
+        a.velocity[i] += a.inverse[i] * row.jacobian_a[i] * impulse
+        b.velocity[i] += b.inverse[i] * row.jacobian_b[i] * impulse
 
 
 @njit
-def set_effective_mass(row: Any) -> None:
-    """From jacobian, response and softness."""
-    d = row.softness
-    for i in range(len(row.jacobian_a)):
-        d += row.jacobian_a[i] * row.response_a[i] + row.jacobian_b[i] * row.response_b[i]
-    row.diagonal = d
-    row.effective_mass = 1.0 / d if d > 0.0 else 0.0
+def push_row(row: Any, push: Any) -> None:
+    """Conjugate step of a row before a sweep, whose movers have taken theirs; ``push`` as in ``sweep``."""
+    beta, keep = push
+    d = beta * row.direction if beta > 0.0 else 0.0  # never what another solve has left there
+    row.direction = d + row.impulse - row.previous if keep else d
+    row.impulse += d
+    row.previous = row.impulse
 
 
 @njit
@@ -88,12 +129,3 @@ def clamp_impulse(rows: Any, r: Any, impulse: Any) -> Any:
         bound = row.friction * rows[r - 1].impulse
         return min(max(impulse, -bound), bound)
     return min(max(impulse, row.lower), row.upper)
-
-
-@njit
-def apply_warm_start(rows: Any, count: Any, bodies: Any) -> None:
-    """Bring the velocities in line with the impulses that the rows start from."""
-    for r in range(count):
-        row = rows[r]
-        if row.impulse != 0.0:
-            apply_impulse(row, bodies[row.body_a], bodies[row.body_b], row.impulse)

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from . import check
+from .joint_spec import DRIVEN, TAKES, JointSpec, gear_spec, joint_spec
 from .model import Array, BodyKind, Model
+from .planar.shapes import ALL_BITS
+from .sensors import SensorSpec, sensor_spec
 
 KINDS = {"static": BodyKind.STATIC, "kinematic": BodyKind.KINEMATIC, "dynamic": BodyKind.DYNAMIC}
 GRAVITY = {2: (0.0, -9.81), 3: (0.0, 0.0, -9.81)}
@@ -49,22 +52,6 @@ class BodySpec:
 
 
 @dataclass
-class JointSpec:
-    name: str
-    kind: str
-    body_a: int
-    body_b: int
-    anchor_a: Array | None
-    anchor_b: Array | None
-    frequency: float
-    damping_ratio: float
-    max_force: float
-    max_torque: float
-    enabled: bool
-    rows: list[dict[str, Any]] = field(default_factory=list)
-
-
-@dataclass
 class ActuatorSpec:
     name: str
     joint: int
@@ -72,13 +59,6 @@ class ActuatorSpec:
     mode: str
     lower: float
     upper: float
-
-
-@dataclass
-class SensorSpec:
-    name: str
-    kind: str
-    body: int
 
 
 class Scene:
@@ -135,7 +115,7 @@ class Scene:
                 ``mass`` where that is given.
             linear_damping, angular_damping: 1/s.
             fast: swept against everything, never tunnels (dearer; for small or thin and fast).
-            enabled: False keeps it out of the world until ``Parameters`` enable it.
+            enabled: False keeps it out of the world until ``Parameters`` enable it; see ``Parameters.set``.
             color: RGB for renderers.
         """
         what = f"body {name!r}"
@@ -176,76 +156,97 @@ class Scene:
         anchor: Vector | None = None,
         anchor_a: Vector | None = None,
         anchor_b: Vector | None = None,
+        axis: Vector | None = None,
+        length: float | None = None,
+        limits: tuple[float, float] | None = None,
         frequency: float | None = None,
         damping_ratio: float = 1.0,
+        stiffness: float | None = None,
+        damping: float = 0.0,
+        rest: float = 0.0,
+        spring_effort: float = np.inf,
+        motor_speed: float = 0.0,
+        motor_effort: float = 0.0,
         max_force: float = np.inf,
         max_torque: float = np.inf,
+        joint_a: Handle | str | int | None = None,
+        joint_b: Handle | str | int | None = None,
+        ratio: float = 1.0,
         collide: bool = False,
         enabled: bool = True,
     ) -> Handle:
-        """Add a joint.
+        """Add a joint. Its coordinate q is an angle (revolute), a translation (prismatic, wheel) or a length.
 
         Args:
-            kind: "weld" (holds body_b fixed to body_a) or "target" (pulls body_b to a moving pose
-                in the world by a spring of bounded force; needs no body_a).
+            kind: "revolute" (b turns about a point of a), "prismatic" (b slides along an axis of a),
+                "weld" (b fixed to a), "distance" (rod; a rope if only ``limits`` are given; a spring),
+                "wheel" (b turns, and slides along an axis of a on a spring), "gear" (q of joint_a +
+                ratio * q of joint_b stays as it is) or "target" (pulls body_b to a moving pose in the
+                world; needs no body_a). What holds on to the world needs a static body.
             anchor: m, world point at the authored poses; or anchor_a, anchor_b in the bodies' own
-                frames. Default: the origin of body_b.
-            frequency: Hz, damping_ratio: of the spring; None is rigid for a weld, 5 Hz for a target.
+                frames. Default: the origin of body_b; of a distance joint, that of each body.
+            axis: direction in the world at the authored poses; fixed in body_a from then on.
+            length: m, of a rod or relaxed spring; None is the authored distance.
+            limits: (lower, upper) of q in rad or m, infinite for none; q is 0 as authored.
+            frequency: Hz, damping_ratio: of a spring on the mass that the joint sees; None is no
+                spring, 5 Hz for a target. Or stiffness, N/m or N m/rad, and damping, N s/m or N m s/rad.
+            rest: q at which the spring is relaxed; spring_effort: N or N m, its bound.
+            motor_speed: of q (of the angle, of a wheel), rad/s or m/s; motor_effort: N m or N, its
+                bound, 0 for no motor.
             max_force, max_torque: N and N m, bounds of a target.
+            joint_a, joint_b, ratio: of a gear; revolute or prismatic joints.
             collide: whether the two bodies collide with each other.
         """
         what = f"joint {name!r}"
         name = check.unique(name, self.joints, "joint")
-        check.choice(kind, ("weld", "target"), f"{what}: kind")
+        check.choice(kind, TAKES, f"{what}: kind")
+        bodies = list(self.bodies.values())
+        given = {
+            "anchor": anchor, "anchor_a": anchor_a, "anchor_b": anchor_b, "axis": axis, "length": length,
+            "limits": limits, "frequency": frequency, "damping_ratio": damping_ratio, "stiffness": stiffness,
+            "damping": damping, "rest": rest, "spring_effort": spring_effort, "motor_speed": motor_speed,
+            "motor_effort": motor_effort, "max_force": max_force, "max_torque": max_torque,
+            "joint_a": joint_a, "joint_b": joint_b, "ratio": ratio,
+        }  # fmt: skip
+        if kind == "gear":
+            spec = self._gear(name, body_a, body_b, joint_a, joint_b, ratio, enabled)
+        else:
+            a, b = self._joined(kind, body_a, body_b, what)
+            spec = joint_spec(name, kind, a, b, bodies, given, enabled)
+        self.joints[name] = spec
+        if not collide and spec.body_a != spec.body_b:
+            self.excluded.add((min(spec.body_a, spec.body_b), max(spec.body_a, spec.body_b)))
+        return Handle("joint", name, len(self.joints) - 1)
+
+    def _joined(self, kind: str, body_a: Any, body_b: Any, what: str) -> tuple[int, int]:
         if body_b is None:
             raise ValueError(f"{what}: body_b is missing.")
         b = self._body(body_b, what)
         if kind == "target":
-            a = b
-        elif body_a is None:
+            if body_a is not None:
+                raise ValueError(f"{what}: a target has no body_a, got {body_a!r}.")
+            return b, b
+        if body_a is None:
             raise ValueError(f"{what}: body_a is missing.")
-        else:
-            a = self._body(body_a, what)
-            if a == b:
-                raise ValueError(f"{what} needs two different bodies, got {body_b!r} twice.")
-        unused: dict[str, Any] = {}
-        if kind == "target":
-            unused = {"body_a": body_a, "anchor_a": anchor_a}
-        if kind == "weld":
-            unused = {
-                name: value for name, value in (("max_force", max_force), ("max_torque", max_torque)) if value != np.inf
-            }
-        for word, value in unused.items():
-            if value is not None:
-                raise ValueError(f"{what}: a {kind} has no {word}, got {value!r}.")
-        if frequency is None:
-            frequency = 5.0 if kind == "target" else 0.0
-        if kind == "target" and list(self.bodies.values())[b].kind != BodyKind.DYNAMIC:
-            raise ValueError(f"{what}: a target pulls a dynamic body, got {body_b!r}.")
-        if kind == "target":
-            check.positive(frequency, f"{what}: frequency")
-        anchors = [
-            None if value is None else check.vector(value, self.dim, f"{what}: {label}")
-            for value, label in ((anchor_a, "anchor_a"), (anchor_b, "anchor_b"))
-        ]
-        if anchor is not None:
-            point = check.vector(anchor, self.dim, f"{what}: anchor")
-            bodies = list(self.bodies.values())
-            from .compile import local_point
+        a = self._body(body_a, what)
+        if a == b:
+            raise ValueError(f"{what} needs two different bodies, got {body_b!r} twice.")
+        return a, b
 
-            anchors = [local_point(bodies[a], point), local_point(bodies[b], point)]
-        spec = JointSpec(
-            name, kind, a, b, anchors[0], anchors[1],
-            check.not_negative(frequency, f"{what}: frequency"),
-            check.not_negative(damping_ratio, f"{what}: damping_ratio"),
-            check.bound(max_force, f"{what}: max_force"),
-            check.bound(max_torque, f"{what}: max_torque"),
-            bool(enabled),
-        )  # fmt: skip
-        self.joints[name] = spec
-        if not collide and a != b:
-            self.excluded.add((min(a, b), max(a, b)))
-        return Handle("joint", name, len(self.joints) - 1)
+    def _gear(
+        self, name: str, body_a: Any, body_b: Any, joint_a: Any, joint_b: Any, ratio: float, enabled: bool
+    ) -> JointSpec:
+        what = f"joint {name!r}"
+        for word, value in (("body_a", body_a), ("body_b", body_b)):
+            if value is not None:
+                raise ValueError(f"{what}: a gear has no {word}, it couples joint_a and joint_b.")
+        for word, value in (("joint_a", joint_a), ("joint_b", joint_b)):
+            if value is None:
+                raise ValueError(f"{what}: {word} is missing.")
+        names = list(self.joints)
+        first, second = (find(joint, "joint", names, what) for joint in (joint_a, joint_b))
+        joints = list(self.joints.values())
+        return gear_spec(name, first, second, ratio, joints, list(self.bodies.values()), enabled)
 
     def add_constraint(
         self,
@@ -256,9 +257,11 @@ class Scene:
         upper: Any = np.inf,
         bias: Any = 0.0,
         softness: Any = 0.0,
+        frame: str = "world",
+        update: Callable[[Any], Mapping[str, Any]] | None = None,
         enabled: bool = True,
     ) -> Handle:
-        """Add a rule of your own: rows ``J v + bias + softness * impulse`` in the world frame.
+        """Add a rule of your own: rows ``J v + bias + softness * impulse``, made true in each step.
 
         Args:
             bodies: one or two.
@@ -266,6 +269,11 @@ class Scene:
             lower, upper: N or N m, bounds of the rows' forces: a lock has none, a limit one-sided
                 ones, a motor both.
             bias: m/s; softness: 1/kg.
+            frame: "world", or "body": the directions (vx, vy) are fixed in the first body and turn with it.
+            update: called as ``update(world)`` before each step; returns new values of any of jacobian
+                (world, row, bodies * 3), lower, upper, bias, softness and error (world, row), m or rad:
+                what the position pass takes back of locks and one-sided rows. Anything that
+                broadcasts to these shapes will do. Its bodies never sleep.
         """
         what = f"constraint {name!r}"
         name = check.unique(name, self.joints, "constraint")
@@ -309,8 +317,11 @@ class Scene:
                     "softness": soft[r],
                 }
             )
+        check.choice(frame, ("world", "body"), f"{what}: frame")
+        if update is not None and not callable(update):
+            raise ValueError(f"{what}: update must be a function of the world, got {update!r}.")
         self.joints[name] = JointSpec(
-            name, "rows", index[0], index[-1], None, None, 0.0, 0.0, 0.0, 0.0, bool(enabled), made
+            name, "rows", index[0], index[-1], bool(enabled), rows=made, frame=frame, update=update
         )
         return Handle("joint", name, len(self.joints) - 1)
 
@@ -318,38 +329,84 @@ class Scene:
         self,
         name: str,
         joint: Handle | str | int,
-        axis: str,
+        axis: str | None = None,
         mode: str = "velocity",
         lower: float = -np.inf,
         upper: float = np.inf,
     ) -> Handle:
-        """Let one entry of ``World.control`` drive one coordinate of a target joint.
+        """Let one entry of ``World.control`` drive a joint.
 
         Args:
-            axis: "x", "y" (m or m/s) or "angle" (rad or rad/s).
-            mode: "velocity" moves the target at the control's speed, "position" puts it there.
+            joint: a target, or a joint with a motor (for "velocity" and "torque") or a spring (for
+                "position"); their bounds, motor_effort and spring_effort, hold.
+            axis: of a target: "x", "y" (m or m/s) or "angle" (rad or rad/s).
+            mode: the control is the "velocity" of a motor or target, the "position" of a target or at
+                which a spring is relaxed, or the "torque" (N m, or N of a prismatic) of a motor.
             lower, upper: the control is clipped to this range.
         """
         what = f"actuator {name!r}"
         name = check.unique(name, self.actuators, "actuator")
         index = find(joint, "joint", list(self.joints), what)
-        if list(self.joints.values())[index].kind != "target":
-            raise ValueError(f"{what} needs a target joint, got {joint!r}.")
-        number = AXES[check.choice(axis, AXES, f"{what}: axis")]
-        check.choice(mode, ("velocity", "position"), f"{what}: mode")
+        spec = list(self.joints.values())[index]
+        check.choice(mode, DRIVEN, f"{what}: mode")
         low = float(check.bounds(lower, (), f"{what}: lower"))
         high = float(check.bounds(upper, (), f"{what}: upper"))
         check.ordered_bounds(np.array(low), np.array(high), what)
+        number = self._driven_axis(spec, axis, mode, what)
+        taken = [other for other in self.actuators.values() if (other.joint, other.axis) == (index, number)]
+        if any(spec.kind == "target" or DRIVEN[other.mode] == DRIVEN[mode] for other in taken):
+            raise ValueError(f"{what}: {taken[0].name!r} drives the same part of joint {spec.name!r}.")
         self.actuators[name] = ActuatorSpec(name, index, number, mode, low, high)
         return Handle("actuator", name, len(self.actuators) - 1)
 
-    def add_sensor(self, name: str, kind: str, body: Handle | str | int) -> Handle:
-        """Add a reading: "pose" (x, y, angle), "velocity" (vx, vy, w) or "contact" (touching,
-        force x, force y of the last step) of a body."""
+    def _driven_axis(self, spec: JointSpec, axis: str | None, mode: str, what: str) -> int:
+        if spec.kind == "target":
+            check.choice(mode, ("velocity", "position"), f"{what}: mode of a target")
+            return AXES[check.choice(axis, AXES, f"{what}: axis")]
+        if spec.kind in ("rows", "weld", "gear"):
+            raise ValueError(f"{what} needs a target, a motor or a spring, {spec.name!r} is a {spec.kind}.")
+        if axis is not None:
+            raise ValueError(f"{what}: only a target has an axis to choose, got {axis!r}.")
+        if DRIVEN[mode] == "motor" and not spec.motor_effort > 0.0:
+            raise ValueError(f"{what}: joint {spec.name!r} has no motor; give it a motor_effort.")
+        if DRIVEN[mode] == "spring" and (spec.kind == "distance" or not spec.has_spring):
+            raise ValueError(f"{what}: joint {spec.name!r} has no spring to set the rest of; give it a frequency.")
+        return -1
+
+    def add_sensor(
+        self,
+        name: str,
+        kind: str,
+        body: Handle | str | int | None = None,
+        *,
+        joint: Handle | str | int | None = None,
+        local_position: Vector | None = None,
+        angles: Any = None,
+        length: float | None = None,
+        mask: int = ALL_BITS,
+    ) -> Handle:
+        """Add a reading of a body or joint, for ``World.sensor`` and ``World.sensors``.
+
+        Args:
+            kind: what is read, of a body
+                "pose": x, y, angle of its own frame, m and rad;
+                "velocity": vx, vy of its centre of mass, w, m/s and rad/s;
+                "contact": touching (0 or 1), force x, y on it, the mean of the last step, N;
+                "frame": of a site on it, x, y m, cos, sin of its angle, the site's velocity along
+                the body's own axes m/s, w rad/s;
+                "rays": how far it sees from a site, m, one number a ray: the distance to the
+                first shape of another body, ``length`` where there is none, 0 inside a shape;
+                of a joint "joint": coordinate, rate, reaction force x, y N, torque N m.
+            local_position: m, the site in the body's own frame; default its origin.
+            angles: rad, (ray,) directions in the body's own frame.
+            length: m, how far the rays look.
+            mask: categories of shapes that the rays see; they never see sensor shapes.
+        """
         what = f"sensor {name!r}"
         name = check.unique(name, self.sensors, "sensor")
-        check.choice(kind, ("pose", "velocity", "contact"), f"{what}: kind")
-        self.sensors[name] = SensorSpec(name, kind, self._body(body, what))
+        b = -1 if body is None else self._body(body, what)
+        j = -1 if joint is None else find(joint, "joint", list(self.joints), what)
+        self.sensors[name] = sensor_spec(name, kind, b, j, local_position, angles, length, mask)
         return Handle("sensor", name, len(self.sensors) - 1)
 
     def exclude(self, body_a: Handle | str | int, body_b: Handle | str | int) -> None:

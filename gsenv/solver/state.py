@@ -9,8 +9,8 @@ import numpy as np
 from .broadphase import broadphase_scratch
 from .model import (
     ISLAND_DTYPE,
-    NDOF,
     PAIR_DTYPE,
+    ROWS_PER_JOINT,
     Array,
     Model,
     contact_dtype,
@@ -20,8 +20,8 @@ from .model import (
 )
 from .parameters import Parameters
 from .planar.sweep_fast import sweep_start_dtype
-from .rows import row_dtype
-from .solvers.envelope import BLOCKS_PER_BODY, block_dtype, envelope_dtype
+from .rows import mover_dtype, row_dtype
+from .solvers.cholesky import BLOCKS_PER_BODY, block_dtype, factor_dtype
 
 STATE_ARRAYS = ("worlds", "bodies", "joints", "control")
 
@@ -63,6 +63,13 @@ class State:
         self.contacts[chosen] = contacts
 
 
+def _factor_scratch(model: Model) -> tuple[Array, Array]:
+    bodies = len(model.bodies)
+    factor = np.zeros(bodies, factor_dtype(model.dim))
+    factor["place"] = -1
+    return factor, np.zeros(BLOCKS_PER_BODY * bodies, block_dtype(model.dim))
+
+
 class Workspace:
     """Scratch for stepping one world at a time; one for each thread, never saved."""
 
@@ -71,15 +78,18 @@ class Workspace:
         bodies = len(model.bodies)
         self.geometry = np.zeros(len(model.shapes), shape_geometry_dtype(model.dim))
         self.motions = np.zeros(bodies, motion_dtype(model.dim))
+        self.movers = np.zeros(bodies, mover_dtype(model.dim))
         self.islands = np.zeros(bodies, ISLAND_DTYPE)
         self.island_bodies = np.zeros(bodies, np.int32)
         self.island_joints = np.zeros(len(model.joints), np.int32)
         self.broadphase = broadphase_scratch(len(model.shapes), model.dim)
         fast = model.bodies["fast"].any()
         self.fast_start = np.zeros(bodies, sweep_start_dtype()) if fast else None
-        self.envelope = np.zeros(bodies, envelope_dtype(model.dim))
-        self.envelope["place"] = -1
-        self.blocks = np.zeros(BLOCKS_PER_BODY * bodies, block_dtype(model.dim))
+        self.factor, self.blocks = _factor_scratch(model)
+        self.tree: Array | None = None
+        self.tree_blocks: Array | None = None
+        if model.is_linked:
+            self.tree, self.tree_blocks = _factor_scratch(model)
         self.pairs = np.zeros(16 + 4 * len(model.shapes), PAIR_DTYPE)
         self.grow_contacts(contact_capacity)
 
@@ -89,18 +99,18 @@ class Workspace:
     def grow_contacts(self, capacity: int) -> None:
         dim = self._model.dim
         self.found = np.zeros(capacity, contact_dtype(dim))
-        self.merged = np.zeros(capacity, contact_dtype(dim))
-        self.island_contacts = np.zeros(capacity, np.int32)
-        joint_rows = NDOF[dim] * len(self._model.joints)
+        self.displaced = np.zeros(capacity, contact_dtype(dim))
+        self.island_contacts = np.zeros(2 * capacity, np.int32)  # second half: places of found ones
+        joint_rows = ROWS_PER_JOINT[dim] * len(self._model.joints)
         self.rows = np.zeros(dim * capacity + joint_rows, row_dtype(dim))
-        self.edges = np.zeros(2 * len(self.rows), np.int32)
+        self.edges = np.zeros(4 * len(self.rows), np.int32)
 
     def arrays(self) -> tuple[Array | None, ...]:
         """In the order of the step kernel's arguments."""
         return (
-            self.geometry, self.pairs, self.found, self.merged, self.motions, self.islands,
-            self.island_bodies, self.island_contacts, self.island_joints, self.rows,
-            self.broadphase, self.fast_start, self.envelope, self.edges, self.blocks,
+            self.geometry, self.pairs, self.found, self.displaced, self.motions, self.movers,
+            self.islands, self.island_bodies, self.island_contacts, self.island_joints, self.rows,
+            self.broadphase, self.fast_start, self.factor, self.edges, self.blocks, self.tree, self.tree_blocks,
         )  # fmt: skip
 
 

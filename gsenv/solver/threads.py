@@ -8,21 +8,21 @@ from concurrent.futures import ThreadPoolExecutor, wait
 from itertools import pairwise
 from typing import Any
 
-_pool: ThreadPoolExecutor | None = None
-_pool_pid = 0
-_pool_size = 0
+_pool: tuple[int, int, ThreadPoolExecutor | None] = (0, 0, None)  # pid, size; replaced as one
 
 
 def _executor(size: int) -> ThreadPoolExecutor:
-    """The process's pool. A child of a fork has no threads, so it makes its own."""
-    global _pool, _pool_pid, _pool_size
-    if _pool is None or _pool_pid != os.getpid() or _pool_size < size:
-        if _pool is not None and _pool_pid == os.getpid():
-            _pool.shutdown(wait=False)
-        _pool = ThreadPoolExecutor(size, thread_name_prefix="gsenv")
-        _pool_pid = os.getpid()
-        _pool_size = size
-    return _pool
+    """The process's pool. A child of a fork has no threads, so it makes its own.
+
+    A pool that got too small is not shut down: another thread may be about to use it. Its idle
+    threads end once nobody refers to it.
+    """
+    global _pool
+    pid, room, pool = _pool
+    if pool is None or pid != os.getpid() or room < size:
+        pool = ThreadPoolExecutor(size, thread_name_prefix="gsenv")
+        _pool = (os.getpid(), size, pool)
+    return pool
 
 
 def ranges(count: int, parts: int) -> list[tuple[int, int]]:

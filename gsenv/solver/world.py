@@ -2,21 +2,29 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
 import numpy as np
 
-from . import check, threads
+from . import check, joint_readings, threads
 from .compile import rotation_of
 from .diagnostics import Contacts, Diagnostics, contacts_of, diagnose
-from .model import Array, Model, Options
+from .jit import entry
+from .joint_readings import rotated
+from .model import Array, Model
 from .optional import as_records
+from .options import Options
 from .parameters import Parameters
 from .planar import step as planar_step
+from .planar.joints import JointKind
+from .planar.shapes import ALL_BITS
 from .scene import Handle, Scene, find
+from .sensors import RayHits, cast_rays, read_sensors
 from .state import Snapshot, State, Workspace, first_contact_capacity, take_snapshot
 
+_Call = tuple[tuple[int, int], Callable[..., Any], tuple[Any, ...]]
 _PRESENT = np.ones(1)  # as a kernel's argument: the scene has it; None: it lacks it
 
 
@@ -27,7 +35,7 @@ class World:
         scene: a Scene, or a Model that ``Scene.compile`` made.
         world_count: how many.
         threads: worlds are shared out over this many threads; the bits do not depend on it.
-        options: how to step.
+        options: how to step; or fidelity: "fast", "balanced" (the default) or "accurate".
 
     Attributes:
         control: float64 (world, actuator), read at each step; out-of-range values are clipped.
@@ -45,7 +53,10 @@ class World:
         world_count: int = 1,
         threads: int = 1,
         options: Options | None = None,
+        fidelity: str | None = None,
     ) -> None:
+        if options is not None and fidelity is not None:
+            raise ValueError("World: give options or a fidelity, not both; Options.preset has both.")
         self.world_count = check.whole(world_count, 1, "World: world_count")
         self.threads = min(check.whole(threads, 1, "World: threads"), self.world_count)
         if not isinstance(scene, (Scene, Model)):
@@ -54,7 +65,7 @@ class World:
         self.parameters = Parameters(self.model, self.world_count, self._changed)
         capacity = first_contact_capacity(self.model)
         self.state = State(self.model, self.world_count, capacity)
-        self.options = Options() if options is None else options
+        self.options = Options.preset(fidelity or "balanced") if options is None else options
         self._workspaces: list[Workspace] = []
 
     # ------------------------------------------------------------- stepping
@@ -70,7 +81,8 @@ class World:
             raise ValueError(f"World: options must be an Options, got {options!r}.")
         self._options = options
         self._options_record = options.record()
-        self._calls: list[tuple[tuple[int, int], tuple[Any, ...]]] = []
+        self._calls: list[_Call] = []
+        self._entries: dict[tuple[bool, ...], Callable[..., Any]] = {}
 
     @property
     def control(self) -> Array:
@@ -100,26 +112,38 @@ class World:
                 f"control of actuator {self.model.actuator_names[k]!r} in world {w} must be "
                 f"finite, got {self.control[w, k]!r}."
             )
-        until = self.state.worlds["step"] + int(count)
+        if not self.model.updates:
+            self._advance(count)
+            return
+        for _ in range(count):
+            self._update_constraints()
+            self._advance(1)
+
+    def _update_constraints(self) -> None:
+        """Rows that functions of the user refresh before each step; nothing is changed if one is bad."""
+        refreshed = [(j, update(self)) for j, update in self.model.updates]
+        checked = [self.parameters.checked_rows(j, values) for j, values in refreshed]
+        for rows, values in checked:
+            self.parameters.write_rows(rows, values)
+
+    def _advance(self, count: int) -> None:
+        until = self.state.worlds["step"] + count
         calls = self._calls or self._prepare_calls()
         while True:
             if len(calls) == 1:
-                (first, last), arguments = calls[0]
-                results = [planar_step.step_worlds(first, last, until, *arguments)]
+                (first, last), step, arguments = calls[0]
+                results = [step(first, last, until, *arguments)]
             else:
                 results = threads.run(
-                    [
-                        partial(planar_step.step_worlds, first, last, until, *arguments)
-                        for (first, last), arguments in calls
-                    ]
+                    [partial(step, first, last, until, *arguments) for (first, last), step, arguments in calls]
                 )
             if all(status == planar_step.OK for status, _ in results):
                 return
             self._grow(results)
             calls = self._prepare_calls()
 
-    def _prepare_calls(self) -> list[tuple[tuple[int, int], tuple[Any, ...]]]:
-        """Ranges of worlds and the kernel's further arguments, one for each thread."""
+    def _prepare_calls(self) -> list[_Call]:
+        """Ranges of worlds, the kernel and its further arguments, one for each thread."""
         parts = threads.ranges(self.world_count, self.threads)
         while len(self._workspaces) < len(parts):
             self._workspaces.append(Workspace(self.model, self.state.contacts.shape[1]))
@@ -140,11 +164,19 @@ class World:
             state.control,
         )  # fmt: skip
         bouncy = _PRESENT if parameters.shapes["restitution"].any() else None
-        self._calls = [
-            (part, tuple(as_records(array) for array in (*shared, bouncy, *work.arrays())))
-            for part, work in zip(parts, self._workspaces, strict=False)
-        ]
+        soft, newton = (_PRESENT if self._options.solver == name else None for name in ("soft", "newton"))
+        until = state.worlds["step"] + 0
+        self._calls = []
+        for part, work in zip(parts, self._workspaces, strict=False):
+            arguments = tuple(as_records(array) for array in (*shared, bouncy, soft, newton, *work.arrays()))
+            lacks = tuple(array is None for array in arguments)  # decides all types
+            if lacks not in self._entries:
+                self._entries[lacks] = entry(planar_step.step_worlds, *part, until, *arguments)
+            self._calls.append((part, self._entries[lacks], arguments))
         return self._calls
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "_calls": [], "_entries": {}}  # compiled code and views: made anew
 
     def _grow(self, results: list[tuple[int, int]]) -> None:
         """Larger buffers for the step that did not fit; it is then taken again."""
@@ -180,7 +212,7 @@ class World:
     def position(self) -> Array:
         """(world, body, dim) m, of the bodies' own frames; a copy, as all of these."""
         bodies = self.state.bodies
-        return bodies["position"] - _rotated(bodies["rotation"], self.parameters.bodies["center"])
+        return bodies["position"] - rotated(bodies["rotation"], self.parameters.bodies["center"])
 
     @property
     def center_of_mass(self) -> Array:
@@ -222,24 +254,66 @@ class World:
         return diagnose(self.model, self.parameters, self.state)
 
     def sensor(self, sensor: Handle | str | int) -> Array:
-        """(world, 3) reading of a sensor: pose, velocity, or touching and force of the last step."""
+        """(world, number) reading of a sensor; see Scene.add_sensor."""
         index = find(sensor, "sensor", self.model.sensor_names, "sensor")
-        kind, body = self.model.sensors[index]
-        if kind == "pose":
-            return np.concatenate([self.position[:, body], self.angle[:, body, None]], 1)
-        if kind == "velocity":
-            return self.state.bodies["velocity"][:, body].copy()
-        return self._touch(body)
+        return read_sensors(self, index, index + 1)
 
-    def _touch(self, body: int) -> Array:
-        out = np.zeros((self.world_count, 3))
-        for w in range(self.world_count):
-            contacts = self.contacts(w)
-            sign = (contacts.body_b == body) * 1.0 - (contacts.body_a == body) * 1.0
-            force = contacts.force_vector(self._options.timestep) * sign[:, None]
-            out[w, 0] = bool(((sign != 0.0) & contacts.touching).any())
-            out[w, 1:] = force.sum(0)
-        return out
+    def sensors(self) -> Array:
+        """(world, number) readings of all sensors side by side; Model.sensor_slices has the columns."""
+        return read_sensors(self, 0, len(self.model.sensors))
+
+    def cast_rays(
+        self,
+        origin: Any,
+        direction: Any,
+        length: Any,
+        worlds: Any = None,
+        mask: int = ALL_BITS,
+        exclude: Handle | str | int | None = None,
+    ) -> RayHits:
+        """First hits of rays with the shapes as they are now; see RayHits.
+
+        Disabled and sensor shapes are not seen. A ray that only touches a shape passes. A terrain is
+        seen from its outside alone, but a start behind it by no more than the extent (smallest
+        half-width) of body ``exclude`` is inside it.
+
+        Args:
+            origin: m, (2,), (ray, 2) or (chosen world, ray, 2).
+            direction: likewise, of any length but 0.
+            length: m, how far to look: one number, (ray,) or (chosen world, ray).
+            worlds: None for all, an int, ints or a bool mask.
+            mask: bits of the categories that are seen.
+            exclude: a body that is not seen: the one that carries the rays.
+        """
+        chosen = check.worlds(worlds, self.world_count, "cast_rays: worlds")
+        carrier = -1 if exclude is None else find(exclude, "body", self.model.body_names, "cast_rays: exclude")
+        return cast_rays(
+            self.model, self.parameters, self.state, chosen, origin, direction, length, mask, carrier
+        )
+
+    def joint_coordinate(self, joint: Handle | str | int) -> Array:
+        """(world,) rad since the authored pose (revolute), m along the axis (prismatic, wheel), m between
+        the anchors (distance), or how far a gear is off.
+
+        Raises:
+            ValueError: an unknown joint, or one without a coordinate.
+        """
+        j = self._joint(joint, "joint_coordinate")
+        return joint_readings.coordinate(self.model, self.parameters, self.state, j)
+
+    def joint_rate(self, joint: Handle | str | int) -> Array:
+        """(world,) rad/s or m/s: how fast the coordinate changes."""
+        j = self._joint(joint, "joint_rate")
+        return joint_readings.rate(self.model, self.parameters, self.state, j)
+
+    def joint_reaction(self, joint: Handle | str | int) -> Array:
+        """(world, 3) mean force x, y in N and torque in N m that the joint put on body_b at its anchor in the
+        last step, motors, springs and limits included."""
+        j = self._joint(joint, "joint_reaction")
+        return np.asarray(self.state.joints["reaction"][:, j] / self._options.timestep)
+
+    def _joint(self, joint: Handle | str | int, where: str) -> int:
+        return find(joint, "joint", self.model.joint_names, where)
 
     # ------------------------------------------------------------- acting
 
@@ -290,7 +364,7 @@ class World:
             record["angle"][chosen, b] = turn
             record["rotation"][chosen, b] = [rotation_of(angle) for angle in turn]
         center = self.parameters.bodies["center"][chosen, b]
-        record["position"][chosen, b] = place + _rotated(record["rotation"][chosen, b], center)
+        record["position"][chosen, b] = place + rotated(record["rotation"][chosen, b], center)
         self.state.forget_impulses(chosen, b)
         self._wake(chosen)
 
@@ -312,6 +386,27 @@ class World:
             self.state.bodies["velocity"][chosen, b, 2] = w
         self._wake(chosen, b)
 
+    def set_motor(
+        self, joint: Handle | str | int, speed: Any = None, rest: Any = None, worlds: Any = None
+    ) -> None:
+        """Set the speed of a joint's motor, rad/s or m/s, or where its spring is relaxed, rad or m."""
+        j = self._joint(joint, "set_motor")
+        where = f"set_motor of joint {self.model.joint_names[j]!r}"
+        chosen = check.worlds(worlds, self.world_count)
+        checked = {
+            name: check.values(value, (len(chosen),), f"{where}: {word}")
+            for name, word, value in (("motor_speed", "speed", speed), ("rest", "rest", rest))
+            if value is not None
+        }
+        parameters = self.parameters.joints[:, j]
+        if speed is not None and not (parameters["motor_effort"] > 0.0).any():
+            raise ValueError(f"{where}: it has no motor.")
+        if rest is not None and not ((parameters["frequency"] > 0.0) | (parameters["stiffness"] > 0.0)).any():
+            raise ValueError(f"{where}: it has no spring.")
+        for name, values in checked.items():
+            self.state.joints[name][chosen, j] = values
+        self._wake(chosen)
+
     def set_target(
         self,
         joint: Handle | str | int,
@@ -322,9 +417,9 @@ class World:
         worlds: Any = None,
     ) -> None:
         """Move a target joint's goal: position m, angle rad, and how fast it moves on by itself."""
-        j = find(joint, "joint", self.model.joint_names, "set_target")
+        j = self._joint(joint, "set_target")
         where = f"set_target of joint {self.model.joint_names[j]!r}"
-        if not self.model.joints["wakes"][j]:
+        if self.model.joints["kind"][j] != JointKind.TARGET:
             raise ValueError(f"{where}: it is not a target joint.")
         chosen = check.worlds(worlds, self.world_count)
         n = len(chosen)
@@ -381,8 +476,3 @@ class World:
         snapshot.write(self.parameters, self.state, chosen)
         self._calls = []
 
-
-def _rotated(rotation: Array, vector: Array) -> Array:
-    c, s = rotation[..., 0], rotation[..., 1]
-    x, y = vector[..., 0], vector[..., 1]
-    return np.stack([c * x - s * y, s * x + c * y], -1)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gsenv.solver.contact_cache import match_contacts, merge_sleeping
+from gsenv.solver.contact_cache import update_contacts
 from gsenv.solver.model import Array, contact_dtype, shape_geometry_dtype
 
 SHAPES = 12
@@ -31,6 +31,42 @@ def keys(contacts: Array) -> list[tuple[int, int, int]]:
     return list(zip(*(contacts[name].tolist() for name in ("shape_a", "shape_b", "feature")), strict=True))
 
 
+def sleepers(rng: np.random.Generator, dim: int) -> Array:
+    """Some shapes are awake, some switched off."""
+    geometry = np.zeros(SHAPES, shape_geometry_dtype(dim))
+    geometry["active"] = rng.random(SHAPES) < 0.9
+    geometry["awake"] = (rng.random(SHAPES) < rng.random()) & (geometry["active"] == 1)
+    return geometry
+
+
+def one_awake(dim: int = 2) -> Array:
+    geometry = np.zeros(SHAPES, shape_geometry_dtype(dim))
+    geometry["active"] = 1
+    geometry["awake"][3] = 1
+    return geometry
+
+
+def all_awake(dim: int) -> Array:
+    geometry = np.zeros(SHAPES, shape_geometry_dtype(dim))
+    geometry["active"] = geometry["awake"] = 1
+    return geometry
+
+
+def searched(contacts: Array, geometry: Array) -> Array:
+    """Which of the contacts are of pairs with something awake or switched off."""
+    still = (geometry["active"] == 1) & (geometry["awake"] == 0)
+    return ~(still[contacts["shape_a"]] & still[contacts["shape_b"]])
+
+
+def update(old: Array, found: Array, geometry: Array, room: int = 100) -> tuple[int, Array, Array]:
+    """(count, contacts, places of the found ones) after an update of the old ones."""
+    contacts = np.zeros(max(room, len(old)), old.dtype)
+    contacts[: len(old)] = old
+    places = np.zeros(room, np.int32)
+    count = update_contacts(contacts, len(old), found.copy(), len(found), geometry, np.zeros_like(contacts), places)
+    return count, contacts, places[: len(found)]
+
+
 @pytest.mark.parametrize("dim", [2, 3])
 def test_impulses_follow_their_feature(dim: int) -> None:
     rng = np.random.default_rng(0)
@@ -38,10 +74,10 @@ def test_impulses_follow_their_feature(dim: int) -> None:
     for _ in range(50):
         old = random_contacts(rng, dim, random_pairs(rng))
         new = random_contacts(rng, dim, random_pairs(rng))
-        before = new["impulse"].copy()
-        match_contacts(old, len(old), new, len(new))
+        count, contacts, _ = update(old, new, all_awake(dim))
+        assert keys(contacts[:count]) == keys(new)
         table = dict(zip(keys(old), old["impulse"], strict=True))
-        for key, contact, own in zip(keys(new), new, before, strict=True):
+        for key, contact, own in zip(keys(new), contacts, new["impulse"], strict=False):
             assert (contact["impulse"] == table.get(key, own)).all()
             matched += key in table
     assert matched > 100
@@ -52,31 +88,56 @@ def test_only_the_first_count_entries_are_real() -> None:
     old = random_contacts(rng, 2, [(0, 1)])
     new = old.copy()
     new["impulse"] = 0.0
-    match_contacts(old, 0, new, len(new))
-    assert (new["impulse"] == 0.0).all()
-    match_contacts(old, len(old), new, 1)
-    assert (new["impulse"][0] == old["impulse"][0]).all()
-    assert (new["impulse"][1:] == 0.0).all()
+    places, scratch = np.zeros(10, np.int32), np.zeros_like(old)
+    contacts = old.copy()
+    assert update_contacts(contacts, 0, new.copy(), len(new), all_awake(2), scratch, places) == len(new)
+    assert (contacts["impulse"] == 0.0).all()
+    contacts = old.copy()
+    assert update_contacts(contacts, len(old), new.copy(), 1, all_awake(2), scratch, places) == 1
+    assert (contacts["impulse"][0] == old["impulse"][0]).all()
 
 
 @pytest.mark.parametrize("dim", [2, 3])
 def test_sleeping_contacts_stay(dim: int) -> None:
     rng = np.random.default_rng(2)
-    for _ in range(50):
-        geometry = np.zeros(SHAPES, shape_geometry_dtype(dim))
-        geometry["active"] = rng.random(SHAPES) < 0.9
-        geometry["awake"] = (rng.random(SHAPES) < 0.4) & (geometry["active"] == 1)
-        on, awake = geometry["active"] == 1, geometry["awake"] == 1
+    for _ in range(300):
+        geometry = sleepers(rng, dim)
+        awake = geometry["awake"] == 1
         old = random_contacts(rng, dim, random_pairs(rng))
         found = random_contacts(rng, dim, [(a, b) for a, b in random_pairs(rng) if awake[a] or awake[b]])
-        a, b = old["shape_a"], old["shape_b"]
-        kept = old[on[a] & on[b] & ~awake[a] & ~awake[b]]
-        merged = np.zeros(100, old.dtype)
-        count = merge_sleeping(old, len(old), found, len(found), geometry, merged)
+        kept = old[~searched(old, geometry)]
         wanted = np.concatenate([kept, found])
         wanted = wanted[np.lexsort((wanted["shape_b"], wanted["shape_a"]))]
-        assert count == len(wanted)
-        assert (merged[:count] == wanted).all()
-        few = np.zeros(3, old.dtype)
-        assert merge_sleeping(old, len(old), found, len(found), geometry, few) == count
-        assert (few[: min(3, count)] == wanted[:3]).all()
+        count, contacts, places = update(old, found, geometry)
+        assert keys(contacts[:count]) == keys(wanted)
+        assert keys(contacts[places]) == keys(found)
+        left = np.setdiff1d(np.arange(count), places)
+        assert (contacts[left] == kept).all()
+        table = dict(zip(keys(old), old["impulse"], strict=True))
+        for contact, own in zip(contacts[places], found, strict=True):
+            assert (contact["impulse"] == table.get(keys(own[None])[0], own["impulse"])).all()
+
+
+def test_contacts_that_do_not_fit_change_nothing() -> None:
+    rng = np.random.default_rng(3)
+    geometry = one_awake()
+    old = random_contacts(rng, 2, random_pairs(rng))
+    found = random_contacts(rng, 2, random_pairs(rng))
+    count, contacts, _ = update(old, found, geometry, room=0)
+    assert count == (~searched(old, geometry)).sum() + len(found) > len(old)
+    assert (contacts == old).all()
+
+
+def test_unmoved_sleepers_are_not_copied() -> None:
+    rng = np.random.default_rng(4)
+    geometry = one_awake()
+    old = random_contacts(rng, 2, random_pairs(rng))
+    found = old[searched(old, geometry)]
+    assert 0 < len(found) < len(old)
+    displaced = np.zeros_like(old)
+    contacts = old.copy()
+    places = np.zeros(len(old), np.int32)
+    assert update_contacts(contacts, len(old), found, len(found), geometry, displaced, places) == len(old)
+    assert (contacts == old).all()
+    assert (places[: len(found)] == np.flatnonzero(searched(old, geometry))).all()
+    assert not displaced["shape_b"].any()

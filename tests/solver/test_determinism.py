@@ -243,9 +243,9 @@ def tumble() -> World:
 
 # After an intended change of the physics: python -m tests.solver.test_determinism
 GOLDEN = {
-    "mixed": "d6161168e281cc1751131e53d7dc3e091b7f7222797ebd152d2915f0f3158253",
-    "tumble": "96a975afc5cf043a73d1b98c0ab0e51c2277672c9f0a606572dd42626ba313d6",
-    "pyramid": "9993daf656ee918523a67e4da46bc5df26fa429b880d25e848d14c8c4ff316e2",
+    "mixed": "f39f8e008a8f26dc1a1f448bbfa6bca3382f756415c2b9f7c7b13b0a05a7d9ff",
+    "tumble": "659645b10ca249396ae0c409ca3012d315ce194dc1c330f736b45113393f7f46",
+    "pyramid": "edb5f93318832ff604f2b0f0c3f8760b3a8dd4c42e721d2a0531ba6bb7c82121",
 }
 
 

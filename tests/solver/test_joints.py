@@ -22,7 +22,7 @@ def joint(world: World, name: str) -> Handle:
 def force(world: World, name: str) -> Any:
     """Mean force and torque of a joint's rows over the last step, of the first world."""
     index = world.model.joint_names.index(name)
-    return world.state.joints["total_impulse"][0, index] / world.timestep
+    return world.state.joints["total_impulse"][0, index, :3] / world.timestep
 
 
 # ---------------------------------------------------------------- weld

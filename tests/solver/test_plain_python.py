@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -32,3 +34,31 @@ def test_a_mixed_scene_steps() -> None:
     assert world.linear_velocity[0, 4, 1] > 0.0  # the ball has bounced
     assert np.isfinite(world.position).all()
     assert world.diagnostics().joint_error[0] < 1e-6
+
+
+def test_every_joint_steps() -> None:
+    scene = Scene()
+    scene.add_body("frame", "static")
+    for name, x in (("arm", 0.5), ("hand", 1.5), ("slider", 2.0), ("wheel", -1.0), ("ball", -3.0), ("skid", -5.0)):
+        scene.add_body(name, shapes=[Circle(radius=0.2)], position=(x, 0), angular_velocity=0.1)
+    servo: dict[str, Any] = {"motor_speed": 2.0, "motor_effort": 3.0, "frequency": 2.0, "damping_ratio": 2.0}
+    scene.add_joint("hinge", "revolute", "frame", "arm", anchor=(0, 0), limits=(-0.001, 2), **servo)
+    scene.add_joint("elbow", "revolute", "arm", "hand", anchor=(1, 0))
+    scene.add_joint("slide", "prismatic", "hand", "slider", axis=(1, 0), limits=(0, 0.3), **servo)
+    scene.add_joint("axle", "wheel", "frame", "wheel", axis=(0, 1), stiffness=1e6, limits=(-1, 1), motor_effort=1.0)
+    scene.add_joint("spin", "revolute", "frame", "wheel")
+    scene.add_joint("gear", "gear", joint_a="hinge", joint_b="spin", ratio=2.0)
+    scene.add_joint("rod", "distance", "wheel", "ball")
+    scene.add_joint("cord", "distance", "ball", "frame", limits=(0, 3.0), stiffness=5.0)
+    scene.add_joint("glue", "weld", "ball", "skid", damping=3.0)
+    scene.add_constraint("edge", ["skid"], [0, 1, 0], frame="body", update=lambda world: {"error": -1e-3, "upper": 0.0})
+    scene.add_actuator("push", "axle", mode="torque")
+    scene.add_actuator("turn", "hinge", mode="velocity")
+    scene.add_actuator("hold", "slide", mode="position")
+    world = World(scene)
+    world.control[:] = (0.5, 1.0, 0.1)
+    world.step(2)
+    assert np.isfinite(world.position).all()
+    assert world.joint_coordinate("gear")[0] == pytest.approx(0.0, abs=1e-6)
+    assert world.joint_reaction("axle")[0, 2] == pytest.approx(0.5, rel=1e-6)
+    assert world.diagnostics().joint_error[0] < 1e-5

@@ -237,3 +237,35 @@ def test_a_body_does_not_sleep_at_its_apex() -> None:
     world.set_velocity("ball", (0, G / 2))
     world.step(60)
     assert world.position[0, 6, 1] == pytest.approx(0.5, abs=1e-9)  # up and down again in a second
+
+
+def crowd(sleepers: int) -> Scene:
+    """A tower on a plate that creeps, and sleepers around it, by index and by place."""
+    scene = Scene()
+    scene.add_body("floor", kind="static", shapes=[Box(half_extents=(100, 0.5))], position=(0, -0.5))
+    for k in range(sleepers // 2):
+        scene.add_body(f"left_{k}", shapes=[Box(half_extents=(0.5, 0.5))], position=(-3 - 2 * (k // 3), 0.5 + k % 3))
+    plate = Box(half_extents=(1.2, 0.2))
+    scene.add_body("plate", kind="kinematic", shapes=[plate], position=(0, 0.3), linear_velocity=(0.001, 0))
+    for k in range(4):
+        scene.add_body(f"box_{k}", shapes=[Box(half_extents=(0.5, 0.5))], position=(0.01 * k, 1.0 + k))
+    for k in range(sleepers // 2):
+        scene.add_body(f"right_{k}", shapes=[Box(half_extents=(0.5, 0.5))], position=(3 + 2 * (k // 3), 0.5 + k % 3))
+    return scene
+
+
+def test_sleepers_change_nothing_for_those_awake() -> None:
+    worlds = World(crowd(0)), World(crowd(240))  # few shapes and many: both ways of finding pairs
+    moves = []
+    for world in worlds:
+        names = world.model.body_names
+        tower = [names.index(f"box_{k}") for k in range(4)]
+        world.step(120)
+        assert world.asleep[0].sum() == len(names) - 6
+        before = world.contacts().point.copy()
+        world.apply_force("box_3", (0.5, 0.0))
+        world.step(30)
+        assert world.diagnostics().awake[0] == 4
+        assert len(world.contacts()) == len(before)
+        moves.append((world.position[0, tower], world.linear_velocity[0, tower]))
+    np.testing.assert_array_equal(moves[0], moves[1])

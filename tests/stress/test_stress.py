@@ -14,7 +14,9 @@ import numpy as np
 import pytest
 
 from gsenv.solver import Box, Capsule, Circle, HalfPlane, Options, Polygon, Scene, World
-from tests.stress.generator import LIMIT, Array, EnergyMeter, problems, random_case, random_polygon, run_case
+from tests.stress.cases import Array, random_polygon
+from tests.stress.generator import random_case
+from tests.stress.measure import LIMIT, EnergyMeter, problems, run_case
 
 G = 9.81
 CASES = 2000

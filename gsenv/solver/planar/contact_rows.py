@@ -5,14 +5,14 @@ from __future__ import annotations
 from typing import Any
 
 from ..jit import njit
-from ..rows import BOUNDED, FRICTION, set_effective_mass
+from ..rows import BOUNDED, FRICTION, GROUNDED, HELD_APART, UNHELD
 
 _INFINITY = float("inf")
 
 
 @njit
 def set_point_row(
-    row: Any, bodies: Any, body_parameters: Any, body_a: Any, body_b: Any, px: Any, py: Any, ux: Any, uy: Any
+    row: Any, bodies: Any, body_a: Any, body_b: Any, px: Any, py: Any, ux: Any, uy: Any
 ) -> None:
     """J v = (velocity of b's point - velocity of a's point) . u, both points at (px, py)."""
     row.body_a = body_a
@@ -27,27 +27,30 @@ def set_point_row(
     row.jacobian_b[0] = ux
     row.jacobian_b[1] = uy
     row.jacobian_b[2] = jb
-    set_response(row, body_parameters)
 
 
 @njit
-def set_response(row: Any, body_parameters: Any) -> None:
-    """M^-1 J^T of a planar row."""
+def set_effective_mass(row: Any, body_parameters: Any) -> None:
+    """From jacobian, softness and the masses of the bodies."""
     a = body_parameters[row.body_a]
     b = body_parameters[row.body_b]
-    row.response_a[0] = a.inv_mass * row.jacobian_a[0]
-    row.response_a[1] = a.inv_mass * row.jacobian_a[1]
-    row.response_a[2] = a.inv_inertia * row.jacobian_a[2]
-    row.response_b[0] = b.inv_mass * row.jacobian_b[0]
-    row.response_b[1] = b.inv_mass * row.jacobian_b[1]
-    row.response_b[2] = b.inv_inertia * row.jacobian_b[2]
+    d = row.softness
+    for i in range(len(row.jacobian_a)):
+        inverse_a = a.inv_mass if i < 2 else a.inv_inertia
+        inverse_b = b.inv_mass if i < 2 else b.inv_inertia
+        d += row.jacobian_a[i] * (inverse_a * row.jacobian_a[i]) + row.jacobian_b[i] * (inverse_b * row.jacobian_b[i])
+    row.diagonal = d
+    row.effective_mass = 1.0 / d if d > 0.0 else 0.0
 
 
 @njit
 def add_contact_rows(
-    rows: Any, row: Any, contacts: Any, indices: Any, bodies: Any, body_parameters: Any, warm_start: Any
+    rows: Any, row: Any, contacts: Any, indices: Any, bodies: Any, body_parameters: Any, scale: Any
 ) -> Any:
-    """One or two rows a contact from ``rows[row]`` on; they keep their Jacobians for the step."""
+    """One or two rows a contact from ``rows[row]`` on; they keep their Jacobians for the step.
+
+    ``scale``: what the stored impulses are multiplied with, 0 for a cold start.
+    """
     for k in range(len(indices)):
         contact = contacts[indices[k]]
         a = contact.body_a
@@ -58,23 +61,25 @@ def add_contact_rows(
         ny = contact.normal[1]
         span = 2 if contact.friction > 0.0 else 1
         normal = rows[row]
-        set_point_row(normal, bodies, body_parameters, a, b, px, py, nx, ny)
+        set_point_row(normal, bodies, a, b, px, py, nx, ny)
         normal.kind = BOUNDED
+        normal.hold = HELD_APART
         normal.lower = 0.0
         normal.upper = _INFINITY
+        normal.flight = GROUNDED
         normal.span = span
         if span == 2:
             tangent = rows[row + 1]
-            set_point_row(tangent, bodies, body_parameters, a, b, px, py, -ny, nx)
+            set_point_row(tangent, bodies, a, b, px, py, -ny, nx)
             tangent.kind = FRICTION
+            tangent.hold = UNHELD
             tangent.friction = contact.friction
         for r in range(span):
             rows[row + r].source = indices[k]
             rows[row + r].bias = 0.0
             rows[row + r].softness = 0.0
-            rows[row + r].flying = 0
-            rows[row + r].impulse = contact.impulse[r] if warm_start else 0.0
-            set_effective_mass(rows[row + r])
+            rows[row + r].impulse = scale * contact.impulse[r]
+            set_effective_mass(rows[row + r], body_parameters)
         contact.total_impulse[0] = 0.0
         contact.total_impulse[1] = 0.0
         row += span
@@ -105,10 +110,10 @@ def refresh_contact_rows(rows: Any, first: Any, end: Any, contacts: Any, motions
     r = first
     while r < end:
         row = rows[r]
-        r += row.span
+        r += int(row.span)
         error = contacts[row.source].separation + moved(row, motions)
         row.error = error
-        if row.flying:
+        if row.flight != GROUNDED:
             row.bias = max(error - 0.5 * h * h * row.flight, 0.0) / h
             row.error = max(error, 0.0)  # a bounce inside the substep starts from below
         else:
@@ -117,15 +122,22 @@ def refresh_contact_rows(rows: Any, first: Any, end: Any, contacts: Any, motions
 
 
 @njit
-def store_contact_impulses(rows: Any, first: Any, end: Any, contacts: Any) -> None:
-    """Impulses of a substep: the warm start of the next, and added to the sum of the step."""
+def store_contacts(
+    rows: Any, first: Any, end: Any, contacts: Any, motions: Any, scale: Any, last: Any
+) -> None:
+    """Impulses of a substep: ``scale`` times them start the next step; the sum of the step grows.
+
+    After the ``last`` one separations become those at the end of the step.
+    """
     r = first
     while r < end:
-        span = rows[r].span
+        span = int(rows[r].span)
         contact = contacts[rows[r].source]
         for i in range(span):
-            contact.impulse[i] = rows[r + i].impulse
+            contact.impulse[i] = scale * rows[r + i].impulse
             contact.total_impulse[i] += rows[r + i].impulse
+        if last:
+            contact.separation += moved(rows[r], motions)
         r += span
 
 
@@ -137,16 +149,8 @@ def forget_impulses(rows: Any, first: Any, end: Any, contacts: Any) -> None:
     """
     r = first
     while r < end:
-        for i in range(rows[r].span):
+        span = int(rows[r].span)
+        for i in range(span):
             contacts[rows[r].source].impulse[i] = 0.0
             rows[r + i].impulse = 0.0
-        r += rows[r].span
-
-
-@njit
-def store_separations(rows: Any, first: Any, end: Any, contacts: Any, motions: Any) -> None:
-    """Separations as they are at the end of the step."""
-    r = first
-    while r < end:
-        contacts[rows[r].source].separation += moved(rows[r], motions)
-        r += rows[r].span
+        r += span

@@ -76,8 +76,10 @@ def polygon_box(shape_model: Any, vertices: Any, pose: Pose) -> tuple[float, flo
 
 
 @njit
-def reach_of(body: Any, kind: int, parameter: Any, gravity: Array, timestep: float) -> float:
+def reach_of(body: Any, kind: int, parameter: Any, pull: float, timestep: float) -> float:
     """How far beyond its linear motion a body's surface can come within the step, in m.
+
+    `pull` = |gravity|, m/s^2.
 
     Spin moves a support plane at most w sqrt(radius^2 - extent^2); gravity and force add
     timestep^2 a, so that a small body at rest above the floor does not fall into it in one step.
@@ -88,10 +90,8 @@ def reach_of(body: Any, kind: int, parameter: Any, gravity: Array, timestep: flo
     reach = timestep * abs(body.velocity[2]) * np.sqrt(max(spare, 0.0))
     reach = min(reach, 2.0 * parameter.radius)
     if kind == DYNAMIC:
-        pull = np.sqrt(gravity[0] * gravity[0] + gravity[1] * gravity[1])
         push = np.sqrt(body.force[0] * body.force[0] + body.force[1] * body.force[1])
-        pull *= abs(parameter.gravity_scale)
-        reach += timestep * timestep * (pull + push * parameter.inv_mass)
+        reach += timestep * timestep * (pull * abs(parameter.gravity_scale) + push * parameter.inv_mass)
     return reach
 
 
@@ -112,6 +112,7 @@ def update_geometry(
     `bodies`, `body_models`, `body_parameters` (body,); `shape_models`, `shape_parameters`
     (shape,); `vertices` (vertex,) or None; `gravity` (2,) m/s^2; `timestep` s.
     """
+    pull = np.sqrt(gravity[0] * gravity[0] + gravity[1] * gravity[1])
     for k in range(len(shape_models)):
         shape_model = shape_models[k]
         parameter = shape_parameters[k]
@@ -133,10 +134,12 @@ def update_geometry(
         entry.position[1] = pose.y
         entry.rotation[0] = pose.cos
         entry.rotation[1] = pose.sin
-        entry.reach = reach_of(body, kind, body_parameter, gravity, timestep)
+        entry.reach = reach_of(body, kind, body_parameter, pull, timestep)
         margin = entry.reach
+        entry.extent = np.inf
         if kind == DYNAMIC:
-            margin += BASE_MARGIN * min(body_parameter.extent, parameter.extent)
+            entry.extent = min(body_parameter.extent, parameter.extent)
+            margin += BASE_MARGIN * entry.extent
         x0, y0, x1, y1 = bounding_box(shape_model, parameter, vertices, pose)
         dx = timestep * body.velocity[0] if kind != STATIC else 0.0
         dy = timestep * body.velocity[1] if kind != STATIC else 0.0

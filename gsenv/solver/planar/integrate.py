@@ -4,14 +4,19 @@ from __future__ import annotations
 
 from typing import Any
 
+from ..islands import ASLEEP
 from ..jit import njit
 from .math import turn
 
 
 @njit
-def start_motion(bodies: Any, body_parameters: Any, gravity: Any, motions: Any) -> None:
-    """Scratch of the step: accelerations, starting poses, no displacement yet."""
+def start_motion(
+    bodies: Any, body_parameters: Any, gravity: Any, islands: Any, motions: Any, movers: Any
+) -> None:
+    """Scratch of the step: accelerations, starting poses, no displacement yet; of all but sleepers."""
     for i in range(len(bodies)):
+        if islands[i].label == ASLEEP:
+            continue
         body = bodies[i]
         parameters = body_parameters[i]
         motion = motions[i]
@@ -19,6 +24,10 @@ def start_motion(bodies: Any, body_parameters: Any, gravity: Any, motions: Any) 
             for e in range(3):
                 motion.mass_matrix[d, e] = 0.0
             motion.mass_matrix[d, d] = parameters.mass if d < 2 else parameters.inertia
+            motion.inverse[d] = parameters.inv_mass if d < 2 else parameters.inv_inertia
+            movers[i].inverse[d] = motion.inverse[d]
+            movers[i].velocity[d] = body.velocity[d]
+            movers[i].start[d] = body.velocity[d]
         motion.acceleration[0] = 0.0
         motion.acceleration[1] = 0.0
         motion.acceleration[2] = body.force[2] * parameters.inv_inertia
@@ -32,6 +41,7 @@ def start_motion(bodies: Any, body_parameters: Any, gravity: Any, motions: Any) 
         motion.start_rotation[1] = body.rotation[1]
         motion.start_angle = body.angle
         for d in range(3):
+            motion.path[d] = motion.acceleration[d]
             motion.displacement[d] = 0.0
             motion.shift[d] = 0.0
             motion.correction[d] = 0.0
@@ -40,8 +50,37 @@ def start_motion(bodies: Any, body_parameters: Any, gravity: Any, motions: Any) 
 
 
 @njit
-def integrate_velocities(indices: Any, bodies: Any, body_parameters: Any, motions: Any, h: Any) -> None:
-    """v += h a, then damping, implicit: v / (1 + h c)."""
+def hold_disabled(bodies: Any, body_parameters: Any, motions: Any) -> None:
+    """A disabled body stands still for its joints; its velocity is put aside."""
+    for i in range(len(bodies)):
+        if body_parameters[i].enabled == 0:
+            for d in range(3):
+                motions[i].held_velocity[d] = bodies[i].velocity[d]
+                bodies[i].velocity[d] = 0.0
+
+
+@njit
+def release_disabled(bodies: Any, body_parameters: Any, motions: Any) -> None:
+    """Velocities that were put aside are back: enabled again, a body goes on with its own."""
+    for i in range(len(bodies)):
+        if body_parameters[i].enabled == 0:
+            for d in range(3):
+                bodies[i].velocity[d] = motions[i].held_velocity[d]
+
+
+@njit
+def keep_velocities(indices: Any, bodies: Any, motions: Any) -> None:
+    """The start velocities of the substep are those of now."""
+    for k in range(len(indices)):
+        for d in range(3):
+            motions[indices[k]].start_velocity[d] = bodies[indices[k]].velocity[d]
+
+
+@njit
+def integrate_velocities(
+    indices: Any, bodies: Any, body_parameters: Any, motions: Any, movers: Any, h: Any
+) -> None:
+    """v += h a, then damping, implicit: v / (1 + h c); movers start from there."""
     for k in range(len(indices)):
         body = bodies[indices[k]]
         motion = motions[indices[k]]
@@ -56,6 +95,16 @@ def integrate_velocities(indices: Any, bodies: Any, body_parameters: Any, motion
         for d in range(3):
             motion.free_velocity[d] = body.velocity[d]
             motion.correction[d] = 0.0
+            movers[indices[k]].velocity[d] = body.velocity[d]
+            movers[indices[k]].start[d] = body.velocity[d]
+
+
+@njit
+def take_velocities(indices: Any, bodies: Any, movers: Any) -> None:
+    """Velocities of the bodies are those of the movers."""
+    for k in range(len(indices)):
+        for d in range(3):
+            bodies[indices[k]].velocity[d] = movers[indices[k]].velocity[d]
 
 
 @njit

@@ -8,20 +8,19 @@ from ..jit import njit
 
 
 @njit
-def wake_count(bodies: Any, body_models: Any, body_parameters: Any) -> Any:
-    """Bodies that may move in this step: awake dynamic ones and moving kinematic ones."""
-    count = 0
+def any_awake(bodies: Any, body_models: Any, body_parameters: Any) -> Any:
+    """Whether a body may move in this step: an awake dynamic or a moving kinematic one."""
     for i in range(len(bodies)):
         if body_parameters[i].enabled == 0:
             continue
         if body_models[i].kind == 2:
             if bodies[i].asleep == 0:
-                count += 1
+                return True
         elif body_models[i].kind == 1:
             v = bodies[i].velocity
             if v[0] != 0.0 or v[1] != 0.0 or v[2] != 0.0:
-                count += 1
-    return count
+                return True
+    return False
 
 
 @njit

@@ -5,18 +5,16 @@ from __future__ import annotations
 from typing import Any
 
 from ..broadphase import find_pairs
-from ..contact_cache import match_contacts, merge_sleeping
-from ..diagnostics import start_counters
-from ..islands import AWAKE, build_islands
+from ..contact_cache import update_contacts
+from ..islands import AWAKE, build_islands, start_counters
 from ..jit import njit
 from ..optional import at
 from .geometry import update_geometry
-from .integrate import any_kinematic, clear_forces, move_kinematic, start_motion
+from .integrate import any_kinematic, clear_forces, hold_disabled, move_kinematic, release_disabled, start_motion
 from .island_step import step_island
-from .joints import start_joints
-from .joints.target import drive_targets
+from .joints import drive_joints, start_joints
 from .narrowphase import find_contacts
-from .sleep import update_sleep, wake_count
+from .sleep import any_awake, update_sleep
 from .sweep_fast import keep_start, sweep_fast_bodies
 
 OK = 0
@@ -45,11 +43,14 @@ def step_world(
     joint_states: Any,
     control: Any,
     bouncy: Any,
+    soft: Any,
+    newton: Any,
     geometry: Any,
     pairs: Any,
     found: Any,
-    merged: Any,
+    displaced: Any,
     motions: Any,
+    movers: Any,
     islands: Any,
     island_bodies: Any,
     island_contacts: Any,
@@ -57,24 +58,27 @@ def step_world(
     rows: Any,
     broadphase: Any,
     fast_start: Any,
-    envelope: Any,
+    factor: Any,
     edges: Any,
     blocks: Any,
+    tree: Any,
+    tree_blocks: Any,
 ) -> Any:
     """One step of world ``w``. The arrays are as in step_worlds."""
     dt = options.timestep
     gravity = world_parameters[w].gravity
     state = world_states[w]
     if joint_models is not None:
-        drive_targets(
+        drive_joints(
             actuators,
             control[w],
+            joint_models,
             at(joint_parameters, w),
             at(joint_states, w),
             bodies[w],
             body_parameters[w],
         )
-    if wake_count(bodies[w], body_models, body_parameters[w]) == 0:
+    if not any_awake(bodies[w], body_models, body_parameters[w]):
         start_counters(state)
         clear_forces(bodies[w])
         state.step += 1
@@ -110,17 +114,16 @@ def step_world(
     )
     if found_count > len(found):
         return MORE_CONTACTS, found_count
-    contact_count = merge_sleeping(contacts[w], state.contact_count, found, found_count, geometry, merged)
-    if contact_count > len(merged):
+    places = island_contacts[len(island_contacts) // 2 :]
+    contact_count = update_contacts(
+        contacts[w], state.contact_count, found, found_count, geometry, displaced, places
+    )
+    if contact_count > len(contacts[w]):
         return MORE_CONTACTS, contact_count
-    match_contacts(contacts[w], state.contact_count, merged, contact_count)
-    for k in range(contact_count):
-        contacts[w, k] = merged[k]
 
     start_counters(state)
     state.pair_count = pair_count
     state.contact_count = contact_count
-    start_motion(bodies[w], body_parameters[w], gravity, motions)
     if fast_start is not None:
         keep_start(bodies[w], fast_start)
     island_count = build_islands(
@@ -129,14 +132,18 @@ def step_world(
         body_parameters[w],
         contacts[w],
         contact_count,
+        places,
+        found_count,
         joint_models,
         at(joint_parameters, w),
-        motions,
         islands,
         island_bodies,
         island_contacts,
         island_joints,
     )
+    if joint_models is not None:
+        hold_disabled(bodies[w], body_parameters[w], motions)
+    start_motion(bodies[w], body_parameters[w], gravity, islands, motions, movers)
     if joint_models is not None:
         start_joints(at(joint_states, w), at(joint_parameters, w))
     kinematic = any_kinematic(bodies[w], body_models, body_parameters[w])
@@ -161,15 +168,20 @@ def step_world(
             contacts[w],
             at(joint_states, w),
             motions,
+            movers,
             rows,
             body_list,
             island_contacts[island.contact_first : island.contact_first + island.contact_count],
             island_joints[island.joint_first : island.joint_first + island.joint_count],
-            envelope,
+            factor,
             edges,
             blocks,
+            tree,
+            tree_blocks,
             pull,
             bouncy,
+            soft,
+            newton,
             island.awake,
             kinematic,
         )
@@ -199,6 +211,8 @@ def step_world(
             motions,
             dt,
         )
+    if joint_models is not None:
+        release_disabled(bodies[w], body_parameters[w], motions)
     clear_forces(bodies[w])
     state.step += 1
     return OK, 0
@@ -227,11 +241,14 @@ def step_worlds(
     joint_states: Any,
     control: Any,
     bouncy: Any,
+    soft: Any,
+    newton: Any,
     geometry: Any,
     pairs: Any,
     found: Any,
-    merged: Any,
+    displaced: Any,
     motions: Any,
+    movers: Any,
     islands: Any,
     island_bodies: Any,
     island_contacts: Any,
@@ -239,9 +256,11 @@ def step_worlds(
     rows: Any,
     broadphase: Any,
     fast_start: Any,
-    envelope: Any,
+    factor: Any,
     edges: Any,
     blocks: Any,
+    tree: Any,
+    tree_blocks: Any,
 ) -> Any:
     """Step worlds first..last-1 until each has taken ``until[w]`` steps.
 
@@ -272,11 +291,14 @@ def step_worlds(
                 joint_states,
                 control,
                 bouncy,
+                soft,
+                newton,
                 geometry,
                 pairs,
                 found,
-                merged,
+                displaced,
                 motions,
+                movers,
                 islands,
                 island_bodies,
                 island_contacts,
@@ -284,9 +306,11 @@ def step_worlds(
                 rows,
                 broadphase,
                 fast_start,
-                envelope,
+                factor,
                 edges,
                 blocks,
+                tree,
+                tree_blocks,
             )
             if status != OK:
                 return status, needed

@@ -10,47 +10,54 @@ from __future__ import annotations
 from typing import Any
 
 from ..jit import njit
-from ..rows import apply_impulse
 from .pgs import sweep
 
 
 @njit
-def _extrapolate(rows: Any, count: Any, bodies: Any, beta: Any) -> None:
-    """impulse += beta * direction, direction = beta * direction + change of the last sweep."""
-    for r in range(count):
-        row = rows[r]
-        d = beta * row.direction
-        row.direction = d + row.impulse - row.previous
-        if d != 0.0:
-            row.impulse += d
-            apply_impulse(row, bodies[row.body_a], bodies[row.body_b], d)
+def _push(movers: Any, bodies_of: Any, beta: Any, keep: Any) -> Any:
+    """Conjugate step of the velocities; that of the rows is left to the next sweep, which reads them anyway.
+
+    velocity += beta * direction, direction = beta * direction + (change of the last sweep if keep).
+    """
+    for k in range(len(bodies_of)):
+        mover = movers[bodies_of[k]]
+        for i in range(len(mover.velocity)):
+            d = beta * mover.direction[i] if beta > 0.0 else 0.0
+            mover.direction[i] = d + mover.velocity[i] - mover.start[i] if keep else d
+            mover.velocity[i] += d
+            mover.start[i] = mover.velocity[i]
+    return beta, keep
 
 
 @njit
-def solve_nncg(rows: Any, count: Any, bodies: Any, max_sweeps: Any, tolerance: Any, scale: Any) -> Any:
+def solve_nncg(
+    rows: Any,
+    count: Any,
+    bodies: Any,
+    max_sweeps: Any,
+    tolerance: Any,
+    scale: Any,
+    bodies_of: Any,
+    trees: Any,
+    tree: Any,
+    tree_blocks: Any,
+) -> Any:
     """Accelerated sweeps until the residual is below ``tolerance``. Returns (sweeps, residual).
 
     Ends after a plain sweep always, so the impulses returned are within their bounds.
     """
     change = 0.0
     last = 0.0
-    for r in range(count):
-        rows[r].direction = 0.0
-        rows[r].previous = rows[r].impulse
+    goal = tolerance * tolerance * scale
     for k in range(max_sweeps):
-        if k > 0:
-            for r in range(count):
-                rows[r].previous = rows[r].impulse
-        change = sweep(rows, count, bodies)
-        if change <= tolerance * tolerance * scale:
+        beta = 0.0
+        keep = k == 1
+        if k > 1 and change <= last:  # else a restart: the next direction is the last change alone
+            beta = change / last
+            keep = True
+        last = change
+        push = _push(bodies, bodies_of, beta, keep)
+        change = sweep(rows, count, bodies, trees, tree, tree_blocks, 0.01 * goal, push)
+        if change <= goal:
             return k + 1, (change / scale) ** 0.5
-        if k == max_sweeps - 1:
-            break
-        now = change
-        if k == 0 or now > last:
-            for r in range(count):  # restart: the next direction is the last change alone
-                rows[r].direction = 0.0 if k > 0 else rows[r].impulse - rows[r].previous
-        else:
-            _extrapolate(rows, count, bodies, now / last)
-        last = now
     return max_sweeps, (change / scale) ** 0.5

@@ -19,13 +19,15 @@ from __future__ import annotations
 from typing import Any
 
 from ..jit import njit
-from ..rows import FRICTION, apply_impulse
-from .envelope import (
-    add_row,
+from ..rows import EQUATION, FRICTION, apply_impulse
+from .cholesky import (
+    add_force,
+    add_stiffness,
+    change_of,
     factorise,
-    forget_envelope,
+    forget_factor,
     load_masses,
-    plan_envelope,
+    plan_factor,
     substitute,
 )
 from .nncg import solve_nncg
@@ -54,7 +56,7 @@ def _is_active(rows: Any, r: Any) -> Any:
         return False
     if row.kind == FRICTION:
         return abs(row.impulse) < row.friction * rows[r - 1].impulse
-    return row.lower < row.impulse < row.upper
+    return row.lower < row.impulse < row.upper or row.kind == EQUATION
 
 
 @njit
@@ -97,12 +99,13 @@ def subspace_step(
     bodies: Any,
     bodies_of: Any,
     motions: Any,
-    envelope: Any,
+    n: Any,
+    factor: Any,
     blocks: Any,
     pressed: Any,
 ) -> Any:
     """One direct step on the active rows; True if it was taken. Bounds hold before and after."""
-    load_masses(bodies_of, envelope, blocks, motions)
+    load_masses(n, factor, blocks, motions)
     for r in range(count):
         row = rows[r]
         row.previous = row.impulse
@@ -110,10 +113,11 @@ def subspace_step(
         if _is_active(rows, r):
             s = EPSILON * (row.diagonal - row.softness) + row.softness
             row.direction = _row_velocity(row, bodies)
-            add_row(row, envelope, blocks, 1.0 / s, -row.direction / s)
-    if not factorise(len(bodies_of), envelope, blocks):
+            add_stiffness(row, factor, blocks, 1.0 / s)
+            add_force(row, factor, -row.direction / s)
+    if not factorise(n, factor, blocks):
         return False
-    substitute(len(bodies_of), envelope, blocks)
+    substitute(n, factor, blocks)
     violation = 0.0
     left = 0.0
     for r in range(count):
@@ -121,7 +125,7 @@ def subspace_step(
         if _is_active(rows, r):
             w = row.direction
             hold = EPSILON * (row.diagonal - row.softness)
-            row.direction = -(w + _change(row, envelope)) / (hold + row.softness)
+            row.direction = -(w + change_of(row, factor)) / (hold + row.softness)
             violation += w * w / row.diagonal
             left += (hold * row.direction) ** 2 / row.diagonal
     if pressed and left > CONTRADICTION * violation:
@@ -138,21 +142,6 @@ def subspace_step(
 
 
 @njit
-def _change(row: Any, envelope: Any) -> Any:
-    """J x of a row."""
-    s = 0.0
-    p = envelope[row.body_a].place
-    q = envelope[row.body_b].place
-    if p >= 0 and row.body_a != row.body_b:
-        for i in range(len(row.jacobian_a)):
-            s += row.jacobian_a[i] * envelope[p].x[i]
-    if q >= 0:
-        for i in range(len(row.jacobian_b)):
-            s += row.jacobian_b[i] * envelope[q].x[i]
-    return s
-
-
-@njit
 def solve_subspace(
     rows: Any,
     count: Any,
@@ -162,27 +151,33 @@ def solve_subspace(
     scale: Any,
     bodies_of: Any,
     motions: Any,
-    envelope: Any,
+    factor: Any,
     edges: Any,
     blocks: Any,
     pressed: Any,
+    trees: Any,
+    tree: Any,
+    tree_blocks: Any,
 ) -> Any:
     """Accelerated sweeps with a subspace step after every few. Returns (sweeps, residual).
 
     A warm start that passes costs one sweep and no factor; an island too entangled for the
-    envelope is solved by sweeps alone.
+    factor is solved by sweeps alone.
     """
-    used, residual = solve_nncg(rows, count, bodies, min(FIRST_SWEEPS, max_sweeps), tolerance, scale)
+    first = min(FIRST_SWEEPS, max_sweeps)
+    used, residual = solve_nncg(rows, count, bodies, first, tolerance, scale, bodies_of, trees, tree, tree_blocks)
     if residual <= tolerance or used >= max_sweeps:
         return used, residual
-    fits = plan_envelope(rows, count, bodies_of, envelope, edges, blocks)
+    n = plan_factor(rows, count, False, bodies_of, factor, edges, blocks)
+    fits = n > 0
     while fits and residual > tolerance and used < max_sweeps:
-        fits = subspace_step(rows, count, bodies, bodies_of, motions, envelope, blocks, pressed)
+        fits = subspace_step(rows, count, bodies, bodies_of, motions, n, factor, blocks, pressed)
         sweeps = min(SWEEPS_BETWEEN, max_sweeps - used)
-        more, residual = solve_nncg(rows, count, bodies, sweeps, tolerance, scale)
+        more, residual = solve_nncg(rows, count, bodies, sweeps, tolerance, scale, bodies_of, trees, tree, tree_blocks)
         used += more
-    forget_envelope(bodies_of, envelope)
+    forget_factor(bodies_of, factor)
     if residual > tolerance and used < max_sweeps:
-        more, residual = solve_nncg(rows, count, bodies, max_sweeps - used, tolerance, scale)
+        rest = max_sweeps - used
+        more, residual = solve_nncg(rows, count, bodies, rest, tolerance, scale, bodies_of, trees, tree, tree_blocks)
         used += more
     return used, residual

@@ -34,7 +34,7 @@ from tests.solver.planar.collision import (
 REST = np.zeros(2)
 CONVEX = (ShapeKind.CIRCLE, ShapeKind.BOX, ShapeKind.CAPSULE, ShapeKind.POLYGON)
 KIND_PAIRS = [(a, b) for a in CONVEX for b in CONVEX if a <= b]
-ONE_PAIR = np.array([(0, 1)], PAIR_DTYPE)
+ONE_PAIR = np.array([(0, 1, 0, 0)], PAIR_DTYPE)
 
 
 def test_every_pair_is_handled_or_excluded_by_name() -> None:

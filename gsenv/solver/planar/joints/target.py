@@ -8,7 +8,11 @@ from __future__ import annotations
 from typing import Any
 
 from ...jit import njit
-from .point import finish_row, set_direction, soften
+from ...model import ActuatorMode
+from .build import bound_row, finish_row, set_direction, soften
+from .point import arm
+
+_VELOCITY = int(ActuatorMode.VELOCITY)
 
 
 @njit
@@ -23,57 +27,47 @@ def move_targets(indices: Any, joint_models: Any, joint_states: Any, h: Any) -> 
 
 
 @njit
-def set_target_rows(
-    rows: Any, row: Any, parameters: Any, state: Any, bodies: Any, body_parameters: Any, h: Any
-) -> None:
-    b = bodies[rows[row].body_b]
-    center = body_parameters[rows[row].body_b].center
-    lx = parameters.anchor_b[0] - center[0]
-    ly = parameters.anchor_b[1] - center[1]
-    bx = b.rotation[0] * lx - b.rotation[1] * ly
-    by = b.rotation[1] * lx + b.rotation[0] * ly
+def add_target_rows(
+    rows: Any, row: Any, parameters: Any, state: Any, bodies: Any, body_parameters: Any, motions: Any, h: Any
+) -> Any:
+    """Slots: 0, 1 the anchor, 2 the angle."""
+    j = rows[row].body_b
+    b = bodies[j]
+    bx, by = arm(b, body_parameters[j], parameters.anchor_b)
     set_direction(rows[row], 1.0, 0.0, 0.0, -by)
     set_direction(rows[row + 1], 0.0, 1.0, 0.0, bx)
     set_direction(rows[row + 2], 0.0, 0.0, 0.0, 1.0)
-    rows[row].error = b.position[0] + bx - state.target_position[0]
-    rows[row + 1].error = b.position[1] + by - state.target_position[1]
-    rows[row + 2].error = b.angle - state.target_angle
     for r in range(3):
-        target = rows[row + r]
+        made = rows[row + r]
         for d in range(3):
-            target.jacobian_a[d] = 0.0
-        error = target.error
-        finish_row(target, body_parameters)
-        target.error = error
-        soften(target, parameters.frequency, parameters.damping_ratio, h)
-        target.bias -= state.target_velocity[r]
-        bound = h * (parameters.max_force if r < 2 else parameters.max_torque)
-        target.lower = -bound
-        target.upper = bound
+            made.jacobian_a[d] = 0.0
+        if r == 0:
+            error = b.position[0] + bx - state.target_position[0]
+        elif r == 1:
+            error = b.position[1] + by - state.target_position[1]
+        else:
+            error = b.angle - state.target_angle
+        finish_row(made, r, error, body_parameters)
+        soften(made, parameters, state.target_velocity[r], body_parameters, motions, h)
+        bound_row(made, h * (parameters.max_force if r < 2 else parameters.max_torque))
+    return row + 3
 
 
 @njit
-def drive_targets(
-    actuators: Any, control: Any, joint_parameters: Any, joint_states: Any, bodies: Any, body_parameters: Any
-) -> None:
-    """Actuators set the targets' velocities or positions from ``control``, clipped to their range.
+def drive_target(actuator: Any, value: Any, state: Any, parameters: Any, bodies: Any, body_parameters: Any) -> None:
+    """An actuator sets the target's velocity or position.
 
     A target driven by velocity waits for a body that can't follow: it stays within the reach at
     which its spring is at the force bound, so nothing winds up.
     """
-    for k in range(len(actuators)):
-        actuator = actuators[k]
-        state = joint_states[actuator.joint]
-        axis = actuator.axis
-        value = min(max(control[k], actuator.lower), actuator.upper)
-        if actuator.position == 1:
-            if axis < 2:
-                state.target_position[axis] = value
-            else:
-                state.target_angle = value
-            continue
+    axis = actuator.axis
+    if actuator.mode == _VELOCITY:
         state.target_velocity[axis] = value
-        _keep_near(actuator, state, joint_parameters[actuator.joint], bodies, body_parameters)
+        _keep_near(actuator, state, parameters, bodies, body_parameters)
+    elif axis < 2:
+        state.target_position[axis] = value
+    else:
+        state.target_angle = value
 
 
 @njit
@@ -86,11 +80,7 @@ def _keep_near(actuator: Any, state: Any, parameters: Any, bodies: Any, body_par
         reach = parameters.max_torque / max(mass.inertia * omega * omega, 1e-300)
         state.target_angle = min(max(state.target_angle, b.angle - reach), b.angle + reach)
         return
-    lx = parameters.anchor_b[0] - mass.center[0]
-    ly = parameters.anchor_b[1] - mass.center[1]
-    if axis == 0:
-        here = b.position[0] + b.rotation[0] * lx - b.rotation[1] * ly
-    else:
-        here = b.position[1] + b.rotation[1] * lx + b.rotation[0] * ly
+    bx, by = arm(b, mass, parameters.anchor_b)
+    here = b.position[0] + bx if axis == 0 else b.position[1] + by
     reach = parameters.max_force / max(mass.mass * omega * omega, 1e-300)
     state.target_position[axis] = min(max(state.target_position[axis], here - reach), here + reach)

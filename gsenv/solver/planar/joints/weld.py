@@ -5,24 +5,38 @@ from __future__ import annotations
 from typing import Any
 
 from ...jit import njit
-from ..math import atan2
-from .point import set_angle_row, set_point_rows, soften
+from .angle import relative_angle, set_angle_row
+from .build import finish_row, has_spring, soften
+from .point import frame_ahead, set_frame_direction, set_point_rows
 
 
 @njit
-def relative_angle(a: Any, b: Any, reference: Any) -> Any:
-    """Rotation of record b in a, less ``reference`` (cos, sin), in (-pi, pi]."""
-    c = a.rotation[0] * b.rotation[0] + a.rotation[1] * b.rotation[1]
-    s = a.rotation[0] * b.rotation[1] - a.rotation[1] * b.rotation[0]
-    return atan2(s * reference[0] - c * reference[1], c * reference[0] + s * reference[1])
-
-
-@njit
-def set_weld_rows(rows: Any, row: Any, parameters: Any, bodies: Any, body_parameters: Any, h: Any) -> None:
-    set_point_rows(rows, row, parameters, bodies, body_parameters, h)
+def add_weld_rows(
+    rows: Any, row: Any, parameters: Any, bodies: Any, body_parameters: Any, motions: Any, h: Any
+) -> Any:
+    """Slots: 0, 1 the anchors, 2 the angle."""
     angle = rows[row + 2]
     error = relative_angle(bodies[angle.body_a], bodies[angle.body_b], parameters.reference)
-    set_angle_row(angle, error, body_parameters)
-    if parameters.frequency > 0.0:
+    set_angle_row(angle, 2, error, body_parameters)
+    if has_spring(parameters):
+        _set_stretch_rows(rows, row, parameters, bodies, body_parameters, motions, h)
         for r in range(3):
-            soften(rows[row + r], parameters.frequency, parameters.damping_ratio, h)
+            soften(rows[row + r], parameters, 0.0, body_parameters, motions, h)
+    else:
+        set_point_rows(rows, row, parameters, bodies, body_parameters, motions, h)
+    return row + 3
+
+
+@njit
+def _set_stretch_rows(
+    rows: Any, row: Any, parameters: Any, bodies: Any, body_parameters: Any, motions: Any, h: Any
+) -> None:
+    """As ``set_point_rows`` for anchors that may be apart: both forces act at b's, or they would make a torque."""
+    i = rows[row].body_a
+    j = rows[row].body_b
+    _, _, _, _, dx, dy = frame_ahead(bodies, body_parameters, motions, i, j, parameters, 0.0)
+    middle = frame_ahead(bodies, body_parameters, motions, i, j, parameters, 0.5 * h)
+    set_frame_direction(rows[row], middle, 1.0, 0.0)
+    set_frame_direction(rows[row + 1], middle, 0.0, 1.0)
+    finish_row(rows[row], 0, dx, body_parameters)
+    finish_row(rows[row + 1], 1, dy, body_parameters)

@@ -73,7 +73,7 @@ def chain_near(shape_model: Any, vertices: Any, mover: Mover) -> Chain:
     first = int64(shape_model.vertex_first)
     count = int64(shape_model.vertex_count)
     leaves = leaf_count(count)
-    reach = mover.size + mover.radius + mover.margin + mover.extent
+    reach = 2.0 * mover.size + mover.radius + mover.margin + mover.extent
     x = mover.middle_x
     y = mover.middle_y
     start, stop = leaf_span(vertices, first, leaves, x - reach, y - reach, x + reach, y + reach)

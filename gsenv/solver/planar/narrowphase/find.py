@@ -52,8 +52,9 @@ def find_contacts(
         b = int64(pairs[p].shape_b)
         routine = PAIR_TABLE[shape_models[a].kind, shape_models[b].kind]
         extent, margin = pair_scale(
-            bodies, body_parameters, shape_models, shape_parameters, geometry, a, b, timestep
-        )
+            geometry[a], geometry[b], bodies[shape_models[a].body], bodies[shape_models[b].body],
+            shape_models[a].sensor | shape_models[b].sensor, timestep,
+        )  # fmt: skip
         if routine == CHAINS:
             if vertices is not None:
                 start = count
@@ -62,7 +63,10 @@ def find_contacts(
                     vertices, geometry, a, b, gravity, timestep, margin, contacts, count,
                 )  # fmt: skip
                 for k in range(start, min(count, len(contacts))):
-                    label_contact(contacts[k], shape_models, shape_parameters, a, b, extent)
+                    label_contact(
+                        contacts[k], shape_models[a], shape_models[b], shape_parameters[a], shape_parameters[b],
+                        a, b, extent,
+                    )  # fmt: skip
             continue
         pose_a = pose_in(geometry[a])
         pose_b = pose_in(geometry[b])
@@ -71,10 +75,14 @@ def find_contacts(
             continue
         to_come = m.separation > BASE_MARGIN * extent or (m.points == 0 and m.separation > 0.0)
         if to_come and routine != PLANES:
-            m = predict(
+            ahead = predict(
                 bodies, body_models, body_parameters, shape_models, shape_parameters, vertices,
                 a, b, pose_a, pose_b, m, gravity, timestep, margin, TOUCHING * extent,
             )  # fmt: skip
+            jointed = body_models[shape_models[a].body].jointed | body_models[shape_models[b].body].jointed
+            if ahead.points > 0 or jointed == 0:  # where joints bend paths, free flight may miss
+                m = ahead
+        lift = 0.5 if to_come and routine == PLANES else 0.0  # onto the body, whose lever arm friction has
         for k in range(m.points):
             if count < len(contacts):
                 contact = contacts[count]
@@ -83,8 +91,13 @@ def find_contacts(
                 contact.point[0] = m.x1 if k else m.x0
                 contact.point[1] = m.y1 if k else m.y0
                 contact.separation = m.separation1 if k else m.separation0
+                contact.point[0] += lift * contact.separation * m.normal_x
+                contact.point[1] += lift * contact.separation * m.normal_y
                 contact.feature = m.feature1 if k else m.feature0
-                label_contact(contact, shape_models, shape_parameters, a, b, extent)
+                label_contact(
+                    contact, shape_models[a], shape_models[b], shape_parameters[a], shape_parameters[b],
+                    a, b, extent,
+                )  # fmt: skip
             count += 1
     return count
 
@@ -96,47 +109,35 @@ def pose_in(entry: Any) -> Pose:
 
 @inline_njit
 def pair_scale(
-    bodies: Array,
-    body_parameters: Array,
-    shape_models: Array,
-    shape_parameters: Array,
-    geometry: Array,
-    a: int,
-    b: int,
-    timestep: float,
+    one: Any, other: Any, body_a: Any, body_b: Any, sensor: int, timestep: float
 ) -> tuple[float, float]:
-    """(extent, margin) of a pair in m.
+    """(extent, margin) of a pair in m, from the entries of its geometry and its bodies' states.
 
     The smaller extent of its dynamic bodies; and the distance within which the two may touch in
     this step.  Sensors see only what is there now.
     """
-    body_a = shape_models[a].body
-    body_b = shape_models[b].body
-    extent = np.inf
-    if geometry[a].dynamic != 0:
-        extent = min(body_parameters[body_a].extent, shape_parameters[a].extent)
-    if geometry[b].dynamic != 0:
-        extent = min(extent, body_parameters[body_b].extent, shape_parameters[b].extent)
-    if (shape_models[a].sensor | shape_models[b].sensor) != 0:
+    extent = min(one.extent, other.extent)
+    if sensor != 0:
         return extent, 0.0
-    dx = bodies[body_b].velocity[0] - bodies[body_a].velocity[0]
-    dy = bodies[body_b].velocity[1] - bodies[body_a].velocity[1]
+    dx = body_b.velocity[0] - body_a.velocity[0]
+    dy = body_b.velocity[1] - body_a.velocity[1]
     margin = BASE_MARGIN * extent + timestep * np.sqrt(dx * dx + dy * dy)
-    return extent, margin + geometry[a].reach + geometry[b].reach
+    return extent, margin + one.reach + other.reach
 
 
 @inline_njit
 def label_contact(
-    contact: Any, shape_models: Array, shape_parameters: Array, a: int, b: int, extent: float
+    contact: Any, model_a: Any, model_b: Any, one: Any, other: Any, a: int, b: int, extent: float
 ) -> None:
-    """What all points of a pair share: who, material, length scale; no impulse yet."""
-    one = shape_parameters[a]
-    other = shape_parameters[b]
+    """What all points of a pair share: who, material, length scale; no impulse yet.
+
+    `one`, `other` are the parameters of shapes a and b.
+    """
     contact.shape_a = a
     contact.shape_b = b
-    contact.body_a = shape_models[a].body
-    contact.body_b = shape_models[b].body
-    contact.sensor = shape_models[a].sensor | shape_models[b].sensor
+    contact.body_a = model_a.body
+    contact.body_b = model_b.body
+    contact.sensor = model_a.sensor | model_b.sensor
     contact.friction = np.sqrt(one.friction * other.friction)
     contact.restitution = max(one.restitution, other.restitution)
     contact.extent = extent

@@ -1,0 +1,206 @@
+"""Gears: ratios held under load, on fixed, driven and free frames; racks; refusals."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gsenv.solver import Box, Circle, Options, Scene, World
+from tests.solver.planar.joints.rigs import AWAKE, FIDELITIES, FINE, angular_momentum, energy
+
+every_fidelity = pytest.mark.parametrize("options", FIDELITIES.values(), ids=FIDELITIES)
+RATIOS = (-2.0, -1.0, 0.5, 1.0, 3.0)
+
+
+def gearbox(ratio: float, frame: str = "static", options: Options = AWAKE, spin: float = 0.0, **motor: Any) -> World:
+    """Wheels "p" and "q" on pins of a frame, 1.2 m apart, geared: q_p + ratio q_q = const."""
+    scene = Scene(gravity=(0, 0))
+    mass: dict[str, Any] = {"mass": 2.0} if frame == "dynamic" else {}
+    turning: dict[str, Any] = {} if frame == "static" else {"angular_velocity": spin}
+    scene.add_body("frame", frame, [Box(half_extents=(1, 0.1))], **mass, **turning)
+    for name, radius, x in (("p", 0.4, -0.6), ("q", 0.2, 0.6)):
+        body: dict[str, Any] = {"position": (x, 0), "linear_velocity": (0, spin * x), "angular_velocity": spin}
+        scene.add_body(name, shapes=[Circle(radius=radius)], **body)
+    scene.add_joint("axle_p", "revolute", "frame", "p", **motor)
+    scene.add_joint("axle_q", "revolute", "frame", "q")
+    scene.add_joint("gear", "gear", joint_a="axle_p", joint_b="axle_q", ratio=ratio)
+    return World(scene, options=options)
+
+
+@every_fidelity
+@pytest.mark.parametrize("ratio", RATIOS)
+def test_loaded_gear_holds_its_ratio(ratio: float, options: Options) -> None:
+    # torques 1 N m on p and 0.3 N m on q; w_p = -ratio w_q: (I_p + I_q / ratio^2) w_p' = 1 - 0.3 / ratio
+    world = gearbox(ratio, options=options)
+    inertia = world.parameters.inertia[0]
+    acceleration = (1.0 - 0.3 / ratio) / (inertia[1] + inertia[2] / ratio**2)
+    for k in range(1, 121):
+        world.apply_force("p", (0, 0), torque=1.0)
+        world.apply_force("q", (0, 0), torque=0.3)
+        world.step()
+        assert world.joint_rate("axle_p")[0] == pytest.approx(acceleration * k / 60.0, rel=1e-5)
+        assert world.joint_coordinate("gear")[0] == pytest.approx(0, abs=1e-6)
+        assert world.joint_rate("gear")[0] == pytest.approx(0, abs=1e-4 * abs(world.joint_rate("axle_p")[0]))
+    assert world.joint_coordinate("axle_p")[0] == pytest.approx(0.5 * acceleration * 4.0, rel=1e-4)
+
+
+@pytest.mark.parametrize("ratio", RATIOS)
+def test_motor_in_a_free_frame_makes_no_momentum(ratio: float) -> None:
+    world = gearbox(ratio, "dynamic", motor_speed=20.0, motor_effort=1.0)
+    size = 0.0
+    for _ in range(120):
+        world.step()
+        size = max(size, abs(world.parameters.inertia[0] * world.angular_velocity[0]).max())
+        assert abs(angular_momentum(world)) < 1e-5 * size
+        assert abs(world.diagnostics().momentum).max() < 1e-9
+        assert world.joint_coordinate("gear")[0] == pytest.approx(0, abs=1e-6)
+    # in the frame w_p = 20, w_q = -20 / ratio; the frame turns back so that all of it stays 0
+    assert world.joint_rate("axle_p")[0] == pytest.approx(20, rel=1e-6)
+    assert world.joint_rate("axle_q")[0] == pytest.approx(-20 / ratio, rel=1e-5)
+    inertia, mass = world.parameters.inertia[0], world.parameters.mass[0]
+    offset = 0.6 * (mass[2] - mass[1]) / mass.sum()  # of the common centre
+    whole = inertia.sum() + mass[0] * offset**2 + mass[1] * (0.6 + offset) ** 2 + mass[2] * (0.6 - offset) ** 2
+    turned = -(inertia[1] * 20 - inertia[2] * 20 / ratio) / whole
+    assert world.angular_velocity[0, 0] == pytest.approx(turned, rel=1e-4)
+
+
+@pytest.mark.parametrize("ratio", [-2.0, 0.5, 3.0])
+def test_free_gearbox_that_spins_keeps_energy_and_momentum(ratio: float) -> None:
+    world = gearbox(ratio, "dynamic", spin=3.0)
+    world.set_velocity("p", angular=3.0 + 6.0)
+    world.set_velocity("q", angular=3.0 - 6.0 / ratio)
+    spin, start = angular_momentum(world), energy(world)
+    for _ in range(180):
+        world.step()
+        assert angular_momentum(world) == pytest.approx(spin, rel=1e-5)
+        assert energy(world) == pytest.approx(start, rel=1e-4)
+        assert world.joint_coordinate("gear")[0] == pytest.approx(0, abs=5e-5)
+    assert world.joint_rate("axle_p")[0] == pytest.approx(6, rel=1e-4)
+
+
+@pytest.mark.parametrize("ratio", [-2.0, 1.0])
+def test_gear_on_a_frame_that_is_turned(ratio: float) -> None:
+    # a carrier at 1 rad/s takes both wheels along; a torque turns them in it by the ratio
+    world = gearbox(ratio, "kinematic", spin=1.0)
+    world.step(60)
+    np.testing.assert_allclose(world.angular_velocity[0], 1.0, rtol=1e-4)
+    inertia = world.parameters.inertia[0]
+    acceleration = 0.5 / (inertia[1] + inertia[2] / ratio**2)
+    for _ in range(60):
+        world.apply_force("p", (0, 0), torque=0.5)
+        world.step()
+    assert world.joint_rate("axle_p")[0] == pytest.approx(acceleration, rel=1e-3)
+    assert world.joint_rate("axle_q")[0] == pytest.approx(-acceleration / ratio, rel=1e-3)
+    assert world.joint_coordinate("gear")[0] == pytest.approx(0, abs=1e-5)
+
+
+@every_fidelity
+@pytest.mark.parametrize("first", ["rack", "pinion"])
+def test_rack_and_pinion(first: str, options: Options) -> None:
+    # x = 0.3 a: torque 2 N m against 5 N on the rack
+    scene = Scene(gravity=(0, 0))
+    scene.add_body("frame", "static")
+    scene.add_body("wheel", shapes=[Circle(radius=0.3)], mass=1, inertia=0.5, position=(2, 0.3))
+    scene.add_body("bar", shapes=[Box(half_extents=(1, 0.1))], mass=2, position=(2, -0.1), angle=0.3)
+    scene.add_joint("pinion", "revolute", "frame", "wheel")
+    scene.add_joint("rack", "prismatic", "frame", "bar", axis=(0.8, 0.6))
+    if first == "rack":
+        scene.add_joint("gear", "gear", joint_a="rack", joint_b="pinion", ratio=-0.3)
+    else:
+        scene.add_joint("gear", "gear", joint_a="pinion", joint_b="rack", ratio=-1 / 0.3)
+    world = World(scene, options=options)
+    acceleration = (2.0 - 5.0 * 0.3) / (0.5 + 2.0 * 0.3**2)
+    for k in range(1, 121):
+        world.apply_force("wheel", (0, 0), torque=2.0)
+        world.apply_force("bar", (-4.0, -3.0))
+        world.step()
+        assert world.joint_rate("pinion")[0] == pytest.approx(acceleration * k / 60, rel=1e-5)
+        assert world.joint_coordinate("rack")[0] == pytest.approx(0.3 * world.joint_coordinate("pinion")[0], abs=1e-6)
+    push = world.joint_reaction("rack")[0, :2] @ (0.8, 0.6)
+    assert push == pytest.approx(0, abs=1e-3)  # along the axis the gear pushes, not the guide
+
+
+def test_planetary_train_runs_round() -> None:
+    # carrier, sun held still, planet: rolling once round the sun, the planet turns 1 + r_s / r_p times
+    scene = Scene(gravity=(0, 0))
+    scene.add_body("base", "static")
+    scene.add_body("carrier", shapes=[Box(half_extents=(0.5, 0.05))], position=(0.25, 0))
+    scene.add_body("sun", shapes=[Circle(radius=0.3)])
+    scene.add_body("planet", shapes=[Circle(radius=0.2)], position=(0.5, 0))
+    scene.add_joint("main", "revolute", "base", "carrier", anchor=(0, 0), motor_speed=2.0, motor_effort=50.0)
+    scene.add_joint("sun_axle", "revolute", "carrier", "sun")
+    scene.add_joint("planet_axle", "revolute", "carrier", "planet")
+    scene.add_joint("mesh", "gear", joint_a="sun_axle", joint_b="planet_axle", ratio=0.2 / 0.3)
+    scene.add_joint("brake", "revolute", "base", "sun", motor_effort=1e3)
+    world = World(scene, options=FINE)
+    world.step(240)
+    assert world.joint_rate("main")[0] == pytest.approx(2, rel=1e-4)
+    assert world.angular_velocity[0, 2] == pytest.approx(0, abs=1e-4)
+    assert world.angular_velocity[0, 3] == pytest.approx(2 * (1 + 0.3 / 0.2), rel=1e-3)
+    assert world.joint_coordinate("mesh")[0] == pytest.approx(0, abs=1e-5)
+
+
+def test_gear_from_where_it_was_authored() -> None:
+    # the sum of coordinates that it keeps is that of the authored pose, also with axes apart
+    scene = Scene(gravity=(0, 0))
+    scene.add_body("frame", "static")
+    for name, y in (("low", 0.0), ("high", 2.0)):
+        scene.add_body(name, shapes=[Box(half_extents=(0.2, 0.2))], position=(1, y), angle=0.4)
+        scene.add_joint(f"slide_{name}", "prismatic", "frame", name, anchor_a=(0.25, y), anchor_b=(0, 0), axis=(1, 0))
+    scene.add_joint("gear", "gear", joint_a="slide_low", joint_b="slide_high", ratio=2.0)
+    world = World(scene, options=AWAKE)
+    world.step(30)
+    np.testing.assert_allclose(world.position[0, 1:, 0], 1.0, atol=1e-12)
+    world.set_velocity("low", (1.0, 0))
+    world.step(60)
+    moved = world.position[0, 1:, 0] - 1.0
+    assert moved[0] == pytest.approx(-2.0 * moved[1], rel=1e-6)
+    assert moved[0] > 0.1
+
+
+def bench() -> Scene:
+    scene = Scene()
+    scene.add_body("base", "static")
+    for name, x in (("arm", 0.0), ("p", 1.0), ("q", 2.0), ("r", 2.0)):
+        scene.add_body(name, shapes=[Circle(radius=0.2)], position=(x, 0))
+    scene.add_joint("shoulder", "revolute", "base", "arm")
+    scene.add_joint("p_on_arm", "revolute", "arm", "p")
+    scene.add_joint("q_on_base", "revolute", "base", "q")
+    scene.add_joint("q_on_arm", "revolute", "arm", "q")
+    scene.add_joint("r_on_arm", "revolute", "arm", "r")
+    scene.add_joint("glue", "weld", "arm", "r")
+    return scene
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"joint_a": "p_on_arm"}, "joint_b is missing"),
+        ({"joint_a": "p_on_arm", "joint_b": "p_on_arm"}, "couples two different joints, got 'p_on_arm' twice"),
+        ({"joint_a": "p_on_arm", "joint_b": "glue"}, "'glue' is a weld"),
+        ({"joint_a": "q_on_base", "joint_b": "q_on_arm"}, "move the same body"),
+        ({"joint_a": "p_on_arm", "joint_b": "q_on_base"}, "'p_on_arm' is on 'arm'"),
+        ({"joint_a": "p_on_arm", "joint_b": "q_on_arm", "ratio": 0.0}, "ratio must not be 0"),
+        ({"joint_a": "p_on_arm", "joint_b": "q_on_arm", "ratio": np.nan}, "ratio must be finite"),
+        ({"joint_a": "q_on_arm", "joint_b": "r_on_arm", "ratio": 2.0}, "whose pins are at one point"),
+        ({"joint_a": "p_on_arm", "joint_b": "elbow"}, "joint 'elbow' is unknown"),
+        ({"joint_a": "p_on_arm", "joint_b": "q_on_arm", "body_a": "arm"}, "has no body_a"),
+    ],
+)
+def test_refusals(given: dict[str, Any], message: str) -> None:
+    scene = bench()
+    with pytest.raises(ValueError, match=f"joint 'gear'.*{message}"):
+        scene.add_joint("gear", "gear", **given)
+    assert "gear" not in scene.joints
+
+
+def test_coaxial_wheels_geared_one_to_one() -> None:
+    scene = bench()
+    scene.add_joint("clutch", "gear", joint_a="q_on_arm", joint_b="r_on_arm", ratio=-1.0)
+    world = World(scene)
+    world.step(3)
+    assert np.isfinite(world.linear_velocity).all()
+    assert np.isfinite(world.angular_velocity).all()
+    assert world.diagnostics().joint_error[0] < 1e-6
