@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from gsenv.render.camera import Camera
 from gsenv.render.draw_list import DrawList
-from gsenv.render.projection import CAPSULE, HALF_PLANE, LOOK, SCREEN_ITEM, TERRAIN, project
+from gsenv.render.projection import CAPSULE, HALF_PLANE, LOOK, POLYLINE, SCREEN_ITEM, TERRAIN, project
 from gsenv.render.scanline import (
     BAND,
     BLUE,
@@ -27,8 +27,11 @@ from gsenv.render.scanline import (
     apply_shadow,
     blend_ground,
     blend_shape,
+    clip_span,
+    fill_line,
     find_capsule_distance,
     find_polygon_distance,
+    find_polyline_distance,
     find_terrain_distance,
     store_line,
 )
@@ -38,11 +41,8 @@ from gsenv.solver.jit import inline_njit, njit
 
 FloatArray = NDArray[np.float32]
 
-
-@inline_njit
-def clip_span(low: Any, high: Any, limit: int) -> tuple[int, int]:
-    """Pixels first..last-1 whose middles may lie within one px of [low, high]."""
-    return max(int(low - ONE), 0), min(int(high + ONE) + 1, limit)
+BAND_ROWS = 16  # rows for which items are looked up at a time
+LINE_SOFTNESS = np.float32(4.0)  # of a polyline's shadow, at most, in radii: lines hang low over the ground
 
 
 @inline_njit
@@ -56,59 +56,24 @@ def paint_ground(
     segments: FloatArray,
     segment_first: NDArray[np.int64],
 ) -> None:
-    distance, xs = lines[DISTANCE], lines[PIXEL_X]
+    first, last = np.uint64(0), np.uint64(lines.shape[1])
     if item.kind == TERRAIN:
-        own = segments[segment_first[item.terrain] : segment_first[item.terrain + 1]]
+        surface = row % surfaces.shape[1]
         reach = item.outline + TWO
-        surface = surfaces[item.terrain, row % surfaces.shape[1]]
-        find_terrain_distance(distance, xs, y, surface, own, reach)
+        find_terrain_distance(
+            lines, y, surfaces, item.terrain, surface, segments, segment_first, reach
+        )
     else:
-        find_polygon_distance(distance, xs, y, edges, item.edge_first, item.edge_count)
-        if min(distance[0], distance[distance.shape[0] - 1]) > HALF:
+        find_polygon_distance(lines, first, last, y, edges, item.edge_first, item.edge_count)
+        if min(lines[DISTANCE, 0], lines[DISTANCE, lines.shape[1] - 1]) > HALF:
             return
-    blend_ground(lines[RED], lines[GREEN], lines[BLUE], distance, lines[BAND], item)
-
-
-@inline_njit
-def paint_shape(item: Any, lines: FloatArray, y: Any, edges: FloatArray) -> None:
-    first, last = clip_span(item.left, item.right, lines.shape[1])
-    if last <= first:
-        return
-    distance = lines[DISTANCE, first:last]
-    xs = lines[PIXEL_X, first:last]
-    if item.kind == CAPSULE:
-        find_capsule_distance(distance, xs, y, ZERO, item)
-    else:
-        find_polygon_distance(distance, xs, y, edges, item.edge_first, item.edge_count)
-    shade = item.shade_top + item.shade_slope * (y - item.top)
-    red, green, blue = lines[RED, first:last], lines[GREEN, first:last], lines[BLUE, first:last]
-    blend_shape(red, green, blue, distance, item, shade)
-
-
-@inline_njit
-def cast_shadow(item: Any, lines: FloatArray, y: Any, edges: FloatArray, look: Any) -> None:
-    """Add the item's shadow to the row's; `y` is already in the frame of the caster."""
-    softness = look.softness
-    reach = HALF * softness
-    shift = look.shadow_x
-    width = lines.shape[1]
-    first, last = clip_span(item.left + shift - reach, item.right + shift + reach, width)
-    if last <= first:
-        return
-    shadow = lines[SHADOW, first:last]
-    distance = lines[DISTANCE, first:last]
-    xs = lines[PIXEL_X, first:last]
-    if item.kind == CAPSULE:
-        find_capsule_distance(distance, xs, y, shift, item)
-        add_distance_shadow(shadow, distance, softness)
-    else:
-        first_edge, count = item.edge_first, item.edge_count
-        add_polygon_shadow(shadow, distance, xs, y, shift, softness, edges, first_edge, count)
+    blend_ground(lines, first, last, item)
 
 
 @inline_njit
 def paint_shadows(
     screen: NDArray[np.void],
+    active: NDArray[np.int64],
     count: int,
     lines: FloatArray,
     y: Any,
@@ -116,28 +81,58 @@ def paint_shadows(
     look: Any,
 ) -> None:
     """One union of all shadows, so that overlapping ones do not add up to black."""
-    source_y = y - look.shadow_y
-    shift, reach = look.shadow_x, HALF * look.softness
+    y -= look.shadow_y  # now in the frame of the casters
+    shift, softness = look.shadow_x, look.softness
+    reach = HALF * softness
+    width = lines.shape[1]
     low, high = FAR, -FAR
     for k in range(count):
-        item = screen[k]
-        if item.casts_shadow and item.top - reach < source_y < item.bottom + reach:
+        item = screen[active[k]]
+        if item.casts_shadow and item.top - reach < y < item.bottom + reach:
             low, high = min(low, item.left), max(high, item.right)
-    begin, end = clip_span(low + shift - reach, high + shift + reach, lines.shape[1])
-    if end <= begin:
-        return
-    lines[SHADOW, begin:end] = ZERO
+    begin, end = clip_span(low + shift - reach, high + shift + reach, width)
+    fill_line(lines, SHADOW, begin, end, ZERO)
+    for k in range(count):
+        item = screen[active[k]]
+        if item.casts_shadow and item.top - reach < y < item.bottom + reach:
+            edge, edge_count = item.edge_first, item.edge_count
+            first, last = clip_span(item.left + shift - reach, item.right + shift + reach, width)
+            if item.kind == POLYLINE:
+                blur = min(softness, LINE_SOFTNESS * item.radius)
+                first, last = find_polyline_distance(lines, y, shift, edges, item, HALF * blur)
+                add_distance_shadow(lines, first, last, blur)
+            elif item.kind == CAPSULE:
+                find_capsule_distance(lines, first, last, y, shift, item)
+                add_distance_shadow(lines, first, last, softness)
+            else:
+                add_polygon_shadow(
+                    lines, first, last, y, shift, softness, edges, edge, edge_count
+                )
+    apply_shadow(lines, begin, end, look.shadow_alpha)
+
+
+@inline_njit
+def find_active(
+    screen: NDArray[np.void], count: int, row: int, look: Any, active: NDArray[np.int64]
+) -> int:
+    """Fill `active` with the items that may show in the BAND_ROWS rows from `row` on, in order."""
+    low = np.float32(row) - ONE
+    high = np.float32(row + BAND_ROWS) + ONE
+    found = 0
     for k in range(count):
         item = screen[k]
-        if item.casts_shadow and item.top - reach < source_y < item.bottom + reach:
-            cast_shadow(item, lines, source_y, edges, look)
-    red, green, blue = lines[RED, begin:end], lines[GREEN, begin:end], lines[BLUE, begin:end]
-    apply_shadow(red, green, blue, lines[SHADOW, begin:end], look.shadow_alpha)
+        bottom = item.bottom
+        if item.casts_shadow:
+            bottom += look.shadow_y + look.softness
+        if item.top - look.softness < high and bottom > low:
+            active[found] = k
+            found += 1
+    return found
 
 
 @njit
 def paint(
-    image: NDArray[np.uint8],
+    pixels: NDArray[np.uint8],
     screen: NDArray[np.void],
     count: int,
     edges: FloatArray,
@@ -148,23 +143,37 @@ def paint(
     sky: FloatArray,
     dither: FloatArray,
     look: NDArray[np.void],
+    active: NDArray[np.int64],
 ) -> None:
     """Sky, grounds, shadows, shapes: one row after the other, back to front."""
-    for i in range(image.shape[0]):
+    style = look[0]
+    first, last = np.uint64(0), np.uint64(lines.shape[1])
+    near = 0
+    for i in range(sky.shape[0]):
+        if i % BAND_ROWS == 0:
+            near = find_active(screen, count, i, style, active)
         y = np.float32(i) + HALF
-        lines[RED, :] = sky[i, 0]
-        lines[GREEN, :] = sky[i, 1]
-        lines[BLUE, :] = sky[i, 2]
-        for k in range(count):
-            item = screen[k]
+        fill_line(lines, RED, first, last, sky[i, 0])
+        fill_line(lines, GREEN, first, last, sky[i, 1])
+        fill_line(lines, BLUE, first, last, sky[i, 2])
+        for k in range(near):
+            item = screen[active[k]]
             if item.kind >= HALF_PLANE and item.top - ONE < y < item.bottom + ONE:
                 paint_ground(item, lines, i, y, edges, surfaces, segments, segment_first)
-        paint_shadows(screen, count, lines, y, edges, look[0])
-        for k in range(count):
-            item = screen[k]
+        paint_shadows(screen, active, near, lines, y, edges, style)
+        for k in range(near):
+            item = screen[active[k]]
             if item.kind < HALF_PLANE and item.top - ONE < y < item.bottom + ONE:
-                paint_shape(item, lines, y, edges)
-        store_line(image[i], lines[RED], lines[GREEN], lines[BLUE], dither[i & 7])
+                begin, end = clip_span(item.left, item.right, lines.shape[1])
+                if item.kind == POLYLINE:
+                    begin, end = find_polyline_distance(lines, y, ZERO, edges, item, ONE)
+                elif item.kind == CAPSULE:
+                    find_capsule_distance(lines, begin, end, y, ZERO, item)
+                else:
+                    edge, edge_count = item.edge_first, item.edge_count
+                    find_polygon_distance(lines, begin, end, y, edges, edge, edge_count)
+                blend_shape(lines, begin, end, item, y)
+        store_line(lines, i, dither, pixels)
 
 
 def make_dither(width: int) -> FloatArray:
@@ -213,6 +222,7 @@ class Canvas:
         self._lines = np.zeros((LINE_COUNT, width), np.float32)
         self._lines[PIXEL_X] = np.arange(width) + 0.5
         self._screen = np.zeros(0, SCREEN_ITEM)
+        self._active = np.zeros(0, np.int64)
         self._edges = np.zeros((0, 4), np.float32)
         self._camera: Camera | None = None
 
@@ -233,7 +243,7 @@ class Canvas:
         count = project(*draw_list, x, y, scale, width, height, look, terrain.tops, screen, edges)
         image = np.empty((height, width, 3), np.uint8)
         paint(
-            image,
+            image.reshape(-1),
             screen,
             count,
             edges,
@@ -244,6 +254,7 @@ class Canvas:
             self._sky,
             self._dither,
             look,
+            self._active,
         )
         return image
 
@@ -253,6 +264,7 @@ class Canvas:
         edge_count = 4 * len(items) + int(items["vertex_count"].sum())
         if len(self._screen) < len(items) + 1:
             self._screen = np.zeros(len(items) + 1, SCREEN_ITEM)
+            self._active = np.zeros(len(items) + 1, np.int64)
         if len(self._edges) < edge_count:
             self._edges = np.zeros((edge_count, 4), np.float32)
 

@@ -13,8 +13,9 @@ class DrawKind(IntEnum):
     BOX = 0
     CAPSULE = 1
     POLYGON = 2
-    HALF_PLANE = 3
-    TERRAIN = 4
+    POLYLINE = 3  # a line through its vertices, two or more; round at corners and ends
+    HALF_PLANE = 4
+    TERRAIN = 5
 
 
 class DrawFlag(IntFlag):
@@ -31,8 +32,12 @@ class Layer(IntEnum):
     """Painting order; then list order. Drop shadows fall on GROUND and sky only."""
 
     GROUND = 0
-    BODY = 1
-    OVERLAY = 2
+    LINK = 1  # joints behind the bodies
+    BODY = 2
+    STRUT = 3
+    WHEEL = 4
+    PIN = 5  # joints before the bodies
+    OVERLAY = 6
 
 
 SOLID = DrawFlag.OUTLINE | DrawFlag.SHADE | DrawFlag.SHADOW
@@ -42,12 +47,12 @@ DRAW_ITEM = np.dtype(
         ("kind", np.int32),  # DrawKind
         ("flags", np.int32),  # DrawFlag
         ("layer", np.int32),  # Layer
-        ("vertex_first", np.int32),  # POLYGON, TERRAIN: into the list's vertices
+        ("vertex_first", np.int32),  # POLYGON, POLYLINE, TERRAIN: into the list's vertices
         ("vertex_count", np.int32),
         ("position", np.float64, 2),  # m; HALF_PLANE: a point of the boundary
         ("rotation", np.float64, 2),  # cos and sin of the angle; HALF_PLANE: local y is outward
         ("size", np.float64, 2),  # m; BOX half extents; CAPSULE half length along local x in [0]
-        ("radius", np.float64),  # m; CAPSULE
+        ("radius", np.float64),  # m; CAPSULE, POLYLINE
         ("alpha", np.float32),  # 0 hides the item
         ("fill", np.float32, 3),  # RGB in 0..255; grounds: just below the edge
         ("line", np.float32, 3),  # outline; grounds: the edge band

@@ -14,13 +14,14 @@ FloatArray = NDArray[np.float32]
 BOX = int(DrawKind.BOX)
 CAPSULE = int(DrawKind.CAPSULE)
 POLYGON = int(DrawKind.POLYGON)
+POLYLINE = int(DrawKind.POLYLINE)
 HALF_PLANE = int(DrawKind.HALF_PLANE)
 TERRAIN = int(DrawKind.TERRAIN)
 OUTLINE = int(DrawFlag.OUTLINE)
 SHADE = int(DrawFlag.SHADE)
 SHADOW = int(DrawFlag.SHADOW)
 
-EDGE_COUNTS = (4, 0, 0, 1, 0)  # by kind; a polygon has its own
+EDGE_COUNTS = (4, 0, 0, 0, 1, 0)  # by kind; polygons and polylines have their own
 SHADE_TOP = np.float32(1.07)
 SHADE_STEP = np.float32(-0.17)  # from the top of a silhouette to its bottom
 OUTLINE_SHARE = np.float32(0.30)  # of the inradius at most, or small shapes were all outline
@@ -40,7 +41,7 @@ SCREEN_ITEM = np.dtype(
         ("ay", np.float32),
         ("bx", np.float32),
         ("by", np.float32),
-        ("radius", np.float32),
+        ("radius", np.float32),  # CAPSULE, POLYLINE
         ("outline", np.float32),  # px
         ("depth", np.float32),  # px over which a ground darkens
         ("shade_top", np.float32),  # factor of the fill colour at the top of the silhouette
@@ -106,7 +107,7 @@ def project_capsule(item: Any, x: float, y: float, scale: float, out: Any) -> An
 def find_corner(
     item: Any, vertices: NDArray[np.float64], k: Any, x: float, y: float, scale: float
 ) -> tuple[Any, Any]:
-    """Corner k of a box or polygon in px."""
+    """Corner k of a box, polygon or polyline in px."""
     if item.kind == BOX:
         u = item.size[0] if k == 1 or k == 2 else -item.size[0]
         v = item.size[1] if k >= 2 else -item.size[1]
@@ -151,6 +152,38 @@ def project_polygon(
         depth = store_edge(edges, row, ax, ay, bx, by, middle_x, middle_y)
         inradius = min(inradius, depth)
         ax, ay = bx, by
+    return inradius
+
+
+@njit
+def project_polyline(
+    item: Any,
+    vertices: NDArray[np.float64],
+    x: float,
+    y: float,
+    scale: float,
+    out: Any,
+    edges: FloatArray,
+) -> Any:
+    """Segments (ax, ay, bx, by); returns the inradius in px. Thin ones fade, like capsules."""
+    inradius = np.float32(item.radius * scale)
+    radius = max(inradius, HALF)
+    out.radius = radius
+    out.alpha *= inradius / radius
+    left, right, top, bottom = FAR, -FAR, FAR, -FAR
+    ax, ay = ZERO, ZERO
+    for k in range(np.int64(out.edge_count) + 1):
+        bx, by = find_corner(item, vertices, k, x, y, scale)
+        left, right = min(left, bx), max(right, bx)
+        top, bottom = min(top, by), max(bottom, by)
+        if k > 0:
+            row = np.int64(out.edge_first) + k - 1
+            edges[row, 0] = ax
+            edges[row, 1] = ay
+            edges[row, 2] = bx
+            edges[row, 3] = by
+        ax, ay = bx, by
+    set_bounds(out, left - radius, right + radius, top - radius, bottom + radius)
     return inradius
 
 
@@ -207,6 +240,8 @@ def start_item(item: Any, out: Any, row: Any) -> None:
     out.edge_count = EDGE_COUNTS[item.kind]
     if item.kind == POLYGON:
         out.edge_count = item.vertex_count
+    elif item.kind == POLYLINE:
+        out.edge_count = item.vertex_count - 1
     for channel in range(3):
         out.fill[channel] = item.fill[channel]
         out.line[channel] = item.line[channel]
@@ -276,6 +311,8 @@ def project(
         else:
             if item.kind == CAPSULE:
                 inradius = project_capsule(item, x, y, scale, out)
+            elif item.kind == POLYLINE:
+                inradius = project_polyline(item, vertices, x, y, scale, out, edges)
             else:
                 inradius = project_polygon(item, vertices, x, y, scale, out, edges)
             finish_shape(item, inradius, style, out)

@@ -2,7 +2,9 @@
 
 `lines` (7, width) float32 holds everything about the current row and stays in the first cache
 level, so a layer costs arithmetic and no memory traffic. Distances are in px, negative inside.
-All constants are float32, or numba would promote whole rows to float64.
+All constants are float32, or numba would promote whole rows to float64. Kernels get the whole of
+`lines` and the columns first..last-1 as unsigned integers: slices would be counted references, which
+took 40 % of a picture's time, and loops over signed columns do not vectorise.
 """
 
 from typing import Any
@@ -12,7 +14,7 @@ from numpy.typing import NDArray
 
 from gsenv.solver.jit import inline_njit
 
-FloatLine = NDArray[np.float32]
+FloatArray = NDArray[np.float32]
 
 # Rows of `lines`.
 RED, GREEN, BLUE, DISTANCE, SHADOW, PIXEL_X, BAND = range(7)
@@ -26,6 +28,7 @@ THREE = np.float32(3.0)
 FAR = np.float32(1e9)  # px
 TINY = np.float32(1e-12)
 WHITE = np.float32(255.0)
+THREE_BYTES = np.uint64(3)
 
 
 @inline_njit
@@ -34,24 +37,39 @@ def clamp01(x: Any) -> Any:
 
 
 @inline_njit
+def clip_span(low: Any, high: Any, width: int) -> tuple[Any, Any]:
+    """Columns first..last-1 whose middles may lie within one px of [low, high]."""
+    first: Any = min(max(np.int64(low - ONE), 0), width)
+    last: Any = max(min(np.int64(high + ONE) + 1, width), first)
+    return np.uint64(first), np.uint64(last)
+
+
+@inline_njit
+def fill_line(lines: FloatArray, line: int, first: Any, last: Any, value: Any) -> None:
+    for j in range(first, last):
+        lines[line, j] = value
+
+
+@inline_njit
 def find_polygon_distance(
-    distance: FloatLine, xs: FloatLine, y: Any, edges: FloatLine, first: int, count: int
+    lines: FloatArray, first: Any, last: Any, y: Any, edges: FloatArray, edge: int, count: int
 ) -> None:
     """Largest distance to the edge lines (nx, ny, offset): exact inside, mitred outside."""
-    distance[:] = -FAR
-    for k in range(first, first + count, 2):  # two edges at a time: half the memory traffic
-        other = k + 1 if k + 1 < first + count else k
+    fill_line(lines, DISTANCE, first, last, -FAR)
+    for k in range(edge, edge + count, 2):  # two edges at a time: half the memory traffic
+        other = k + 1 if k + 1 < edge + count else k
         slope_a, slope_b = edges[k, 0], edges[other, 0]
         offset_a = edges[k, 1] * y + edges[k, 2]
         offset_b = edges[other, 1] * y + edges[other, 2]
-        for j in range(distance.shape[0]):
-            nearer = max(slope_a * xs[j] + offset_a, slope_b * xs[j] + offset_b)
-            distance[j] = max(distance[j], nearer)
+        for j in range(first, last):
+            x = lines[PIXEL_X, j]
+            nearer = max(slope_a * x + offset_a, slope_b * x + offset_b)
+            lines[DISTANCE, j] = max(lines[DISTANCE, j], nearer)
 
 
 @inline_njit
 def find_capsule_distance(
-    distance: FloatLine, xs: FloatLine, y: Any, shift: Any, item: Any
+    lines: FloatArray, first: Any, last: Any, y: Any, shift: Any, item: Any
 ) -> None:
     """Distance to the segment a-b, moved to the right by `shift`, minus the radius."""
     ax = item.ax + shift
@@ -60,31 +78,72 @@ def find_capsule_distance(
     py = y - item.ay
     radius = item.radius
     inverse = ONE / max(dx * dx + dy * dy, TINY)
-    for j in range(distance.shape[0]):
-        px = xs[j] - ax
+    for j in range(first, last):
+        px = lines[PIXEL_X, j] - ax
         t = clamp01((px * dx + py * dy) * inverse)
         qx = px - t * dx
         qy = py - t * dy
-        distance[j] = np.sqrt(qx * qx + qy * qy) - radius
+        lines[DISTANCE, j] = np.sqrt(qx * qx + qy * qy) - radius
+
+
+@inline_njit
+def find_polyline_distance(
+    lines: FloatArray, y: Any, shift: Any, edges: FloatArray, item: Any, reach: Any
+) -> tuple[Any, Any]:
+    """Distance to the segments, moved to the right by `shift`, minus the radius.
+
+    Exact where it is below `reach`; returns the columns beyond which it is not.
+    """
+    begin = end = np.uint64(0)
+    reach += item.radius
+    for k in range(item.edge_first, item.edge_first + item.edge_count):
+        ax, ay, bx, by = edges[k, 0], edges[k, 1], edges[k, 2], edges[k, 3]
+        if y < min(ay, by) - reach or y > max(ay, by) + reach:
+            continue
+        ax += shift
+        dx = bx + shift - ax
+        dy = by - ay
+        py = y - ay
+        # The part of the segment whose height is within reach.
+        slope = ONE / dy if dy != ZERO else FAR
+        up, down = clamp01((py - reach) * slope), clamp01((py + reach) * slope)
+        near, far = ax + up * dx, ax + down * dx
+        first, last = clip_span(min(near, far) - reach, max(near, far) + reach, lines.shape[1])
+        if begin == end:
+            begin = end = first
+        fill_line(lines, DISTANCE, first, begin, FAR)
+        fill_line(lines, DISTANCE, end, last, FAR)
+        begin, end = min(begin, first), max(end, last)
+        inverse = ONE / max(dx * dx + dy * dy, TINY)
+        for j in range(first, last):
+            px = lines[PIXEL_X, j] - ax
+            t = clamp01((px * dx + py * dy) * inverse)
+            qx = px - t * dx
+            qy = py - t * dy
+            lines[DISTANCE, j] = min(lines[DISTANCE, j], qx * qx + qy * qy)
+    radius = item.radius
+    for j in range(begin, end):
+        lines[DISTANCE, j] = np.sqrt(lines[DISTANCE, j]) - radius
+    return begin, end
 
 
 @inline_njit
 def add_polygon_shadow(
-    shadow: FloatLine,
-    spare: FloatLine,
-    xs: FloatLine,
+    lines: FloatArray,
+    first: Any,
+    last: Any,
     y: Any,
     shift: Any,
     softness: Any,
-    edges: FloatLine,
-    first: int,
+    edges: FloatArray,
+    edge: int,
     count: int,
 ) -> None:
     """Blurred polygon as the product of its blurred half-planes: round corners, no mitres."""
-    spare[:] = ONE
+    fill_line(lines, DISTANCE, first, last, ONE)
     inverse = ONE / softness
-    for k in range(first, first + count, 2):  # two edges at a time: half the memory traffic
-        other = k + 1 if k + 1 < first + count else k
+    for k in range(edge, edge + count, 2):  # two edges at a time: half the memory traffic
+        other = k + 1 if k + 1 < edge + count else k
         slope_a = -edges[k, 0] * inverse
         slope_b = -edges[other, 0] * inverse
         offset_a = HALF - (edges[k, 1] * y + edges[k, 2] - edges[k, 0] * shift) * inverse
@@ -93,69 +152,56 @@ def add_polygon_shadow(
         )
         if other == k:
             slope_b, offset_b = ZERO, ONE
-        for j in range(spare.shape[0]):
-            a = clamp01(slope_a * xs[j] + offset_a)
-            b = clamp01(slope_b * xs[j] + offset_b)
+        for j in range(first, last):
+            x = lines[PIXEL_X, j]
+            a = clamp01(slope_a * x + offset_a)
+            b = clamp01(slope_b * x + offset_b)
             ab = a * b
-            spare[j] *= ab * ab * (THREE - TWO * a) * (THREE - TWO * b)
-    for j in range(spare.shape[0]):
-        shadow[j] += spare[j]
+            lines[DISTANCE, j] *= ab * ab * (THREE - TWO * a) * (THREE - TWO * b)
+    for j in range(first, last):
+        lines[SHADOW, j] += lines[DISTANCE, j]
 
 
 @inline_njit
-def add_distance_shadow(shadow: FloatLine, distance: FloatLine, softness: Any) -> None:
+def add_distance_shadow(lines: FloatArray, first: Any, last: Any, softness: Any) -> None:
     inverse = ONE / softness
-    for j in range(distance.shape[0]):
-        s = clamp01(HALF - distance[j] * inverse)
-        shadow[j] += s * s * (THREE - TWO * s)
+    for j in range(first, last):
+        s = clamp01(HALF - lines[DISTANCE, j] * inverse)
+        lines[SHADOW, j] += s * s * (THREE - TWO * s)
 
 
 @inline_njit
-def apply_shadow(
-    red: FloatLine, green: FloatLine, blue: FloatLine, shadow: FloatLine, alpha: Any
-) -> None:
+def apply_shadow(lines: FloatArray, first: Any, last: Any, alpha: Any) -> None:
     """Darken by the clamped sum: exact for shapes that touch, so a wall has no light seams."""
-    for j in range(shadow.shape[0]):
-        light = ONE - alpha * min(shadow[j], ONE)
-        red[j] *= light
-        green[j] *= light
-        blue[j] *= light
+    for j in range(first, last):
+        light = ONE - alpha * min(lines[SHADOW, j], ONE)
+        lines[RED, j] *= light
+        lines[GREEN, j] *= light
+        lines[BLUE, j] *= light
 
 
 @inline_njit
-def blend_shape(
-    red: FloatLine,
-    green: FloatLine,
-    blue: FloatLine,
-    distance: FloatLine,
-    item: Any,
-    shade: Any,
-) -> None:
-    """Fill with an outline inside the silhouette; `shade` scales the fill colour of this row."""
+def blend_shape(lines: FloatArray, first: Any, last: Any, item: Any, y: Any) -> None:
+    """Fill with an outline inside the silhouette."""
+    shade = item.shade_top + item.shade_slope * (y - item.top)
     fill_red = min(item.fill[0] * shade, WHITE)
     fill_green = min(item.fill[1] * shade, WHITE)
     fill_blue = min(item.fill[2] * shade, WHITE)
     line_red, line_green, line_blue = item.line[0], item.line[1], item.line[2]
     outline = item.outline
     alpha = item.alpha
-    for j in range(distance.shape[0]):
-        d = distance[j]
+    for j in range(first, last):
+        d = lines[DISTANCE, j]
+        red, green, blue = lines[RED, j], lines[GREEN, j], lines[BLUE, j]
         coverage = clamp01(HALF - d) * alpha
         inner = clamp01(HALF - d - outline)
-        red[j] += (line_red + (fill_red - line_red) * inner - red[j]) * coverage
-        green[j] += (line_green + (fill_green - line_green) * inner - green[j]) * coverage
-        blue[j] += (line_blue + (fill_blue - line_blue) * inner - blue[j]) * coverage
+        lines[RED, j] = red + (line_red + (fill_red - line_red) * inner - red) * coverage
+        lines[GREEN, j] = green + (line_green + (fill_green - line_green) * inner - green) * coverage
+        lines[BLUE, j] = blue + (line_blue + (fill_blue - line_blue) * inner - blue) * coverage
 
 
 @inline_njit
-def blend_ground(
-    red: FloatLine,
-    green: FloatLine,
-    blue: FloatLine,
-    distance: FloatLine,
-    band: FloatLine,
-    item: Any,
-) -> None:
+def blend_ground(lines: FloatArray, first: Any, last: Any, item: Any) -> None:
     """Ground that darkens with depth and in metre bands, with an edge line inside its surface."""
     line_red, line_green, line_blue = item.line[0], item.line[1], item.line[2]
     top_red, top_green, top_blue = item.fill[0], item.fill[1], item.fill[2]
@@ -167,72 +213,82 @@ def blend_ground(
     outline = item.outline
     slope = -ONE / item.depth
     alpha = item.alpha
-    for j in range(distance.shape[0]):
-        d = distance[j]
+    for j in range(first, last):
+        d = lines[DISTANCE, j]
+        red, green, blue = lines[RED, j], lines[GREEN, j], lines[BLUE, j]
         coverage = clamp01(HALF - d) * alpha
         inner = clamp01(HALF - d - outline)
         depth = clamp01(d * slope)
         depth *= TWO - depth
-        light = band[j]
+        light = lines[BAND, j]
         fill_red = (top_red + step_red * depth) * light
         fill_green = (top_green + step_green * depth) * light
         fill_blue = (top_blue + step_blue * depth) * light
-        red[j] += (line_red + (fill_red - line_red) * inner - red[j]) * coverage
-        green[j] += (line_green + (fill_green - line_green) * inner - green[j]) * coverage
-        blue[j] += (line_blue + (fill_blue - line_blue) * inner - blue[j]) * coverage
+        lines[RED, j] = red + (line_red + (fill_red - line_red) * inner - red) * coverage
+        lines[GREEN, j] = green + (line_green + (fill_green - line_green) * inner - green) * coverage
+        lines[BLUE, j] = blue + (line_blue + (fill_blue - line_blue) * inner - blue) * coverage
 
 
 @inline_njit
 def find_terrain_distance(
-    distance: FloatLine, xs: FloatLine, y: Any, surface: FloatLine, segments: FloatLine, reach: Any
+    lines: FloatArray,
+    y: Any,
+    surfaces: FloatArray,
+    terrain: int,
+    row: int,
+    segments: FloatArray,
+    segment_first: NDArray[np.int64],
+    reach: Any,
 ) -> None:
     """Exact distance within `reach` of the chain; the vertical one, never smaller, elsewhere.
 
-    surface: (width,) height of the surface in px; segments: (segment, 4) ax, ay, bx, by in px
+    Surfaces and segments are those of TerrainLines.
     """
-    for j in range(distance.shape[0]):
-        distance[j] = surface[j] - y
-    for k in range(segments.shape[0]):
+    width = lines.shape[1]
+    for j in range(np.uint64(0), np.uint64(width)):
+        lines[DISTANCE, j] = surfaces[terrain, row, j] - y
+    for k in range(segment_first[terrain], segment_first[terrain + 1]):
         ax, ay, bx, by = segments[k, 0], segments[k, 1], segments[k, 2], segments[k, 3]
         if y < min(ay, by) - reach or y > max(ay, by) + reach:
             continue
-        first = max(int(min(ax, bx) - reach), 0)
-        last = min(int(max(ax, bx) + reach) + 1, distance.shape[0])
-        if last > first:
-            take_segment_distance(distance[first:last], xs[first:last], y, ax, ay, bx, by)
+        first: Any = max(np.int64(min(ax, bx) - reach), 0)
+        last: Any = max(min(np.int64(max(ax, bx) + reach) + 1, width), 0)
+        take_segment_distance(lines, np.uint64(first), np.uint64(last), y, ax, ay, bx, by, reach)
 
 
 @inline_njit
 def take_segment_distance(
-    distance: FloatLine, xs: FloatLine, y: Any, ax: Any, ay: Any, bx: Any, by: Any
+    lines: FloatArray, first: Any, last: Any, y: Any, ax: Any, ay: Any, bx: Any, by: Any, reach: Any
 ) -> None:
-    """Shrink |distance| to the distance from segment a-b, keeping the sign."""
+    """Shrink |distance| to the distance from segment a-b where that is within reach, keeping the sign.
+
+    Farther off it would light up the box around a steep segment.
+    """
     dx = bx - ax
     dy = by - ay
     py = y - ay
     inverse = ONE / max(dx * dx + dy * dy, TINY)
-    for j in range(distance.shape[0]):
-        px = xs[j] - ax
+    for j in range(first, last):
+        px = lines[PIXEL_X, j] - ax
         t = clamp01((px * dx + py * dy) * inverse)
         qx = px - t * dx
         qy = py - t * dy
-        d = distance[j]
-        near = min(abs(d), np.sqrt(qx * qx + qy * qy))
-        distance[j] = near if d > ZERO else -near
+        d = lines[DISTANCE, j]
+        near = np.sqrt(qx * qx + qy * qy)
+        near = min(abs(d), near) if near <= reach else abs(d)
+        lines[DISTANCE, j] = near if d > ZERO else -near
 
 
 @inline_njit
-def store_line(
-    pixels: NDArray[np.uint8],
-    red: FloatLine,
-    green: FloatLine,
-    blue: FloatLine,
-    dither: FloatLine,
-) -> None:
-    """Round with an ordered dither in (0, 1): slow gradients do not band, integers stay exact."""
-    flat = pixels.reshape(pixels.size)  # one flat index vectorises: 0.4 instead of 1.0 ns per px
-    for j in range(red.shape[0]):
-        noise = dither[j]
-        flat[3 * j] = np.uint8(np.int32(red[j] + noise))
-        flat[3 * j + 1] = np.uint8(np.int32(green[j] + noise))
-        flat[3 * j + 2] = np.uint8(np.int32(blue[j] + noise))
+def store_line(lines: FloatArray, row: int, dither: FloatArray, pixels: NDArray[np.uint8]) -> None:
+    """Round with an ordered dither in (0, 1): slow gradients do not band, integers stay exact.
+
+    pixels: the whole image, flat: one flat index vectorises, 0.4 instead of 1.0 ns per px
+    """
+    begin = np.uint64(3 * row * lines.shape[1])
+    for j in range(np.uint64(0), np.uint64(lines.shape[1])):
+        noise = dither[row & 7, j]
+        at = begin + THREE_BYTES * j
+        pixels[at] = np.uint8(np.int32(lines[RED, j] + noise))
+        pixels[at + np.uint64(1)] = np.uint8(np.int32(lines[GREEN, j] + noise))
+        pixels[at + np.uint64(2)] = np.uint8(np.int32(lines[BLUE, j] + noise))

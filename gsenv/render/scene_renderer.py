@@ -10,7 +10,8 @@ from gsenv.render.camera import Camera, FollowCamera
 from gsenv.render.canvas import Canvas
 from gsenv.render.draw_list import DrawList, join
 from gsenv.render.hud import draw_hud
-from gsenv.render.shape_items import find_bounds, make_stencil
+from gsenv.render.joint_items import DRAWN_JOINTS, KNOWN_JOINTS, make_joint_stencil
+from gsenv.render.shape_items import enclose, find_bounds, make_stencil
 from gsenv.render.theme import (
     AXIS_COLORS,
     CONTACT_COLOR,
@@ -20,8 +21,12 @@ from gsenv.render.theme import (
     Theme,
 )
 from gsenv.render.world_view import (
+    Frames,
+    find_wheels,
     read_bodies,
     read_contacts,
+    read_joint_frames,
+    read_joint_table,
     read_joints,
     read_state,
     read_table,
@@ -45,7 +50,9 @@ class SceneRenderer:
     width, height: px
     camera: a Camera, a FollowCamera, or None to fit the bodies at the first picture
     overlay: any of "contacts" (points and forces) and "joints" (anchors with their frames)
-    wheels: indices of bodies whose circles are drawn as wheels
+    wheels: indices of bodies whose circles are drawn as wheels, besides circles that turn about their
+        middles on a joint
+    joints: kinds of joints that are drawn; "weld" and "target" only if asked for
     force_scale: m per N of the force arrows; None makes the largest in each picture equally long
     """
 
@@ -58,6 +65,7 @@ class SceneRenderer:
         overlay: Iterable[str] = (),
         *,
         wheels: Sequence[int] = (),
+        joints: Iterable[str] = DRAWN_JOINTS,
         force_scale: float | None = None,
         theme: Theme = DEFAULT_THEME,
     ) -> None:
@@ -67,13 +75,18 @@ class SceneRenderer:
         for name in self.overlay:
             if name not in OVERLAYS:
                 raise ValueError(f"overlay must be among {OVERLAYS}, got {name!r}.")
+        kinds = tuple(joints)
+        for name in kinds:
+            if name not in KNOWN_JOINTS:
+                raise ValueError(f"joints must be among {KNOWN_JOINTS}, got {name!r}.")
         self.world = world
         self.camera = camera
         self.force_scale = force_scale
         self._canvas = Canvas(width, height, theme)
         self._table = read_table(world)
-        is_wheel = np.isin(self._table.bodies, list(wheels))
-        self._stencil = make_stencil(self._table, is_wheel)
+        self._joints = make_joint_stencil(read_joint_table(world), kinds)
+        is_wheel = np.isin(self._table.bodies, list(wheels)) | find_wheels(world)
+        self._shapes = make_stencil(self._table, is_wheel)
 
     @property
     def width(self) -> int:
@@ -87,8 +100,12 @@ class SceneRenderer:
 
     def render(self, world_index: int = 0, hud: Sequence[str] = ()) -> NDArray[np.uint8]:
         """New (height, width, 3) RGB picture of one world; `hud` lines go to the top left."""
-        draw_list = self._stencil.fill(read_state(self.world, world_index, self._table))
-        camera = self._aim(draw_list, world_index)
+        bodies = read_bodies(self.world, world_index)
+        draw_list = self._shapes.fill(read_state(self.world, world_index, self._table, bodies))
+        camera = self._aim(draw_list, bodies, world_index)
+        if self._joints is not None:
+            joints = read_joints(self.world, world_index, self._joints.table, bodies)
+            draw_list = join(draw_list, self._joints.fill(joints, camera.height))
         for name in self.overlay:
             add = self._draw_contacts if name == "contacts" else self._draw_joints
             draw_list = join(draw_list, *add(world_index, camera))
@@ -97,14 +114,16 @@ class SceneRenderer:
             draw_hud(image, tuple(hud))
         return image
 
-    def _aim(self, draw_list: DrawList, world_index: int) -> Camera:
+    def _aim(self, shapes: DrawList, bodies: Frames, world_index: int) -> Camera:
         if self.camera is None:
-            bounds = find_bounds(draw_list)
+            bounds = find_bounds(shapes)
+            if self._joints is not None:
+                joints = read_joints(self.world, world_index, self._joints.table, bodies)
+                bounds = enclose(bounds, self._joints.find_bounds(joints))
             self.camera = Camera.fit(bounds, self.width, self.height)
         if isinstance(self.camera, FollowCamera):
-            positions = read_bodies(self.world, world_index).position
             time = read_time(self.world, world_index)
-            return self.camera.update(positions, time, self.width, self.height)
+            return self.camera.update(bodies.position, time, self.width, self.height)
         return self.camera
 
     def _pen(self, camera: Camera, thickness: float = 1.0) -> marks.Pen:
@@ -122,7 +141,8 @@ class SceneRenderer:
         return [arrows, marks.dots(points, self._pen(camera, 1.5), CONTACT_COLOR)]
 
     def _draw_joints(self, world_index: int, camera: Camera) -> list[DrawList]:
-        position, rotation = read_joints(self.world, world_index)
+        bodies = read_bodies(self.world, world_index)
+        position, rotation = read_joint_frames(self.world, world_index, bodies)
         length = AXIS_LENGTH * camera.height
         pen = self._pen(camera, 0.7)
         normal = np.stack([-rotation[:, 1], rotation[:, 0]], axis=-1)

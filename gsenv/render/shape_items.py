@@ -51,10 +51,13 @@ class Part(NamedTuple):
     center: float = 0.0
     length: float = 0.0
     radius: float = 1.0
+    layer: Layer = Layer.BODY
 
 
-def ball_parts(color: NDArray[np.float64]) -> list[Part]:
-    """A disc with a bar off its middle, so that the whole turn can be read."""
+def ball_parts(color: NDArray[np.float64], turns: bool) -> list[Part]:
+    """A disc; if it turns, with a bar off its middle, so that the whole turn can be read."""
+    if not turns:
+        return [Part(DrawKind.CAPSULE, color)]
     light = color + STRIPE_LIGHTENING * (255.0 - color)
     bar = Part(DrawKind.CAPSULE, light, DrawFlag.SHADE, center=0.38, length=0.28, radius=0.17)
     return [Part(DrawKind.CAPSULE, color), bar]
@@ -64,12 +67,13 @@ def wheel_parts() -> list[Part]:
     """Tyre, rim, spokes and hub."""
     angles = 2.0 * np.pi * np.arange(SPOKE_COUNT) / SPOKE_COUNT
     spoke = Part(DrawKind.CAPSULE, HUB_COLOR, DrawFlag.NONE, center=0.34, length=0.26, radius=0.062)
-    return [
+    parts = [
         Part(DrawKind.CAPSULE, TYRE_COLOR),
         Part(DrawKind.CAPSULE, RIM_COLOR, DrawFlag.SHADE, radius=0.66),
         *(spoke._replace(angle=float(angle)) for angle in angles),
         Part(DrawKind.CAPSULE, HUB_COLOR, DrawFlag.NONE, radius=0.20),
     ]
+    return [part._replace(layer=Layer.WHEEL) for part in parts]
 
 
 def pick_colors(table: ShapeTable) -> FloatArray:
@@ -123,7 +127,7 @@ def make_stencil(table: ShapeTable, wheels: NDArray[np.bool_]) -> ShapeStencil:
     shape_of: list[int] = []
     for shape, kind in enumerate(table.kinds):
         if kind == ShapeKind.CIRCLE:
-            own = wheel_parts() if wheels[shape] else ball_parts(colors[shape])
+            own = wheel_parts() if wheels[shape] else ball_parts(colors[shape], not table.static[shape])
         else:
             own = [Part(_DRAW_KINDS[ShapeKind(kind)], colors[shape])]
         parts += own
@@ -151,6 +155,7 @@ def make_items(
     items["vertex_first"] = table.vertex_first[shape_of]
     items["vertex_count"] = table.vertex_count[shape_of]
     items["alpha"] = np.where(table.sensor[shape_of], SENSOR_ALPHA, 1.0)
+    items["layer"] = [part.layer for part in parts]
     items["flags"][table.sensor[shape_of]] &= ~DrawFlag.SHADOW
     for kind, ground in ((ShapeKind.HALF_PLANE, SLATE), (ShapeKind.TERRAIN, MEADOW)):
         chosen = table.kinds[shape_of] == kind
@@ -172,6 +177,11 @@ def find_bounds(draw_list: DrawList) -> Bounds:
             right, top = high[wanted].max(axis=0)
             return Bounds(float(left), float(bottom), float(right), float(top))
     return Bounds(-5.0, -5.0, 5.0, 5.0)
+
+
+def enclose(a: Bounds, b: Bounds) -> Bounds:
+    """Box around both."""
+    return Bounds(min(a.left, b.left), min(a.bottom, b.bottom), max(a.right, b.right), max(a.top, b.top))
 
 
 def item_boxes(draw_list: DrawList) -> tuple[FloatArray, FloatArray]:

@@ -26,6 +26,15 @@ TYRE_COLOR: Rgb = (44, 47, 56)
 RIM_COLOR: Rgb = (206, 211, 218)
 HUB_COLOR: Rgb = (96, 103, 114)
 
+# Joints.
+PIN_COLOR: Rgb = (240, 242, 245)
+ROD_COLOR: Rgb = (172, 180, 190)
+SPRING_COLOR: Rgb = (150, 160, 176)
+RAIL_COLOR: Rgb = (112, 121, 134)
+ROPE_COLOR: Rgb = (104, 84, 66)
+TARGET_COLOR: Rgb = (104, 84, 66)
+METAL_LINE: Rgb = (38, 42, 52)  # outlines of pins, rods and springs
+
 FORCE_COLOR: Rgb = (255, 214, 10)
 CONTACT_COLOR: Rgb = (255, 70, 70)
 JOINT_COLOR: Rgb = (255, 255, 255)

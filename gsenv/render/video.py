@@ -5,8 +5,11 @@ file in the same folder. Leaving the `with` block early, by Ctrl-C too, keeps th
 """
 
 import os
+import signal
 import subprocess
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -51,13 +54,13 @@ class VideoWriter:
         if self._closed:
             raise ValueError(f"The video {self.path} is closed.")
         self._check_frame(frame)
-        if self._sink is None:
-            self._open(frame.shape[1], frame.shape[0])
         self._shape = frame.shape
-        try:
-            self._sink.append_data(np.ascontiguousarray(frame))
-        except (OSError, RuntimeError) as error:
-            raise OSError(f"Writing the video {self.path} failed: {error}") from error
+        if self._sink is None:
+            with _interrupts_held():
+                self._open(frame.shape[1], frame.shape[0])
+                self._append(frame)
+        else:
+            self._append(frame)
         self.frame_count += 1
 
     def close(self) -> None:
@@ -84,6 +87,12 @@ class VideoWriter:
         trace: TracebackType | None,
     ) -> None:
         self.close()
+
+    def _append(self, frame: NDArray[np.uint8]) -> None:
+        try:
+            self._sink.append_data(np.ascontiguousarray(frame))
+        except (OSError, RuntimeError) as error:
+            raise OSError(f"Writing the video {self.path} failed: {error}") from error
 
     def _check_target(self) -> None:
         if self._suffix not in SUFFIXES:
@@ -141,6 +150,23 @@ class VideoWriter:
         _run_ffmpeg("-i", frames, "-vf", _PALETTE, "-update", "1", palette)
         _run_ffmpeg("-i", frames, "-i", palette, "-lavfi", _USE_PALETTE, "-loop", "0", result)
         return result
+
+
+@contextmanager
+def _interrupts_held() -> Iterator[None]:
+    """Ctrl-C waits until the block is left; the encoders started inside never hear it.
+
+    Programs inherit the mask. Without it, an interrupt kills the encoder that is looked for (its
+    search runs one) or has just started, and the frames with it.
+    """
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 class _LosslessSink:

@@ -6,10 +6,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gsenv.solver.model import BodyKind
+from gsenv.solver.planar.joints import JointKind
 from gsenv.solver.planar.shapes import ShapeKind
 from gsenv.solver.world import World
 
 FloatArray = NDArray[np.float64]
+
+STRUT_REACH = 1.65  # of a wheel's suspension, in wheel radii: it looks out above the wheel
+SPRING_SLIMNESS = 0.12  # half width of a spring over its length outside the bodies
+SPRING_REACH = 6.0  # of a spring whose travel has no limits, in half widths of the body
 
 
 class ShapeTable(NamedTuple):
@@ -34,6 +39,33 @@ class ShapeState(NamedTuple):
     radius: FloatArray  # (shape,) m
     enabled: NDArray[np.bool_]  # (shape,)
     vertices: FloatArray  # (vertex, 2) m, in the frames of their shapes
+
+
+class JointTable(NamedTuple):
+    """What never changes; (joint,) arrays."""
+
+    kinds: tuple[str, ...]  # "revolute", "distance", ...
+    body_a: NDArray[np.int32]
+    body_b: NDArray[np.int32]
+    fixed: NDArray[np.bool_]  # body a is static
+    sprung: NDArray[np.bool_]  # has a spring
+    rigid: NDArray[np.bool_]  # distances: a rod
+    size: FloatArray  # m, length scale of the drawing: half width of the slimmer moving body; inf: none
+    span: FloatArray  # m, farthest point of body b from its anchor
+    mount: FloatArray  # m along the axis, where the spring of a travel is fixed to body a
+
+
+class JointState(NamedTuple):
+    """Joints of one world, in the world's frame."""
+
+    anchor_a: FloatArray  # (joint, 2) m
+    anchor_b: FloatArray  # (joint, 2) m
+    axis: FloatArray  # (joint, 2) unit; kinds with a travel
+    lower: FloatArray  # (joint,) m, of the travel along the axis or of the distance; -inf: none
+    upper: FloatArray  # (joint,) m; inf: none
+    goal: FloatArray  # (joint, 2) m; targets
+    down: FloatArray  # (2,) unit, where ropes hang
+    enabled: NDArray[np.bool_]  # (joint,); with both bodies
 
 
 class Frames(NamedTuple):
@@ -78,10 +110,9 @@ def read_bodies(world: World, index: int) -> Frames:
     return Frames(states["position"] - center, rotation)
 
 
-def read_state(world: World, index: int, table: ShapeTable) -> ShapeState:
+def read_state(world: World, index: int, table: ShapeTable, bodies: Frames) -> ShapeState:
     parameters = world.parameters
     shapes = parameters.shapes[index]
-    bodies = read_bodies(world, index)
     rotation = bodies.rotation[table.bodies]
     offset = rotate(rotation, shapes["local_position"])
     enabled = (shapes["enabled"] != 0) & (parameters.bodies[index]["enabled"] != 0)[table.bodies]
@@ -107,10 +138,94 @@ def read_contacts(world: World, index: int) -> tuple[FloatArray, FloatArray]:
     return contacts.point[touching], contacts.force_vector(world.timestep)[touching]
 
 
-def read_joints(world: World, index: int) -> Frames:
+def read_joint_table(world: World) -> JointTable:
+    model = world.model
+    joints, nominal = model.joints, model.nominal_joints
+    sprung = (nominal["frequency"] > 0.0) | (nominal["stiffness"] > 0.0)
+    size = find_sizes(world, sprung & (joints["kind"] == JointKind.DISTANCE))
+    arm = nominal["anchor_b"] - model.nominal_bodies["center"][joints["body_b"]]
+    return JointTable(
+        kinds=tuple(JointKind(kind).name.lower() for kind in joints["kind"]),
+        body_a=joints["body_a"],
+        body_b=joints["body_b"],
+        fixed=model.bodies["kind"][joints["body_a"]] == BodyKind.STATIC,
+        sprung=sprung,
+        rigid=nominal["rigid"] != 0,
+        size=size,
+        span=np.hypot(*arm.T) + model.nominal_bodies["radius"][joints["body_b"]],
+        mount=find_mounts(world, size),
+    )
+
+
+def find_sizes(world: World, springs: NDArray[np.bool_]) -> FloatArray:
+    """(joint,) m, length scale of a joint's drawing; inf where nothing limits it.
+
+    The half width of the slimmer moving body. Springs between bodies are also slim for their length
+    outside the bodies, the more so where many meet: a net of them is to look like a net.
+    """
+    model = world.model
+    bodies = np.stack([model.joints["body_a"], model.joints["body_b"]])
+    extent = np.zeros(len(model.bodies))
+    np.maximum.at(extent, model.shapes["body"], model.nominal_shapes["extent"])
+    extent[model.bodies["kind"] == BodyKind.STATIC] = 0.0
+    size = np.where(extent > 0.0, extent, np.inf)[bodies].min(axis=0)
+    length = model.nominal_joints["length"]
+    length = np.maximum(length - extent[bodies].sum(axis=0), 0.3 * length)
+    meeting = np.bincount(bodies[:, springs].ravel(), minlength=len(extent))
+    crowd = np.where(extent > 0.0, meeting, 0)[bodies].max(axis=0)
+    slim = SPRING_SLIMNESS * length * np.sqrt(2.0 / np.maximum(crowd, 2))
+    slim = np.maximum(slim, np.where(np.isfinite(size), 0.1 * size, 0.0))
+    return np.where(springs & (slim > 0.0), np.minimum(size, slim), size)
+
+
+def find_mounts(world: World, size: FloatArray) -> FloatArray:
+    """(joint,) m along the axis: struts end above their wheel, other springs where the travel does."""
+    model = world.model
+    joints, nominal = model.joints, model.nominal_joints
+    radius = np.zeros(len(model.bodies))
+    np.maximum.at(radius, model.shapes["body"], model.nominal_shapes["radius"])
+    half = np.maximum(radius[joints["body_b"]], np.where(np.isfinite(size), size, 0.0))
+    inward = model.nominal_bodies["center"][joints["body_a"]] - nominal["anchor_a"]
+    side = np.where((inward * nominal["axis"]).sum(axis=1) < 0.0, -1.0, 1.0)
+    lower, upper = nominal["lower"], nominal["upper"]
+    end = np.where(np.isfinite(lower), lower, np.where(np.isfinite(upper), upper, -SPRING_REACH * half))
+    return np.where(joints["kind"] == JointKind.WHEEL, STRUT_REACH * half * side, end)
+
+
+def find_wheels(world: World) -> NDArray[np.bool_]:
+    """(shape,) circles that turn about their middles on wheel or revolute joints."""
+    shapes, nominal = world.model.shapes, world.model.nominal_shapes
+    wheels = np.zeros(len(shapes), bool)
+    for joint, parameters in zip(world.model.joints, world.model.nominal_joints, strict=True):
+        if joint["kind"] in (JointKind.WHEEL, JointKind.REVOLUTE):
+            off = np.hypot(*(nominal["local_position"] - parameters["anchor_b"]).T)
+            wheels |= (shapes["body"] == joint["body_b"]) & (off <= 0.01 * nominal["radius"])
+    return wheels & (shapes["kind"] == ShapeKind.CIRCLE)
+
+
+def read_joints(world: World, index: int, table: JointTable, bodies: Frames) -> JointState:
+    parameters = world.parameters.joints[index]
+    present = world.parameters.bodies[index]["enabled"] != 0
+    rotation_a = bodies.rotation[table.body_a]
+    anchor_a = rotate(rotation_a, parameters["anchor_a"])
+    anchor_b = rotate(bodies.rotation[table.body_b], parameters["anchor_b"])
+    gravity = world.parameters.worlds[index]["gravity"]
+    pull = np.hypot(*gravity)
+    return JointState(
+        anchor_a=bodies.position[table.body_a] + anchor_a,
+        anchor_b=bodies.position[table.body_b] + anchor_b,
+        axis=rotate(rotation_a, parameters["axis"]),
+        lower=parameters["lower"],
+        upper=parameters["upper"],
+        goal=world.state.joints[index]["target_position"],
+        down=gravity / pull if pull > 0.0 else np.array([0.0, -1.0]),
+        enabled=(parameters["enabled"] != 0) & present[table.body_a] & present[table.body_b],
+    )
+
+
+def read_joint_frames(world: World, index: int, bodies: Frames) -> Frames:
     """Frames (joint,) at the anchors on body b."""
     joints = world.model.joints
-    bodies = read_bodies(world, index)
     enabled = world.parameters.joints[index]["enabled"] != 0
     of_joint = joints["body_b"][enabled]
     rotation = bodies.rotation[of_joint]

@@ -11,9 +11,15 @@ from dataclasses import dataclass
 
 from gsenv.solver import Options, Scene, World
 
+from .chains import chain, hanging_chain, hanging_mode, heavy_chain, plank_bridge, rope
 from .flight import bouncing_balls, projectile
+from .heaps import cube_drop, dominoes
+from .machines import mixer, motor_rig, wrecking_ball
+from .pendulums import cradle, double_pendulum, pendulum
 from .slopes import box_on_incline, disk_on_incline, sliding_disk, terrain_slide
+from .springs import jelly, spring_mass
 from .stacks import mass_ratio_stack, overhang, pyramid, stack
+from .vehicles import car, hill_car
 
 
 @dataclass(frozen=True)
@@ -24,24 +30,62 @@ class SceneSpec:
         build: makes the Scene.
         summary: one line for lists.
         duration: s worth watching.
+        view: m, (left, bottom, right, top) that the camera shows; None: what is there at the start.
+        follow: body that the camera follows instead.
     """
 
     build: Callable[[], Scene]
     summary: str
     duration: float
+    view: tuple[float, float, float, float] | None = None
+    follow: str | None = None
 
 
 SCENES: dict[str, SceneSpec] = {
     "stack": SceneSpec(lambda: stack(10), "ten boxes stand on each other", 4.0),
     "pyramid": SceneSpec(lambda: pyramid(10), "a planar pyramid of 55 boxes", 4.0),
-    "mass_ratio": SceneSpec(lambda: mass_ratio_stack(1000.0), "1000 kg on 1 kg", 4.0),
-    "overhang": SceneSpec(lambda: overhang(5, 1.01), "blocks 1 % beyond the limit topple", 8.0),
-    "incline": SceneSpec(lambda: box_on_incline(35.0), "a block slides down a slope", 2.0),
-    "roll": SceneSpec(lambda: disk_on_incline(20.0), "a disk rolls down a slope", 2.0),
-    "slide_to_roll": SceneSpec(sliding_disk, "a sliding disk starts to roll", 2.0),
-    "bounce": SceneSpec(bouncing_balls, "balls of restitution 0 to 1", 6.0),
-    "terrain": SceneSpec(terrain_slide, "a ball and boxes on hills", 8.0),
-    "projectile": SceneSpec(projectile, "free flight of a spinning box", 1.5),
+    "mass_ratio": SceneSpec(lambda: mass_ratio_stack(1000.0), "1000 kg on 1 kg", 4.0, (-1.8, -0.4, 1.8, 2.3)),
+    "overhang": SceneSpec(
+        lambda: overhang(5, 1.01), "blocks 1 % beyond the limit topple", 4.0, (-2.8, -3.0, 5.2, 3.0)
+    ),
+    "incline": SceneSpec(lambda: box_on_incline(35.0), "a block slides down a slope", 2.0, (-1.0, -2.8, 4.0, 0.95)),
+    "roll": SceneSpec(lambda: disk_on_incline(20.0), "a disk rolls down a slope", 2.0, (-1.2, -2.6, 5.2, 2.2)),
+    "slide_to_roll": SceneSpec(sliding_disk, "a sliding disk starts to roll", 2.0, (-1.0, -0.8, 5.8, 2.2)),
+    "bounce": SceneSpec(bouncing_balls, "balls of restitution 0 to 1", 6.0, (-0.4, -0.4, 2.9, 1.6)),
+    "terrain": SceneSpec(terrain_slide, "a ball and boxes on hills", 8.0, (0.1, -6.0, 23.9, 8.0)),
+    "projectile": SceneSpec(projectile, "free flight of a spinning box", 1.5, (-0.8, -0.5, 8.6, 4.5)),
+    "cubes": SceneSpec(cube_drop, "fifty boxes of all sizes fall into a bin", 5.0, (-6.0, -0.8, 6.0, 8.2)),
+    "dominoes": SceneSpec(dominoes, "a small domino knocks down ever larger ones", 5.0, (-0.5, -1.2, 11.8, 6.0)),
+    "pendulum": SceneSpec(pendulum, "a rod swings from 120 degrees", 6.0, (-1.5, -1.35, 1.5, 0.9)),
+    "double_pendulum": SceneSpec(
+        double_pendulum, "two rods fall from the horizontal", 10.0, (-2.9, -2.3, 2.9, 2.05)
+    ),
+    "cradle": SceneSpec(
+        lambda: cradle(2, arms=True), "two of five balls swing in, two swing out", 8.0, (-1.2, -0.4, 1.2, 1.4)
+    ),
+    "chain": SceneSpec(
+        lambda: chain(degrees=60.0), "twenty links swing down from one line", 8.0, (-5.0, -5.6, 5.0, 1.0)
+    ),
+    "heavy_chain": SceneSpec(
+        heavy_chain, "a chain with a last link of 100 times the mass", 8.0, (-4.2, -5.7, 4.2, 0.6)
+    ),
+    "hanging_chain": SceneSpec(
+        lambda: hanging_chain(degrees=25.0), "the slowest swing of a hanging chain", 8.0, (-0.9, -1.15, 0.9, 0.2)
+    ),
+    "rope": SceneSpec(rope, "a rope falls over a drum", 8.0, (-4.0, -3.2, 4.4, 2.4)),
+    "bridge": SceneSpec(plank_bridge, "boxes fall onto a bridge of planks", 6.0, (-6.0, -3.6, 6.0, 5.4)),
+    "spring": SceneSpec(
+        lambda: spring_mass(1.0, 0.03, stretch=0.55), "a mass bobs on a spring", 6.0, (-1.3, -1.9, 1.3, 0.2)
+    ),
+    "jelly": SceneSpec(jelly, "a block of springs is squashed and recovers", 5.0, (-3.8, -0.7, 3.8, 5.2)),
+    "mixer": SceneSpec(mixer, "two geared paddle wheels stir balls", 10.0),
+    "car": SceneSpec(hill_car, "a car with suspension drives over hills", 10.0, follow="chassis"),
+    "burnout": SceneSpec(
+        lambda: car(suspension=2.0), "a rear-drive car spins its wheels on flat ground", 4.0, follow="chassis"
+    ),
+    "wrecking_ball": SceneSpec(
+        wrecking_ball, "a ball on a chain knocks down a wall", 6.0, (-7.6, -1.2, 8.4, 8.2)
+    ),
 }
 
 
@@ -63,13 +107,31 @@ __all__ = [
     "SceneSpec",
     "bouncing_balls",
     "box_on_incline",
+    "car",
+    "chain",
+    "cradle",
+    "cube_drop",
     "disk_on_incline",
+    "dominoes",
+    "double_pendulum",
+    "hanging_chain",
+    "hanging_mode",
+    "heavy_chain",
+    "hill_car",
+    "jelly",
     "make_world",
     "mass_ratio_stack",
+    "mixer",
+    "motor_rig",
     "overhang",
+    "pendulum",
+    "plank_bridge",
     "projectile",
     "pyramid",
+    "rope",
     "sliding_disk",
+    "spring_mass",
     "stack",
     "terrain_slide",
+    "wrecking_ball",
 ]

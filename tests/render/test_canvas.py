@@ -25,6 +25,8 @@ DARK = Theme(sky_top=BLACK, sky_bottom=BLACK, band_contrast=0.0)
 SIZE = 120
 PIXEL_CAMERA = Camera((0.0, 0.0), float(SIZE))  # 1 px per m
 PENTAGON = np.array([(-30.0, -18.0), (27.0, -22.0), (35.0, 9.0), (4.0, 31.0), (-33.0, 14.0)])
+STAPLE = np.array([(-20.0, -15.0), (20.0, -15.0), (20.0, 15.0), (-20.0, 15.0)])
+VERTICES = np.concatenate([PENTAGON, STAPLE, np.zeros((2, 2))])
 
 
 def coverage(draw_list: DrawList, camera: Camera = PIXEL_CAMERA) -> NDArray[np.float64]:
@@ -61,6 +63,11 @@ SHAPES = {
         draw_item(DrawKind.POLYGON, angle=-0.7, vertices=(0, 5), fill=WHITE),
         shoelace(PENTAGON),
     ),
+    "polyline": (
+        draw_item(DrawKind.POLYLINE, angle=0.2, radius=5.2, vertices=(5, 4), fill=WHITE),
+        np.pi * 5.2**2 + 2.0 * 5.2 * (40.0 + 30.0 + 40.0) - 2.0 * (1.0 - 0.25 * np.pi) * 5.2**2,
+    ),
+    "dot": (draw_item(DrawKind.POLYLINE, radius=6.3, vertices=(9, 2), fill=WHITE), np.pi * 6.3**2),
     "thin rod": (
         draw_item(DrawKind.CAPSULE, angle=0.3, size=(40.0, 0.0), radius=0.2, fill=WHITE),
         4.0 * 40.0 * 0.2,
@@ -75,7 +82,7 @@ def test_area_is_the_closed_form(name: str, offset: tuple[float, float]) -> None
     item = item.copy()
     item["position"] = offset
     tolerance = 0.03 if name == "thin rod" else 0.01
-    assert coverage(one(item, PENTAGON)).sum() == pytest.approx(area, rel=tolerance)
+    assert coverage(one(item, VERTICES)).sum() == pytest.approx(area, rel=tolerance)
 
 
 def test_clockwise_polygons_are_the_same_polygons() -> None:
@@ -85,12 +92,12 @@ def test_clockwise_polygons_are_the_same_polygons() -> None:
     )
 
 
-@pytest.mark.parametrize("name", ["circle", "capsule", "box", "polygon"])
+@pytest.mark.parametrize("name", ["circle", "capsule", "box", "polygon", "polyline", "dot"])
 def test_subpixel_shifts_move_the_centroid_by_as_much(name: str) -> None:
     def centroid(shift: float) -> float:
         item = SHAPES[name][0].copy()
         item["position"] = (shift, 0.0)
-        image = coverage(one(item, PENTAGON))
+        image = coverage(one(item, VERTICES))
         return float((image.sum(axis=0) * np.arange(SIZE)).sum() / image.sum())
 
     start = centroid(0.0)
@@ -106,7 +113,7 @@ def test_the_outline_is_inside_the_silhouette(name: str) -> None:
     outlined["line"] = (0.0, 255.0, 0.0)
     theme = DARK._replace(outline=2.0 / SIZE)
     plain_image, image = (
-        Canvas(SIZE, SIZE, theme).draw(one(i, PENTAGON), PIXEL_CAMERA) for i in (plain, outlined)
+        Canvas(SIZE, SIZE, theme).draw(one(i, VERTICES), PIXEL_CAMERA) for i in (plain, outlined)
     )
     np.testing.assert_array_equal(plain_image[..., 1], image[..., 1])  # green: fill and line alike
     whole, red = plain_image[..., 0] / 255.0, image[..., 0] / 255.0
@@ -229,9 +236,53 @@ def test_broken_poses_disappear(bad: float) -> None:
         draw_item(DrawKind.BOX, (bad, 0.0), size=(9.0, 9.0), fill=WHITE, flags=DrawFlag.SHADOW),
         draw_item(DrawKind.CAPSULE, (0.0, bad), size=(3.0, 0.0), radius=9.0, fill=WHITE),
         draw_item(DrawKind.POLYGON, (bad, bad), vertices=(0, 5), fill=WHITE),
+        draw_item(DrawKind.POLYLINE, (0.0, bad), radius=9.0, vertices=(5, 4), fill=WHITE, flags=DrawFlag.SHADOW),
     ]
-    crowded = coverage(one(np.concatenate([here, *broken]), PENTAGON))
+    crowded = coverage(one(np.concatenate([here, *broken]), VERTICES))
     np.testing.assert_array_equal(crowded, coverage(one(here)))
+
+
+def crooked_lines() -> list[NDArray[np.float64]]:
+    """Polylines with level segments, some of them far out on either side."""
+    rng = np.random.default_rng(3)
+    hook = np.array([(0.0, 1.0), (400.0, 1.0), (400.0, 40.0), (500.0, 40.0)])
+    lines = [hook, hook[::-1], hook * (-1.0, 1.0), hook[::-1] * (-1.0, 1.0)]
+    for spread in (10.0, 40.0, 300.0, 20000.0):
+        for count in (2, 3, 12):
+            points = rng.normal(0.0, spread, (count, 2))
+            points[1] = points[0] + (spread, 0.0)
+            lines.append(points)
+    return lines
+
+
+@pytest.mark.parametrize("points", crooked_lines())
+def test_polylines_are_where_their_nearest_segment_is(points: NDArray[np.float64]) -> None:
+    y, x = (np.mgrid[:SIZE, :SIZE] + 0.5 - SIZE / 2) * np.array([-1.0, 1.0])[:, None, None]
+    pixels = np.stack([x, y], axis=-1)[:, :, None]
+    a, span = points[:-1], np.diff(points, axis=0)
+    t = ((pixels - a) * span).sum(axis=-1) / (span * span).sum(axis=-1)
+    nearest = a + np.clip(t, 0.0, 1.0)[..., None] * span
+    distance = np.hypot(*np.moveaxis(pixels - nearest, -1, 0)).min(axis=-1)
+    item = draw_item(DrawKind.POLYLINE, radius=3.7, vertices=(0, len(points)), fill=WHITE)
+    tolerance = 0.012 + 1e-6 * np.abs(points).max()  # of coordinates in single precision
+    np.testing.assert_allclose(
+        coverage(one(item, points)), np.clip(4.2 - distance, 0.0, 1.0), atol=tolerance
+    )
+
+
+def test_thin_lines_cast_narrow_shadows() -> None:
+    white = Theme(sky_top=WHITE, sky_bottom=WHITE, shadow_softness=0.25, shadow_offset=(0.0, 0.3))
+    canvas = Canvas(SIZE, SIZE, white)
+    widths, darkest = [], []
+    for radius in (1.0, 3.0):
+        item = draw_item(DrawKind.POLYLINE, radius=radius, vertices=(0, 2), fill=WHITE, flags=DrawFlag.SHADOW)
+        line = np.array([(-40.0, 20.0), (40.0, 20.0)])
+        column = canvas.draw(one(item, line), PIXEL_CAMERA)[:, SIZE // 2, 0].astype(int)
+        assert np.flatnonzero(column < 254).mean() == pytest.approx(40.0 + 0.3 * SIZE - 0.5, abs=0.6)
+        widths.append(int((column < 254).sum()))
+        darkest.append(int(column.min()))
+    assert widths[0] < 8 < widths[1] < 20
+    assert max(darkest) < 215
 
 
 def test_shapes_across_the_border_are_cut() -> None:
@@ -258,7 +309,7 @@ def test_hidden_items_leave_no_trace() -> None:
 
 
 def test_the_same_list_gives_the_same_bits() -> None:
-    parts = [one(item, PENTAGON) for item, _ in SHAPES.values()]
+    parts = [one(item, VERTICES) for item, _ in SHAPES.values()]
     draw_list = join(terrain([(-80.0, -30.0), (80.0, -20.0)]), *parts)
     canvas = Canvas(SIZE, SIZE)
     first = canvas.draw(draw_list, PIXEL_CAMERA)

@@ -1,14 +1,17 @@
 """Worlds to pictures."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from gsenv.render.camera import Camera, FollowCamera
+from gsenv.render.joint_items import DRAWN_JOINTS
 from gsenv.render.scene_renderer import SceneRenderer
 from gsenv.render.theme import FORCE_COLOR, PALETTE
 from gsenv.solver.planar.shapes import Box, Capsule, Circle, HalfPlane, Polygon, Terrain
-from gsenv.solver.scene import Scene
+from gsenv.solver.scene import Handle, Scene
 from gsenv.solver.world import World
 
 WIDTH, HEIGHT = 160, 120
@@ -181,6 +184,102 @@ def test_contact_arrows_show_point_and_direction() -> None:
     np.testing.assert_array_equal(renderer.render(), plain)
 
 
+def jointed_world(kind: str | None = None) -> tuple[World, Handle | None]:
+    """Box and ball side by side, the box hung from the point (-1, 3) by a joint; and that joint."""
+    scene = Scene()
+    scene.add_body("wall", "static")
+    scene.add_body("box", shapes=[Box(half_extents=(0.4, 0.4))], position=(-1.0, 1.0))
+    scene.add_body("ball", shapes=[Circle(radius=0.4)], position=(1.0, 1.0))
+    given: dict[str, dict[str, Any]] = {
+        "revolute": {"anchor": (-1.0, 3.0)},
+        "prismatic": {"anchor": (-1.0, 3.0), "axis": (0.0, 1.0)},
+        "distance": {"anchor_a": (-1.0, 3.0), "anchor_b": (0.0, 0.0)},
+        "wheel": {"anchor": (-1.0, 3.0), "axis": (0.0, 1.0), "frequency": 2.0},
+    }
+    joint = None if kind is None else scene.add_joint("joint", kind, "wall", "box", **given[kind])
+    return World(scene), joint
+
+
+@pytest.mark.parametrize("kind", DRAWN_JOINTS)
+def test_joints_are_drawn_where_they_are_unless_switched_off(kind: str) -> None:
+    world, joint = jointed_world(kind)
+    bare = SceneRenderer(jointed_world()[0], WIDTH, HEIGHT, CAMERA).render()
+    renderer = SceneRenderer(world, WIDTH, HEIGHT, CAMERA)
+    near = changed(renderer.render(), bare)
+    row, column = pixel(-1.0, 3.0)
+    assert near[row, column]
+    assert not near[:, WIDTH // 2 + 5 :].any()
+    off = SceneRenderer(world, WIDTH, HEIGHT, CAMERA, joints=())
+    np.testing.assert_array_equal(off.render(), bare)
+    world.parameters.set(joint, enabled=False)
+    np.testing.assert_array_equal(renderer.render(), bare)
+
+
+def test_joints_of_disabled_bodies_vanish() -> None:
+    (world, _), (bare, _) = jointed_world("distance"), jointed_world()
+    for each in (world, bare):
+        each.parameters.set("box", enabled=False)
+    picture, expected = (SceneRenderer(each, WIDTH, HEIGHT, CAMERA).render() for each in (world, bare))
+    np.testing.assert_array_equal(picture, expected)
+
+
+def test_welds_and_targets_are_drawn_only_if_asked_for() -> None:
+    def world(*kinds: str) -> World:
+        scene = Scene()
+        scene.add_body("a", shapes=[Box(half_extents=(0.4, 0.4))], position=(-0.4, 1.0))
+        scene.add_body("b", shapes=[Box(half_extents=(0.4, 0.4))], position=(0.4, 1.0))
+        if "weld" in kinds:
+            scene.add_joint("weld", "weld", "a", "b", anchor=(0.0, 1.0))
+        if "target" in kinds:
+            scene.add_joint("target", "target", body_b="a", frequency=1.0)
+        return World(scene)
+
+    bare = SceneRenderer(world(), WIDTH, HEIGHT, CAMERA).render()
+    for kind, place in (("weld", (0.0, 1.0)), ("target", (-0.4, 1.0))):
+        plain = SceneRenderer(world(kind), WIDTH, HEIGHT, CAMERA).render()
+        np.testing.assert_array_equal(plain, bare)
+        shown = SceneRenderer(world(kind), WIDTH, HEIGHT, CAMERA, joints=(kind,)).render()
+        assert changed(shown, bare)[pixel(*place)]
+
+
+@pytest.mark.parametrize("kind", ["wheel", "revolute"])
+def test_circles_on_axles_are_wheels(kind: str) -> None:
+    def picture(anchor: tuple[float, float] | None, wheels: tuple[int, ...]) -> NDArray[np.uint8]:
+        scene = Scene()
+        scene.add_body("chassis", shapes=[Box(half_extents=(1.0, 0.3))], position=(0.0, 2.0))
+        scene.add_body("wheel", shapes=[Circle(radius=0.6)], position=(0.0, 0.6))
+        if anchor is not None:
+            axis = (0.0, 1.0) if kind == "wheel" else None
+            scene.add_joint("axle", kind, "chassis", "wheel", anchor=anchor, axis=axis)
+        return SceneRenderer(World(scene), WIDTH, HEIGHT, CAMERA, wheels=wheels, joints=()).render()
+
+    ball, wheel = picture(None, ()), picture(None, (1,))
+    assert changed(ball, wheel).any()
+    np.testing.assert_array_equal(picture((0.0, 0.6), ()), wheel)
+    np.testing.assert_array_equal(picture((0.0, 1.1), ()), ball)
+
+
+def test_the_default_camera_shows_what_a_pendulum_will_swing_through() -> None:
+    scene = Scene()
+    scene.add_body("wall", "static")
+    scene.add_body("bob", shapes=[Circle(radius=0.2)], position=(-2.0, 3.0))
+    scene.add_joint("rod", "distance", "wall", "bob", anchor_a=(0.0, 3.0), anchor_b=(0.0, 0.0))
+    renderer = SceneRenderer(World(scene), WIDTH, HEIGHT)
+    renderer.render()
+    assert isinstance(renderer.camera, Camera)
+    corners = renderer.camera.to_pixel([(-2.2, 3.0), (2.2, 3.0), (0.0, 0.8)], WIDTH, HEIGHT)
+    assert (corners > 0.0).all()
+    assert (corners < (WIDTH, HEIGHT)).all()
+
+
+def test_static_circles_have_no_mark_of_turning() -> None:
+    scene = Scene()
+    scene.add_body("drum", "static", [Circle(radius=1.0)], position=(0.0, 1.0))
+    row = SceneRenderer(World(scene), WIDTH, HEIGHT, CAMERA).render()[pixel(0.0, 1.0)[0]].astype(int)
+    inside = row[pixel(-0.8, 1.0)[1] : pixel(0.8, 1.0)[1]]
+    assert np.ptp(inside, axis=0).max() <= 1  # the dither alone
+
+
 def test_joint_frames_sit_on_their_anchors() -> None:
     scene = Scene()
     scene.add_body("a", shapes=[Box(half_extents=(0.4, 0.4))], position=(-1.0, 1.0))
@@ -208,3 +307,5 @@ def test_bad_arguments() -> None:
         SceneRenderer(world, overlay=("velocities",))
     with pytest.raises(ValueError, match="width and height"):
         SceneRenderer(world, 0, 10)
+    with pytest.raises(ValueError, match="joints"):
+        SceneRenderer(world, joints=("gear",))

@@ -1,0 +1,78 @@
+"""Masses on springs: one with a closed form, and a block of them."""
+
+from __future__ import annotations
+
+from itertools import product
+
+from gsenv.solver import Circle, Scene
+
+from .palette import AMBER, WARM
+from .stacks import ground
+
+
+def spring_mass(
+    frequency: float = 2.0,
+    damping_ratio: float = 0.0,
+    stretch: float = 0.1,
+    gravity: float = 9.81,
+    length: float = 1.0,
+) -> Scene:
+    """1 kg hung from the origin on a spring of ``frequency`` Hz and relaxed ``length`` m, released at rest
+    ``stretch`` m below its relaxed place. It hangs still g / (2 pi frequency)^2 below it."""
+    scene = Scene(gravity=(0.0, -gravity))
+    scene.add_body("hook", kind="static")
+    scene.add_body("bob", shapes=[Circle(radius=0.1)], position=(0.0, -length - stretch), mass=1.0)
+    scene.add_joint(
+        "spring",
+        "distance",
+        "hook",
+        "bob",
+        anchor_a=(0.0, 0.0),
+        anchor_b=(0.0, 0.0),
+        length=length,
+        frequency=frequency,
+        damping_ratio=damping_ratio,
+    )
+    return scene
+
+
+def jelly(
+    columns: int = 7,
+    rows: int = 5,
+    pitch: float = 0.5,
+    height: float = 2.5,
+    frequency: float = 8.0,
+    damping_ratio: float = 0.1,
+) -> Scene:
+    """A block of balls ``pitch`` m apart, joined by springs along rows, columns and diagonals, its lowest points
+    dropped from ``height`` m.
+
+    The springs are those of ``frequency`` Hz and ``damping_ratio`` between two balls alone.
+    """
+    scene = Scene()
+    ground(scene, friction=0.6)
+    radius = 0.24 * pitch
+    for row in range(rows):
+        for column in range(columns):
+            position = ((column - 0.5 * (columns - 1)) * pitch, height + radius + row * pitch)
+            ball = Circle(radius=radius, friction=0.6)
+            inside = 0 < row < rows - 1 and 0 < column < columns - 1
+            scene.add_body(_ball(row, column), shapes=[ball], position=position, color=AMBER if inside else WARM)
+    for row, column, up, right in product(range(rows), range(columns), (0, 1), (-1, 0, 1)):
+        if (up, right) > (0, 0) and row + up < rows and 0 <= column + right < columns:
+            scene.add_joint(
+                f"spring_{row}_{column}_{up}_{right}",
+                "distance",
+                _ball(row, column),
+                _ball(row + up, column + right),
+                anchor_a=(0.0, 0.0),
+                anchor_b=(0.0, 0.0),
+                frequency=frequency,
+                damping_ratio=damping_ratio,
+                collide=True,
+            )
+    return scene
+
+
+def _ball(row: int, column: int) -> str:
+    return f"ball_{row}_{column}"
