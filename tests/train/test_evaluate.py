@@ -1,0 +1,105 @@
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import gymnasium
+import numpy as np
+import pytest
+
+from gsenv.envs import ENVS
+from gsenv.envs.mlp import MlpPolicy
+from gsenv.train import evaluate as script
+from gsenv.train.evaluate import PolicyError, evaluate, make_actor
+
+GSTACK_OBSERVATIONS = 30
+
+
+def still(observations: int = GSTACK_OBSERVATIONS) -> MlpPolicy:
+    """Holds its block: zero but for a closed magnet."""
+    layer = (np.zeros((4, observations), np.float32), np.array([0, 0, 0, -5], np.float32))
+    return MlpPolicy(np.zeros(observations, np.float32), np.ones(observations, np.float32), (layer,))
+
+
+def test_scripted_builds_and_random_does_not() -> None:
+    three = {"blocks": 3}
+    assert evaluate(make_actor("scripted", "GStack-v0"), "GStack-v0", 20, arguments=three).success_rate >= 0.9
+    result = evaluate(make_actor("random", "GStack-v0"), "GStack-v0", 100, arguments=three)
+    assert result.success_rate < 0.05
+    assert result.episodes == 100
+
+
+def test_equals_single_episodes() -> None:
+    result = evaluate(make_actor("scripted", "GStack-v0"), "GStack-v0", 2, seed=7, arguments={"blocks": 1})
+    lengths, returns = [], []
+    for seed in (7, 8):
+        env = gymnasium.make("GStack-v0", blocks=1)
+        observation, _ = env.reset(seed=seed)
+        done, length, total = False, 0, 0.0
+        while not done:
+            observation, reward, terminated, truncated, _ = env.step(make_actor("scripted", "GStack-v0")(observation))
+            done, length, total = terminated or truncated, length + 1, total + float(reward)
+        lengths.append(length)
+        returns.append(total)
+    assert result.mean_length == np.mean(lengths)
+    assert result.mean_return == pytest.approx(np.mean(returns))
+
+
+def test_time_limits_end_episodes() -> None:
+    result = evaluate(still(), "GStack-v0", 2)
+    assert result.mean_length == 600
+    assert result.success_rate == 0.0
+
+
+@pytest.mark.parametrize("entry", ENVS, ids=lambda entry: entry.id)
+def test_random_policies_of_all_environments(entry: object) -> None:
+    env_id: str = entry.id  # type: ignore[attr-defined]
+    space = gymnasium.make(env_id).action_space
+    actions = make_actor("random", env_id)(np.zeros((5, 3), np.float32))
+    assert all(space.contains(action) for action in actions)
+
+
+def test_policy_files(tmp_path: Path) -> None:
+    still().save(tmp_path / "policy.npz")
+    actor = make_actor(str(tmp_path / "policy.npz"), "GStack-v0")
+    np.testing.assert_array_equal(actor(np.zeros((1, GSTACK_OBSERVATIONS), np.float32)), [[0, 0, 0, -1]])
+    still(7).save(tmp_path / "other.npz")
+    (tmp_path / "broken.npz").write_text("no archive")
+    for policy, message in (
+        ("other.npz", "is for 7 observations"),
+        ("broken.npz", "is not a policy"),
+        ("missing.npz", "cannot read"),
+        ("policy.txt", "an .npz or a .zip file, not"),
+    ):
+        with pytest.raises(PolicyError, match=message):
+            make_actor(str(tmp_path / policy), "GStack-v0")
+
+
+def test_policies_of_stable_baselines_files(tmp_path: Path) -> None:
+    pytest.importorskip("stable_baselines3")
+    (tmp_path / "broken.zip").write_text("no archive")
+    with pytest.raises(PolicyError, match="zip is not an MlpPolicy"):
+        make_actor(str(tmp_path / "broken.zip"), "GStack-v0")
+    with pytest.raises(PolicyError, match="cannot read"):
+        make_actor(str(tmp_path / "missing.zip"), "GStack-v0")
+
+
+def test_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert script.main(["GStack-v0", "--policy", "scripted", "--episodes", "3", "--set", "blocks=1"]) == 0
+    assert "success 100% of 3 episodes" in capsys.readouterr().out
+    assert script.main(["GStack-v0", "--policy", "scripted", "--set", "blocks=9"]) == 1
+    assert "blocks must be" in capsys.readouterr().err
+    for wrong in (["GNothing-v0"], ["GStack-v0", "--episodes", "0"], ["GStack-v0", "--set", "blocks"]):
+        with pytest.raises(SystemExit) as error:
+            script.main(wrong)
+        assert error.value.code == 2
+
+
+def test_needs_no_torch() -> None:
+    code = (
+        "import sys; sys.modules['torch'] = sys.modules['stable_baselines3'] = None\n"
+        "from gsenv.train import evaluate\n"
+        "sys.exit(evaluate.main(['GStack-v0', '--policy', 'scripted', '--episodes', '1', '--set', 'blocks=1']))"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, timeout=120)

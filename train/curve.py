@@ -1,0 +1,83 @@
+"""Learning curves of an experiment: all its seeds, and how good the scripted and the random policy are.
+
+    python -m gsenv.train.curve runs/ppo/GStack-v0
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from gsenv.train.files import read_rows, write_whole
+
+_STYLES = {"trained": ("o", "#2a6fbb"), "scripted": ("--", "#46ae90"), "random": (":", "#8a8f98")}
+
+
+def plot(folder: Path, out: Path | None = None) -> None:
+    """Write curve.png: success and return over steps, one line for each seed-* folder."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(10, 4), layout="constrained")
+    FigureCanvasAgg(figure)
+    success, returns = figure.subplots(1, 2)
+    title = folder.name
+    for seed in sorted(folder.glob("seed-*"), key=lambda path: int(path.name.rpartition("-")[2])):
+        if not (seed / "progress.csv").is_file():
+            continue
+        rows = read_rows(seed / "progress.csv")
+        if (seed / "settings.json").is_file():
+            title = json.loads((seed / "settings.json").read_text())["env"]
+        label = seed.name.replace("-", " ")
+        (line,) = returns.plot([row["steps"] for row in rows], [row["return"] for row in rows], label=label)
+        evaluated = [row for row in rows if not math.isnan(row["evaluated_success"])]
+        success.plot(
+            [row["steps"] for row in evaluated],
+            [100 * row["evaluated_success"] for row in evaluated],
+            color=line.get_color(), marker="o", markersize=3, label=label,
+        )  # fmt: skip
+        _add_references(seed, success, returns)
+    success.set(xlabel="steps", ylabel="success, %, mean action, unseen seeds", ylim=(-3, 103))
+    returns.set(xlabel="steps", ylabel="return, with exploration")
+    for axes in (success, returns):
+        axes.grid(alpha=0.3)
+        axes.set_xlim(left=0)
+    handles, labels = returns.get_legend_handles_labels()
+    unique = dict(zip(labels, handles, strict=True))
+    if unique:  # seeds first, then what they are compared with
+        order = sorted(unique, key=lambda label: label in _STYLES)
+        returns.legend([unique[label] for label in order], order, fontsize=8)
+    figure.suptitle(title)
+    write_whole(out or folder / "curve.png", lambda partial: figure.savefig(partial, dpi=110))
+
+
+def _add_references(seed: Path, success: Any, returns: Any) -> None:
+    """Horizontal lines: the scripted and the random policy in the environment that was trained in."""
+    if not (seed / "result.json").is_file():
+        return
+    arguments = json.loads((seed / "settings.json").read_text())["arguments"]
+    name = ", ".join(f"{key} {value}" for key, value in arguments.items()) or "default"
+    results = json.loads((seed / "result.json").read_text())
+    for policy in ("scripted", "random"):
+        result = results.get(f"{name}: {policy}")
+        if result is not None:
+            style, color = _STYLES[policy]
+            success.axhline(100 * result["success_rate"], linestyle=style, color=color, label=policy)
+            returns.axhline(result["mean_return"], linestyle=style, color=color, label=policy)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    given = sys.argv[1:] if arguments is None else list(arguments)
+    if len(given) not in (1, 2):
+        print("curve: give the folder of an experiment, and where to write the picture if not there", file=sys.stderr)
+        return 2
+    plot(Path(given[0]), Path(given[1]) if len(given) == 2 else None)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

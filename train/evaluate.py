@@ -1,0 +1,190 @@
+"""How good a policy is: its episodes on seeds that training has not seen, one on each.
+
+    python -m gsenv.train.evaluate GStack-v0 --policy trained --set blocks=3
+
+Needs numpy alone, except for policies of Stable-Baselines3 (policy.zip).
+"""
+
+from __future__ import annotations
+
+import argparse
+import ast
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import gymnasium
+import numpy as np
+from numpy.typing import NDArray
+
+import gsenv  # noqa: F401  (registers the environments)
+
+TEST_SEED = 2_000_000  # of the first unseen episode
+VALIDATION_SEED = 1_000_000  # of those that are watched during training
+EPISODES = 100
+POLICIES = ("trained", "scripted", "random")
+
+Actor = Callable[[NDArray[np.float32]], NDArray[np.float32]]
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """Means over episodes."""
+
+    episodes: int
+    success_rate: float
+    mean_return: float
+    mean_length: float
+
+    def __str__(self) -> str:
+        return (
+            f"success {self.success_rate:.0%} of {self.episodes} episodes, return {self.mean_return:.2f}, "
+            f"{self.mean_length:.0f} steps"
+        )
+
+
+class PolicyError(Exception):
+    """A policy that does not exist or does not fit; the message is one sentence."""
+
+
+def evaluate(
+    actor: Actor,
+    env_id: str,
+    episodes: int = EPISODES,
+    seed: int = TEST_SEED,
+    arguments: Mapping[str, Any] | None = None,
+) -> Evaluation:
+    """One episode on each of `episodes` seeds from `seed` on, side by side."""
+    envs = gymnasium.make_vec(env_id, num_envs=episodes, **(arguments or {}))
+    observations, _ = envs.reset(seed=seed)
+    returns, lengths = np.zeros(episodes), np.zeros(episodes, np.int64)
+    running, success = np.ones(episodes, bool), np.zeros(episodes, bool)
+    while running.any():
+        observations, rewards, terminated, truncated, infos = envs.step(actor(observations))
+        returns += np.where(running, rewards, 0.0)
+        lengths += running
+        ended = running & (terminated | truncated)
+        success |= ended & infos.get("is_success", np.zeros(episodes, bool))
+        running &= ~ended
+    envs.close()
+    return Evaluation(episodes, float(success.mean()), float(returns.mean()), float(lengths.mean()))
+
+
+def make_actor(policy: str, env_id: str, seed: int = 0) -> Actor:
+    """An actor from "trained", "scripted", "random", or a file: policy.npz, or SB3's policy.zip.
+
+    Raises:
+        PolicyError: there is no such policy, or it is not for this environment.
+    """
+    from gsenv.envs.mlp import MlpPolicy
+    from gsenv.envs.policies import scripted_actions, trained_actions
+
+    if policy == "random":
+        return _random_actor(env_id, seed)
+    try:
+        if policy == "scripted":
+            return scripted_actions(env_id)
+        if policy == "trained":
+            return trained_actions(env_id)
+    except LookupError as error:
+        raise PolicyError(str(error.args[0])) from None
+    path = Path(policy)
+    if path.suffix not in (".npz", ".zip"):
+        raise PolicyError(f"a policy is {', '.join(POLICIES)}, an .npz or a .zip file, not {policy!r}.")
+    try:
+        mlp = MlpPolicy.load(path) if path.suffix == ".npz" else _load_zip(path)
+    except OSError as error:
+        raise PolicyError(f"cannot read {path}: {error.strerror or error}.") from None
+    except ValueError as error:
+        raise PolicyError(str(error)) from None
+    count = gymnasium.make(env_id).observation_space.shape
+    if count != (mlp.observation_count,):
+        raise PolicyError(f"{path} is for {mlp.observation_count} observations, {env_id} has {count}.")
+    return mlp
+
+
+def _random_actor(env_id: str, seed: int) -> Actor:
+    space = gymnasium.make(env_id).action_space
+    assert isinstance(space, gymnasium.spaces.Box)
+    generator = np.random.default_rng(seed)
+
+    def act(observations: NDArray[np.float32]) -> NDArray[np.float32]:
+        return generator.uniform(space.low, space.high, (len(observations), *space.shape)).astype(np.float32)
+
+    return act
+
+
+def _load_zip(path: Path) -> Any:
+    try:
+        from gsenv.train.export import load_zip
+    except ImportError as error:
+        raise PolicyError(f"{error.name} is missing for {path}; pip install 'gsenv[train]' brings it.") from None
+    return load_zip(path)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Evaluate as a command line says; returns the exit code."""
+    parser = argparse.ArgumentParser(prog="evaluate", description="Evaluate a policy on unseen seeds.")
+    parser.add_argument("env", help="an environment's id")
+    parser.add_argument(
+        "--policy", default="trained", help="trained, scripted, random, or a .npz or .zip file (default: trained)"
+    )
+    parser.add_argument("--episodes", type=positive, default=EPISODES, help="default: %(default)s")
+    parser.add_argument("--seed", type=not_negative, default=TEST_SEED, help="of the first one (default: %(default)s)")
+    add_set_option(parser)
+    given = parser.parse_args(arguments)
+    check_env_id(parser, given.env)
+    try:
+        actor = make_actor(given.policy, given.env, given.seed)
+        print(evaluate(actor, given.env, given.episodes, given.seed, dict(given.set)))
+    except (PolicyError, TypeError, ValueError) as error:
+        print(f"evaluate: {error}", file=sys.stderr)
+        return 1
+    return 0
+
+
+# ---------------------------------------------------------------- what command lines share
+
+
+def add_set_option(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--set",
+        type=_assignment,
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="an argument of the environment, such as blocks=3; may be repeated",
+    )
+
+
+def check_env_id(parser: argparse.ArgumentParser, env_id: str) -> None:
+    if env_id.rpartition(":")[2] not in gymnasium.registry:
+        parser.error(f"there is no environment {env_id!r}")
+
+
+def positive(text: str) -> int:
+    if not text.isdecimal() or int(text) == 0:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a positive whole number")
+    return int(text)
+
+
+def not_negative(text: str) -> int:
+    if not text.isdecimal():
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number of at least 0")
+    return int(text)
+
+
+def _assignment(text: str) -> tuple[str, Any]:
+    name, equals, value = text.partition("=")
+    if not equals or not name.isidentifier():
+        raise argparse.ArgumentTypeError(f"{text!r} is not of the form NAME=VALUE")
+    try:
+        return name, ast.literal_eval(value)
+    except (SyntaxError, ValueError):
+        return name, value  # a plain word
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,343 @@
+"""What the training scripts share: their command line, and a run of one seed after another.
+
+Each seed has its own folder, whose files are always whole:
+
+    policy.npz       the policy for numpy alone, with its observation normalisation
+    policy.zip, normalize.pkl   the same for Stable-Baselines3; `--resume` goes on from them
+    progress.csv     a row every so often; events for TensorBoard beside it, where that is installed
+    settings.json    what was run, result.json how good the policy is on unseen seeds
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
+from time import perf_counter
+from typing import TYPE_CHECKING, Any
+
+from gsenv.train.evaluate import (
+    TEST_SEED,
+    VALIDATION_SEED,
+    PolicyError,
+    add_set_option,
+    check_env_id,
+    evaluate,
+    make_actor,
+    not_negative,
+    positive,
+)
+from gsenv.train.files import read_rows, write_json, write_rows, write_whole
+
+if TYPE_CHECKING:
+    from stable_baselines3.common.base_class import BaseAlgorithm
+    from stable_baselines3.common.callbacks import BaseCallback
+    from stable_baselines3.common.vec_env import VecNormalize
+
+OK, FAILED, INTERRUPTED = 0, 1, 130
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What every experiment needs; the scripts add their algorithm's own."""
+
+    env: str = "GStack-v0"
+    arguments: dict[str, Any] = field(default_factory=dict)  # of the environment
+    steps: int = 3_000_000
+    seed: int = 0
+    world_count: int = 64
+    discount: float = 0.99
+    torch_threads: int = 1  # more do not help nets this small
+    log_every: int = 50_000  # steps, also between checkpoints
+    evaluate_every: int = 250_000  # steps
+    watched_episodes: int = 50  # of an evaluation during training
+    test_episodes: int = 100  # of the one at the end
+    tests: tuple[dict[str, Any], ...] = ({},)  # arguments of the environment in which the policy is tested
+    curriculum: tuple[tuple[float, dict[str, Any]], ...] = ()  # until this share of the steps, these arguments
+
+    def lesson(self, steps: int) -> dict[str, Any]:
+        """Arguments that the curriculum sets for episodes which begin after so many steps."""
+        named = {name for _, lesson in self.curriculum for name in lesson}
+        arguments = {name: self.arguments[name] for name in named}
+        for share, lesson in self.curriculum:
+            if steps < share * self.steps:
+                return arguments | lesson
+        return arguments
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """An algorithm: its settings for each environment, and how to build and load its model."""
+
+    name: str
+    settings_for: Callable[[str], Settings]
+    make_model: Callable[[Any, VecNormalize], BaseAlgorithm]
+    load_model: Callable[[Path, VecNormalize], BaseAlgorithm]
+
+
+class Linear:
+    """A learning rate that falls linearly to a share of what it was."""
+
+    def __init__(self, start: float, end_share: float = 0.05) -> None:
+        self.start = start
+        self.end_share = end_share
+
+    def __call__(self, progress_remaining: float) -> float:
+        return self.start * max(progress_remaining, self.end_share)
+
+
+@dataclass
+class Run:
+    """One seed in the making."""
+
+    settings: Settings
+    folder: Path
+    model: BaseAlgorithm
+    normalize: VecNormalize
+    rows: list[dict[str, Any]]  # of progress.csv
+
+    @property
+    def steps(self) -> int:
+        return int(self.model.num_timesteps)
+
+
+def main(experiment: Experiment, arguments: Sequence[str] | None = None) -> int:
+    """Run what a command line says; returns the exit code."""
+    settings, seeds, folder, resume = _parse(experiment, arguments)
+    try:
+        import stable_baselines3  # noqa: F401
+        import torch
+    except ImportError as error:
+        print(
+            f"{experiment.name}: {error.name} is missing; pip install 'gsenv[train]' brings it.", file=sys.stderr
+        )
+        return FAILED
+    torch.set_num_threads(settings.torch_threads)
+    for seed in seeds:
+        try:
+            code = run_seed(experiment, replace(settings, seed=seed), folder / f"seed-{seed}", resume)
+        except KeyboardInterrupt:  # before there was anything to keep, or in a test
+            print(f"{experiment.name}: interrupted", file=sys.stderr)
+            return INTERRUPTED
+        except (OSError, TypeError, ValueError) as error:  # a full disk, a bad argument of the environment
+            print(f"{experiment.name}: {error}", file=sys.stderr)
+            return FAILED
+        if code != OK:
+            return code
+    from gsenv.train.curve import plot
+
+    plot(folder)
+    print(f"the learning curves are in {folder / 'curve.png'}")
+    return OK
+
+
+def _parse(experiment: Experiment, arguments: Sequence[str] | None) -> tuple[Settings, list[int], Path, bool]:
+    parser = argparse.ArgumentParser(prog=experiment.name, description=f"Train {experiment.name.upper()}.")
+    parser.add_argument("--env", default="GStack-v0", help="default: %(default)s")
+    parser.add_argument("--steps", type=positive, help="of all worlds together; default: the environment's")
+    parser.add_argument("--seeds", type=not_negative, nargs="+", default=[0], help="one run each; default: 0")
+    parser.add_argument("--resume", action="store_true", help="go on from what the output folder holds")
+    parser.add_argument("--out", type=Path, help=f"folder; default: runs/{experiment.name}/ENV")
+    add_set_option(parser)
+    given = parser.parse_args(arguments)
+    check_env_id(parser, given.env)
+    settings = experiment.settings_for(given.env)
+    settings = replace(settings, steps=given.steps or settings.steps, arguments=settings.arguments | dict(given.set))
+    folder = given.out or Path("runs") / experiment.name / given.env.rpartition(":")[2]
+    return settings, given.seeds, folder, given.resume
+
+
+def run_seed(experiment: Experiment, settings: Settings, folder: Path, resume: bool = False) -> int:
+    """Train and test one seed; returns the exit code."""
+    run = prepare(experiment, settings, folder, resume)
+    began, before = perf_counter(), run.steps
+    finished = train(run)
+    rate = (run.steps - before) / (perf_counter() - began)
+    how = "trained" if finished else "interrupted after"
+    print(f"seed {settings.seed}: {how} {run.steps} steps, {rate:.0f}/s; the policy is in {folder / 'policy.npz'}")
+    if not finished:
+        return INTERRUPTED
+    write_json(folder / "result.json", test(run))
+    return OK
+
+
+def prepare(experiment: Experiment, settings: Settings, folder: Path, resume: bool = False) -> Run:
+    """A run at its beginning, or where the folder's files left it."""
+    from stable_baselines3.common.vec_env import VecNormalize
+
+    from gsenv.train.export import NORMALIZE
+
+    saved = resume and (folder / "policy.zip").is_file() and (folder / NORMALIZE).is_file()
+    envs = make_envs(settings)
+    folder.mkdir(parents=True, exist_ok=True)
+    rows: list[dict[str, Any]] = []
+    if saved:
+        normalize = VecNormalize.load(str(folder / NORMALIZE), envs)
+        model = experiment.load_model(folder / "policy.zip", normalize)
+        envs.seed(_first_seed(settings) + model.num_timesteps % 10_000)  # not the same episodes again
+        if (folder / "progress.csv").is_file():
+            rows = [dict(row) for row in read_rows(folder / "progress.csv") if row["steps"] <= model.num_timesteps]
+    else:
+        normalize = VecNormalize(envs, gamma=settings.discount)
+        model = experiment.make_model(settings, normalize)
+    write_json(folder / "settings.json", asdict(settings))
+    return Run(settings, folder, model, normalize, rows)
+
+
+def make_envs(settings: Settings) -> Any:
+    from stable_baselines3.common.env_util import make_vec_env
+
+    from gsenv.adapters.sb3 import BatchedVecEnv
+
+    env_id = settings.env if ":" in settings.env else f"gsenv:{settings.env}"
+    return make_vec_env(
+        env_id,
+        n_envs=settings.world_count,
+        seed=_first_seed(settings),
+        vec_env_cls=BatchedVecEnv,  # type: ignore[arg-type]
+        env_kwargs={"render_mode": None, **settings.arguments},
+    )
+
+
+def _first_seed(settings: Settings) -> int:
+    """Of the worlds: far from those of the other runs and of evaluations."""
+    return 10_000 * settings.seed
+
+
+def train(run: Run) -> bool:
+    """Train to the end with a progress bar; False if Ctrl-C ended it. The policy is saved in any case."""
+    left = run.settings.steps - run.steps
+    finished = True
+    if left > 0:
+        run.model.set_logger(_logger(run.folder))
+        with _progress() as progress:
+            try:
+                run.model.learn(left, callback=_watcher(run, progress), reset_num_timesteps=False)
+            except KeyboardInterrupt:
+                finished = False
+    save(run)
+    return finished
+
+
+def save(run: Run) -> None:
+    """Write the policy in all its forms, each whole or not at all."""
+    from gsenv.train.export import NORMALIZE, export
+
+    mlp = export(run.model, run.normalize, _notes(run))
+    write_whole(run.folder / "policy.npz", mlp.save)
+    write_whole(run.folder / NORMALIZE, lambda partial: run.normalize.save(str(partial)))
+    write_whole(run.folder / "policy.zip", run.model.save)
+    if run.rows:
+        write_rows(run.folder / "progress.csv", run.rows)
+
+
+def test(run: Run) -> dict[str, Any]:
+    """The policy on unseen seeds, beside the scripted and the random one."""
+    results = {}
+    for arguments in run.settings.tests:
+        name = ", ".join(f"{key} {value}" for key, value in arguments.items()) or "default"
+        for policy in (str(run.folder / "policy.npz"), "scripted", "random"):
+            try:
+                actor = make_actor(policy, run.settings.env)
+            except PolicyError:
+                continue  # not every environment has a scripted policy
+            result = evaluate(actor, run.settings.env, run.settings.test_episodes, TEST_SEED, arguments)
+            kind = "trained" if policy.endswith(".npz") else policy
+            results[f"{name}: {kind}"] = asdict(result)
+            print(f"  {name}, {kind}: {result}")
+    return results
+
+
+def _notes(run: Run) -> dict[str, Any]:
+    algorithm = type(run.model).__name__
+    return {"env": run.settings.env, "algorithm": algorithm, "seed": run.settings.seed, "steps": run.steps}
+
+
+# ---------------------------------------------------------------- watching
+
+
+def _logger(folder: Path) -> Any:
+    from stable_baselines3.common.logger import Logger, TensorBoardOutputFormat
+
+    try:
+        return Logger(str(folder), [TensorBoardOutputFormat(str(folder / "tensorboard"))])
+    except AssertionError:  # tensorboard is not installed
+        return Logger(str(folder), [])
+
+
+def _progress() -> Any:
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    console = Console(stderr=True)
+    return Progress(*columns, console=console, disable=not console.is_terminal)
+
+
+def _watcher(run: Run, progress: Any) -> BaseCallback:
+    """Moves the progress bar, writes rows and checkpoints, evaluates."""
+    import numpy as np
+    from stable_baselines3.common.callbacks import BaseCallback
+
+    from gsenv.train.export import export
+
+    settings = run.settings
+
+    class Watcher(BaseCallback):
+        def _on_training_start(self) -> None:
+            self.bar = progress.add_task(settings.env, total=settings.steps, completed=run.steps)
+            self.began = perf_counter() - (run.rows[-1]["seconds"] if run.rows else 0.0)
+            self.logged = self.num_timesteps
+            self.evaluated = self.num_timesteps
+
+        def _on_step(self) -> bool:
+            return True
+
+        def _on_rollout_start(self) -> None:
+            for name, value in settings.lesson(self.num_timesteps).items():
+                run.normalize.set_attr(name, value)
+
+        def _on_rollout_end(self) -> None:
+            if self.num_timesteps - self.logged < settings.log_every:
+                progress.update(self.bar, completed=self.num_timesteps)
+                return
+            self.logged = self.num_timesteps
+            row = self.row()
+            run.rows.append(row)
+            for name, value in row.items():
+                if value != "":
+                    self.logger.record(f"gsenv/{name}", value)
+            save(run)
+            progress.update(
+                self.bar,
+                completed=self.num_timesteps,
+                description=f"{settings.env}  return {row['return']:.2f}  success {row['success']:.0%}",
+            )
+
+        def row(self) -> dict[str, Any]:
+            episodes: Any = self.model.ep_info_buffer or ()
+            row: dict[str, Any] = {
+                "steps": self.num_timesteps,
+                "seconds": round(perf_counter() - self.began, 1),
+                "return": _mean([episode["r"] for episode in episodes]),
+                "length": _mean([episode["l"] for episode in episodes]),
+                "success": _mean(list(self.model.ep_success_buffer or ())),
+                "evaluated_return": "",
+                "evaluated_success": "",
+            }
+            if self.num_timesteps - self.evaluated >= settings.evaluate_every:
+                self.evaluated = self.num_timesteps
+                actor = export(self.model, run.normalize)
+                result = evaluate(
+                    actor, settings.env, settings.watched_episodes, VALIDATION_SEED, settings.arguments
+                )
+                row |= {"evaluated_return": result.mean_return, "evaluated_success": result.success_rate}
+            return row
+
+    def _mean(values: list[Any]) -> float:
+        return float(np.mean(values)) if values else float("nan")
+
+    return Watcher()
+

@@ -1,0 +1,87 @@
+"""SAC on one environment, its worlds in one batch.
+
+    python -m gsenv.train.sac --env GStack-v0 --seeds 0 1 2
+
+Writes to runs/sac/ENV/seed-SEED: see gsenv.train.experiment. Ctrl-C ends early and keeps the policy as it is
+then; `--resume` goes on, with an empty replay buffer.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from gsenv.train import experiment
+
+if TYPE_CHECKING:
+    from stable_baselines3 import SAC
+    from stable_baselines3.common.vec_env import VecNormalize
+
+
+@dataclass(frozen=True)
+class Settings(experiment.Settings):
+    """One run."""
+
+    steps: int = 1_000_000
+    world_count: int = 16
+    buffer_size: int = 500_000
+    batch_size: int = 512
+    learning_rate: float = 3e-4  # falls linearly to 5 %
+    learning_starts: int = 5_000
+    target_update: float = 0.005  # share of the new weights
+    gradient_steps: int = 4  # after each step of all worlds
+    layers: tuple[int, ...] = (256, 256)
+
+
+DEFAULTS = Settings()
+SETTINGS = {
+    "GStack-v0": replace(DEFAULTS, arguments={"blocks": 5}, tests=({"blocks": 3}, {"blocks": 5})),
+    "GCar-v0": replace(DEFAULTS, arguments={"difficulty": 0.3}, tests=({"difficulty": 0.3},)),
+}
+
+
+def settings_for(env_id: str) -> Settings:
+    name = env_id.rpartition(":")[2]
+    return replace(SETTINGS.get(name, DEFAULTS), env=name)
+
+
+def make_model(settings: Settings, envs: VecNormalize) -> SAC:
+    """An untrained agent; equal settings give equal agents."""
+    from stable_baselines3 import SAC
+
+    return SAC(
+        "MlpPolicy",
+        envs,
+        learning_rate=experiment.Linear(settings.learning_rate),
+        buffer_size=settings.buffer_size,
+        batch_size=settings.batch_size,
+        learning_starts=settings.learning_starts,
+        tau=settings.target_update,
+        gamma=settings.discount,
+        train_freq=1,
+        gradient_steps=settings.gradient_steps,
+        policy_kwargs={"net_arch": list(settings.layers)},
+        seed=settings.seed,
+        device="cpu",
+    )
+
+
+def load_model(path: Path, envs: VecNormalize) -> SAC:
+    from stable_baselines3 import SAC
+
+    return SAC.load(path, envs, device="cpu")
+
+
+EXPERIMENT = experiment.Experiment("sac", settings_for, make_model, load_model)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the experiment of a command line; returns the exit code."""
+    return experiment.main(EXPERIMENT, arguments)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
