@@ -13,7 +13,8 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from tests.stress.generator import CATEGORIES, LIMIT, STEPS, Outcome, problems, random_case, run_case
+from tests.stress.generator import CATEGORIES, random_case
+from tests.stress.measure import LIMIT, STEPS, Outcome, problems, run_case
 
 WORST = 3  # seeds named in each row
 
