@@ -7,6 +7,7 @@ registering stays as light as importing gymnasium.
 if __name__ != "gsenv.envs":  # a stray `import envs` would make two classes of everything
     raise ImportError("the package is gsenv.envs: write `import gsenv.envs`")
 
+import sys
 from dataclasses import dataclass
 
 import gymnasium
@@ -25,11 +26,27 @@ class EnvEntry:
 
 ENVS = (
     EnvEntry("GStack-v0", "stack:StackEnv", "stack:StackVectorEnv", 600, "2D: build a tower of blocks that stands"),
+    EnvEntry("GCar-v0", "car:CarEnv", "car:CarVectorEnv", 1000, "2D: drive a car over hills, bridges and see-saws"),
 )
 
 
+@dataclass(frozen=True)
+class ParallelEntry:
+    """One environment of several agents, a module of gsenv.envs in PettingZoo's style."""
+
+    name: str  # of the module; "gsenv/<name>" in PettingZoo's registries
+    max_cycles: int
+    summary: str
+
+
+PARALLEL_ENVS = (ParallelEntry("tower_v0", 900, "2D: two grippers build one tower together"),)
+
+
 def register_envs() -> None:
-    """Register all environments with gymnasium; those that are registered already stay as they are."""
+    """Register all environments with gymnasium; those that are registered already stay as they are.
+
+    With PettingZoo too if it has been imported: it is not loaded for this.
+    """
     for entry in ENVS:
         if entry.id not in gymnasium.registry:
             gymnasium.register(
@@ -38,3 +55,29 @@ def register_envs() -> None:
                 vector_entry_point=f"gsenv.envs.{entry.vector_env}",
                 max_episode_steps=entry.max_episode_steps,
             )
+    if "pettingzoo" in sys.modules:
+        register_parallel_envs()
+
+
+def register_parallel_envs() -> None:
+    """Register with PettingZoo, "parallel" and "aec", what is not yet. Its releases before 1.27 have no registry.
+
+    Importing a module of PARALLEL_ENVS does this by itself.
+    """
+    import pettingzoo
+
+    if not hasattr(pettingzoo, "register"):
+        return
+    kinds = (
+        ("parallel", "parallel_env", pettingzoo.parallel_registry),
+        ("aec", "env", pettingzoo.aec_registry),
+    )
+    for entry in PARALLEL_ENVS:
+        for kind, function, registry in kinds:
+            if f"gsenv/{entry.name.replace('_v', '-v')}" not in registry:
+                pettingzoo.register(
+                    kind,
+                    f"gsenv/{entry.name}",
+                    entry_point=f"gsenv.envs.{entry.name}:{function}",
+                    max_cycles=entry.max_cycles,
+                )

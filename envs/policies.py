@@ -1,23 +1,29 @@
 """Policies to look at and to compare with: scripted ones, and trained ones where an asset exists.
 
 A policy is a function of an environment; it returns the next action. The scripted ones are pure
-feedback from the observation, without memory, so one policy serves any number of environments.
+feedback from the observation, without memory, so one policy serves any number of environments; the
+trained ones are too.
 """
 
 from __future__ import annotations
 
+import io
 from collections.abc import Callable
+from importlib.resources import files
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gsenv.envs import stack_scene
+from gsenv.envs.car_driver import drive
+from gsenv.envs.mlp import MlpPolicy
 from gsenv.envs.stack import StackTask
 
 Observations = NDArray[np.float32]
 Actions = NDArray[np.float32]
 Policy = Callable[[Any], Actions]
+BatchPolicy = Callable[[Observations], Actions]
 
 _INDEX = {entry.name: k for k, entry in enumerate(StackTask.observations)}
 
@@ -38,18 +44,46 @@ def scripted_policy(env_id: str) -> Policy:
     Raises:
         LookupError: there is none.
     """
-    if env_id.rpartition(":")[2] != "GStack-v0":
-        raise LookupError(f"{env_id} has no scripted policy.")
-    return lambda env: build_tower(env.unwrapped.observation)
+    return _on_env(scripted_actions(env_id))
 
 
 def trained_policy(env_id: str) -> Policy:
-    """The trained policy of an environment.
+    """The trained policy of an environment, which needs numpy alone.
 
     Raises:
         LookupError: there is none.
     """
-    raise LookupError(f"{env_id} has no trained policy yet.")
+    return _on_env(trained_actions(env_id))
+
+
+def scripted_actions(env_id: str) -> BatchPolicy:
+    """The scripted policy of an environment, of (..., entry) observations.
+
+    Raises:
+        LookupError: there is none.
+    """
+    name = env_id.rpartition(":")[2]
+    if name not in _SCRIPTED:
+        raise LookupError(f"{name} has no scripted policy.")
+    return _SCRIPTED[name]
+
+
+def trained_actions(env_id: str) -> MlpPolicy:
+    """The trained policy of an environment, of (..., entry) observations.
+
+    Raises:
+        LookupError: there is none.
+    """
+    name = env_id.rpartition(":")[2]
+    asset = files("gsenv.assets") / f"{name}.npz"
+    if not asset.is_file():
+        raise LookupError(f"{name} has no trained policy; `gsenv train {name}` makes one.")
+    with asset.open("rb") as file:
+        return MlpPolicy.load(io.BytesIO(file.read()))
+
+
+def _on_env(policy: BatchPolicy) -> Policy:
+    return lambda env: policy(env.unwrapped.observation)
 
 
 def build_tower(observations: Observations) -> Actions:
@@ -105,3 +139,6 @@ def _ascent(seen: dict[str, NDArray[np.float32]]) -> NDArray[Any]:
 
 def _slow(seen: dict[str, NDArray[np.float32]]) -> NDArray[np.bool_]:
     return np.hypot(seen["block_vx"], seen["block_vy"]) < _CALM
+
+
+_SCRIPTED: dict[str, BatchPolicy] = {"GStack-v0": build_tower, "GCar-v0": drive}

@@ -9,6 +9,8 @@ from typing import TypeVar
 import numpy as np
 from gymnasium import spaces
 
+from gsenv.envs.arguments import Quantity, Setting
+
 _Class = TypeVar("_Class", bound=type)
 
 
@@ -31,10 +33,12 @@ class RewardTerm:
     text: str
 
 
-def box_of(entries: Sequence[Entry]) -> spaces.Box:
-    """The float32 space of the entries."""
+def box_of(entries: Sequence[Entry], agents: Sequence[str] = ()) -> spaces.Box:
+    """The float32 space of the entries; (agent, entry) where there are agents."""
     low = np.array([entry.low for entry in entries], np.float32)
     high = np.array([entry.high for entry in entries], np.float32)
+    if agents:
+        low, high = (np.tile(bound, (len(agents), 1)) for bound in (low, high))
     return spaces.Box(low, high, dtype=np.float32)
 
 
@@ -57,6 +61,17 @@ def entry_table(title: str, entries: Sequence[Entry]) -> str:
 
 def reward_table(terms: Sequence[RewardTerm]) -> str:
     return table(("Term", "Value"), ((term.name, term.text) for term in terms))
+
+
+def quantity_table(quantities: Sequence[Quantity]) -> str:
+    rows = (
+        (q.name, q.text, f"{q.nominal:g}", f"{q.low:g} to {q.high:g}", q.unit) for q in quantities
+    )
+    return table(("Name", "Quantity", "Nominal", "May be", "Unit"), rows)
+
+
+def argument_table(settings: Sequence[Setting]) -> str:
+    return table(("Argument", "Meaning", "Default"), ((s.name, s.text, repr(s.default)) for s in settings))
 
 
 def fill_docstring(cls: _Class, **texts: str) -> _Class:

@@ -5,24 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import numpy as np
-from gymnasium.vector import AutoresetMode
-
-from gsenv.envs import stack_rules, stack_scene
+from gsenv.envs import blocks, stack_physics, stack_rules, stack_scene, stack_start
 from gsenv.envs.base import Array, Task, TaskEnv, documented
 from gsenv.envs.spec_tables import Entry, RewardTerm
+from gsenv.envs.stack_settings import REWARD_WEIGHTS, SETTINGS, write_settings
 from gsenv.envs.vector import TaskVectorEnv
 from gsenv.solver import Scene
 
 MAX_BLOCKS = stack_scene.MAX_BLOCKS
-
-
-def check_blocks(blocks: Any) -> int:
-    """Levels of the goal, 1 to 8, or ValueError."""
-    whole = isinstance(blocks, (int, np.integer)) and not isinstance(blocks, bool)
-    if not whole or not 1 <= blocks <= MAX_BLOCKS:
-        raise ValueError(f"blocks must be a whole number from 1 to {MAX_BLOCKS}, got {blocks!r}.")
-    return int(blocks)
+_WEIGHTS = REWARD_WEIGHTS
 
 
 class StackTask(Task):
@@ -64,52 +55,48 @@ class StackTask(Task):
         Entry("how much the gripper must rise for the next block", "rise", 0, 2, "m"),
         Entry("blocks placed, of 8", "placed", 0, 1),
         Entry("blocks to go, of 8", "to_go", 0, 1),
-        Entry("time that the released blocks have stood", "stand_time", 0, 1, "s"),
+        Entry("time that the released blocks have stood, of success_time", "stand_time", 0, 1),
     )
     reward_terms = (
         RewardTerm(
             "approach",
-            f"{stack_rules.APPROACH_WEIGHT:g} per m nearer: the held block to its place (across, "
-            f"down, and {stack_rules.TILT_WEIGHT:g} m per rad of tilt), the empty gripper to where "
+            f"{_WEIGHTS['approach']:g} per m nearer: the held block to its place (across, "
+            f"down, and {blocks.TILT_WEIGHT:g} m per rad of tilt), the empty gripper to where "
             "the next block comes",
         ),
         RewardTerm(
-            "placed", f"{stack_rules.PLACED_REWARD:g} when a block first rests at its level"
+            "placed", f"{_WEIGHTS['placed']:g} when a block first rests at its level"
         ),
         RewardTerm(
-            "success", f"{stack_rules.SUCCESS_REWARD:g} when the whole tower has stood for 1 s"
+            "success", f"{_WEIGHTS['success']:g} when the whole tower has stood for `success_time`"
         ),
-        RewardTerm("fall", f"{stack_rules.FALL_REWARD:g} when a released block falls"),
+        RewardTerm("fall", f"{_WEIGHTS['fall']:g} when a released block falls"),
         RewardTerm(
-            "effort", f"{stack_rules.EFFORT_WEIGHT:g} times the mean square of the first 3 actions"
+            "effort", f"{_WEIGHTS['effort']:g} times the mean square of the first 3 actions"
         ),
     )
-    record_fields = stack_rules.RECORD_FIELDS
+    record_fields = stack_start.RECORD_FIELDS
     fact_fields = (("success", "?"), ("is_success", "?"), ("placed", "i8"), ("stand_time", "f8"))
-    draw_count = stack_rules.DRAW_COUNT
-
-    def __init__(self, world_count: int, threads: int, settings: Mapping[str, Any]) -> None:
-        super().__init__(world_count, threads, {"blocks": check_blocks(settings["blocks"])})
-        self._low = np.array([entry.low for entry in self.observations], np.float32)
-        self._high = np.array([entry.high for entry in self.observations], np.float32)
+    draw_count = stack_start.DRAW_COUNT
+    arguments = SETTINGS
+    quantities = stack_physics.QUANTITIES
 
     def build_scene(self) -> Scene:
         return stack_scene.build_scene()
 
-    def check_options(self, options: Mapping[str, Any]) -> Mapping[str, Any]:
-        for name in options:
-            if name != "blocks":
-                raise ValueError(f"reset: unknown option {name!r}; the only one is 'blocks'.")
-        return {"blocks": check_blocks(options.get("blocks", self.settings["blocks"]))}
-
     def _start(self, worlds: Array, draws: Array, options: Mapping[str, Any]) -> None:
         state, parameters = self.world.state, self.world.parameters
-        stack_rules.start_worlds(
-            worlds, draws, options["blocks"], self.records, state.bodies,
+        write_settings(self.records, worlds, options)
+        stack_start.start_worlds(
+            worlds, draws, self.records, state.bodies,
             parameters.bodies, parameters.shapes, parameters.joints, state.joints,
         )  # fmt: skip
+        stack_physics.apply_physics(
+            worlds, self.physics, parameters.worlds, parameters.bodies, parameters.shapes,
+            parameters.joints, stack_scene.FIRST_BLOCK, stack_scene.FIRST_BLOCK_SHAPE, 1,
+        )  # fmt: skip
         stack_rules.observe_worlds(
-            worlds, self.observation, self._low, self._high, self.records, state.bodies,
+            worlds, self.observation, self.low, self.high, self.records, state.bodies,
             parameters.bodies, parameters.shapes, parameters.joints, state.joints,
             self.world.timestep,
         )  # fmt: skip
@@ -123,7 +110,7 @@ class StackTask(Task):
     def _judge(self) -> None:
         state, parameters = self.world.state, self.world.parameters
         stack_rules.judge_worlds(
-            self.observation, self._low, self._high, self.reward, self.terms, self.facts,
+            self.observation, self.low, self.high, self.reward, self.terms, self.facts,
             self.terminated, self.records, state.worlds, state.contacts, state.bodies,
             parameters.bodies, parameters.shapes, parameters.joints, state.joints,
             self.world.timestep,
@@ -132,8 +119,9 @@ class StackTask(Task):
     def camera(self, world: int, width: int, height: int) -> Any:
         from gsenv.render.camera import Bounds, Camera
 
-        blocks = max(int(self.records["blocks"][world]), 3)
-        top = 1.1 + 2.0 * stack_scene.HALF_HEIGHT[1] * blocks
+        record = self.records[world]
+        block_height = 2.0 * float(record["half_height"][1])
+        top = 2.7 + block_height * max(int(record["blocks"]) - 4, 0)
         bounds = Bounds(-stack_scene.REACH_X - 0.2, -0.25, stack_scene.REACH_X + 0.2, top)
         return Camera.fit(bounds, width, height, margin=0.0)
 
@@ -172,7 +160,8 @@ class StackEnv(TaskEnv):
 
     ## Observation Space
     `Box(low, high, (30,), float32)`, always within its bounds. "Block" is the one in the gripper,
-    or the last one that was; "support" is what it belongs on.
+    or the last one that was; "support" is what it belongs on. With `observation="pixels"` it is
+    `Box(0, 255, (84, 84, 3), uint8)`: the picture of the world, without its captions.
 
     {observation_table}
 
@@ -185,15 +174,14 @@ class StackEnv(TaskEnv):
     going to and fro earns nothing.
 
     ## Starting State
-    The gripper is at rest with the first block, up to 1.2 m left or right of the middle and 1.2 to
-    1.6 m high. Uniform and independent for each block: half-width 0.20 to 0.35 m, half-height 0.12
-    to 0.20 m, density 20 to 60 kg/m^2 (1.9 to 16.8 kg), friction 0.4 to 0.8, held up to 35 % of the
-    half-width off its middle and tilted by up to 0.3 rad. Equal seeds give equal blocks for any
-    number of blocks.
+    The gripper is at rest with the first block, up to 1.2 m left or right of the middle and 1.8 to
+    2.2 m high. Uniform and independent for each block: half-width 0.15 to 0.30 m, half-height 0.12
+    to 0.20 m, mass 2 to 16 kg, friction 0.4 to 0.8, held up to 50 % of the half-width off its
+    middle and tilted by up to 0.4 rad. Equal seeds give equal blocks for any number of blocks.
 
     ## Episode End
-    - Termination, success: all blocks have stood for 1 s, each on the one below, the gripper off
-      them.
+    - Termination, success: all blocks have stood for `success_time`, each on the one below, the
+      gripper off them.
     - Termination, failure: a released block is tilted by more than 0.5 rad, or its middle is more
       than a quarter of its height below its level.
     - Truncation: after 600 steps (20 s), by `gymnasium.make` and `gymnasium.make_vec`.
@@ -202,8 +190,21 @@ class StackEnv(TaskEnv):
     released blocks have stood).
 
     ## Arguments
-    - `blocks`: levels of the tower, 1 to 8 (default 5). `reset(options={"blocks": k})` overrides
-      it for one episode.
+    What stands in this table can also be set for one episode: `reset(options={"blocks": 3})`.
+
+    {argument_table}
+
+    - `observation`: "state" (default) or "pixels".
+    - `randomize`: domain randomisation, `dict(friction=(0.5, 1.5))`: at each reset each world draws
+      these quantities uniformly from (low, high), always from scratch; the others stay nominal.
+
+    {quantity_table}
+
+    - `fidelity`: "fast", "balanced" (default) or "accurate": the solver's effort.
+    - `diagnostics`: True adds `info["diagnostics"]`, of each step's last 1/60 s (0 after a reset):
+
+    {diagnostics_table}
+
     - `render_mode`: None or "rgb_array"; `width`, `height`: of frames, multiples of 16 (640 x 480).
 
     ## Version History
@@ -211,64 +212,11 @@ class StackEnv(TaskEnv):
     """
 
     task_class = StackTask
-
-    def __init__(
-        self,
-        blocks: int = 5,
-        render_mode: str | None = None,
-        width: int = 640,
-        height: int = 480,
-    ) -> None:
-        super().__init__({"blocks": blocks}, render_mode, width, height)
-
-    @property
-    def blocks(self) -> int:
-        """Levels of the tower from the next reset on, unless its options say otherwise."""
-        return int(self.task.settings["blocks"])
-
-    @blocks.setter
-    def blocks(self, blocks: int) -> None:
-        self.task.settings["blocks"] = check_blocks(blocks)
+    blocks: int
 
 
 class StackVectorEnv(TaskVectorEnv):
-    """N worlds of GStack-v0 in one batch; see StackEnv for the task.
-
-    World i of `reset(seed=s)` equals the single environment's `reset(seed=s + i)`, bit for bit, for
-    every number of worlds, of threads, and in every autoreset mode.
-
-    Args:
-        num_envs: worlds.
-        blocks: levels of the tower; settable (`set_attr("blocks", 3)`) for episodes to come.
-        render_mode: None or "rgb_array"; width, height: px of a frame, multiples of 16.
-        max_episode_steps: truncates by itself; None never does.
-        autoreset_mode: one of Gymnasium's three.
-        threads: worlds are shared out over this many.
-    """
+    """N worlds of GStack-v0 in one batch; see StackEnv for the task, TaskVectorEnv for the rest."""
 
     task_class = StackTask
-
-    def __init__(
-        self,
-        num_envs: int = 1,
-        render_mode: str | None = None,
-        max_episode_steps: int | None = None,
-        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
-        blocks: int = 5,
-        width: int = 640,
-        height: int = 480,
-        threads: int = 1,
-    ) -> None:
-        super().__init__(
-            num_envs, {"blocks": blocks}, render_mode, max_episode_steps, autoreset_mode,
-            width, height, threads,
-        )  # fmt: skip
-
-    @property
-    def blocks(self) -> int:
-        """Levels of the tower from the next reset on, unless its options say otherwise."""
-        return int(self.task.settings["blocks"])
-
-    @blocks.setter
-    def blocks(self, blocks: int) -> None:
-        self.task.settings["blocks"] = check_blocks(blocks)
+    blocks: int

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 from gsenv.solver import Box, Circle, HalfPlane, Scene
+from gsenv.solver.scene import Handle
+
+Color = tuple[int, int, int]
 
 MAX_BLOCKS = 8
 
 # Blocks, uniform within these ranges.
-HALF_WIDTH = (0.20, 0.35)  # m
+HALF_WIDTH = (0.15, 0.30)  # m
 HALF_HEIGHT = (0.12, 0.20)  # m
-DENSITY = (20.0, 60.0)  # kg/m^2: masses from 1.9 to 16.8 kg
+MASS = (2.0, 16.0)  # kg
 FRICTION = (0.4, 0.8)
-GRASP_OFFSET = 0.35  # of the half-width: how far off its middle a block is held
-GRASP_TILT = 0.30  # rad, at most, either way
+GRASP_OFFSET = 0.50  # of the half-width: how far off its middle a block is held
+GRASP_TILT = 0.40  # rad, at most, either way
 
-# Gripper. Its drive carries the heaviest block with 2.4 times its weight in hand.
+# Gripper. Its drive carries the heaviest of these blocks with 1.5 times its weight in hand.
 GRIPPER_MASS = 10.0  # kg
 GRIPPER_INERTIA = 2.0  # kg m^2: of the drive; a far lighter one could not turn a block
 MAX_FORCE = 400.0  # N, per axis
@@ -27,7 +30,7 @@ REACH_ANGLE = 0.6  # rad
 MAGNET_RADIUS = 0.08  # m
 GAP = 0.01  # m, between magnet and block: nearer, and both would rub
 START_X = 1.2  # m, half-range of the first position
-START_Y = (1.2, 1.6)  # m
+START_Y = (1.8, 2.2)  # m
 
 RAIL_Y = 5.0  # m
 MAST_HALF_LENGTH = 2.6  # m
@@ -60,38 +63,56 @@ def build_scene() -> Scene:
     scene.add_body("ground", "static", [HalfPlane(friction=0.8)])
     rail = Box(half_extents=(2.6, 0.05), mask=NOTHING)
     scene.add_body("rail", "static", [rail], position=(0.0, RAIL_Y))
+    add_mast(scene, "mast", 0.0, MAST_COLOR)
+    gripper = add_gripper(scene, "gripper", 0.0, STEEL)
+    blocks = [add_block(scene, k) for k in range(MAX_BLOCKS)]
+    drive = add_drive(scene, "drive", gripper)
+    for k, block in enumerate(blocks):
+        scene.add_joint(f"grip_{k}", "weld", gripper, block, collide=True, enabled=False)
+    add_actuators(scene, drive, "")
+    return scene
+
+
+def add_mast(scene: Scene, name: str, x: float, color: Color) -> None:
     mast = Box(half_extents=(0.035, MAST_HALF_LENGTH), mask=NOTHING)
-    scene.add_body("mast", "kinematic", [mast], position=(0.0, START_Y[0]), color=MAST_COLOR)
-    gripper = scene.add_body(
-        "gripper",
+    scene.add_body(name, "kinematic", [mast], position=(x, START_Y[0]), color=color)
+
+
+def add_gripper(scene: Scene, name: str, x: float, color: Color) -> Handle:
+    return scene.add_body(
+        name,
         shapes=[
             Circle(radius=MAGNET_RADIUS, friction=0.3, name="magnet"),
             Box(half_extents=(0.10, 0.045), position=(0.0, 0.11), density=0.0, name="wrist"),
             Box(half_extents=(0.055, 0.03), position=(0.0, 0.185), density=0.0, name="collar"),
         ],
-        position=(0.0, START_Y[0]),
+        position=(x, START_Y[0]),
         mass=GRIPPER_MASS,
         inertia=GRIPPER_INERTIA,
         gravity_scale=0.0,
-        color=STEEL,
+        color=color,
     )
-    blocks = [
-        scene.add_body(
-            f"block_{k}",
-            shapes=[Box(half_extents=(HALF_WIDTH[1], HALF_HEIGHT[1]))],
-            position=(2.0 * k, PARKED_Y),
-            enabled=False,
-            color=COLORS[k],
-        )
-        for k in range(MAX_BLOCKS)
-    ]
-    drive = scene.add_joint(
-        "drive", "target", body_b=gripper, frequency=6.0, damping_ratio=1.5,
-        max_force=MAX_FORCE, max_torque=MAX_TORQUE,
-    )  # fmt: skip
-    for k, block in enumerate(blocks):
-        scene.add_joint(f"grip_{k}", "weld", gripper, block, collide=True, enabled=False)
-    scene.add_actuator("move_x", drive, "x", "velocity", -SPEED, SPEED)
-    scene.add_actuator("move_y", drive, "y", "velocity", -SPEED, SPEED)
-    scene.add_actuator("turn", drive, "angle", "velocity", -TURN_SPEED, TURN_SPEED)
-    return scene
+
+
+def add_block(scene: Scene, k: int) -> Handle:
+    """Block k, parked and disabled."""
+    return scene.add_body(
+        f"block_{k}",
+        shapes=[Box(half_extents=(HALF_WIDTH[1], HALF_HEIGHT[1]))],
+        position=(2.0 * k, PARKED_Y),
+        enabled=False,
+        color=COLORS[k],
+    )
+
+
+def add_drive(scene: Scene, name: str, gripper: Handle) -> Handle:
+    return scene.add_joint(
+        name, "target", body_b=gripper, frequency=6.0, damping_ratio=1.5, max_force=MAX_FORCE, max_torque=MAX_TORQUE
+    )
+
+
+def add_actuators(scene: Scene, drive: Handle, suffix: str) -> None:
+    """Those that `blocks.steer` sets, in its order."""
+    scene.add_actuator(f"move_x{suffix}", drive, "x", "velocity", -SPEED, SPEED)
+    scene.add_actuator(f"move_y{suffix}", drive, "y", "velocity", -SPEED, SPEED)
+    scene.add_actuator(f"turn{suffix}", drive, "angle", "velocity", -TURN_SPEED, TURN_SPEED)

@@ -14,11 +14,21 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
-from gsenv.envs.base import Array, Frame, Painter, Task, TaskSnapshot, check_render_mode
+from gsenv.envs.base import (
+    Array,
+    Frame,
+    Painter,
+    Task,
+    TaskSnapshot,
+    add_settings,
+    check_render_mode,
+)
+from gsenv.envs.pixels import make_pixels
 from gsenv.envs.spec_tables import box_of
+from gsenv.envs.streams import Streams
 
 Step = tuple[
-    NDArray[np.float32], NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]
+    Array, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]
 ]
 
 
@@ -27,17 +37,28 @@ class VectorSnapshot:
     """A vector environment: its task, its random generators, and which worlds are done."""
 
     task: TaskSnapshot
-    generators: list[dict[str, Any]]
+    streams: Array
     elapsed: Array
     finished: Array
     begun: Array
     settings: dict[str, Any]  # defaults of later resets
 
 
-class TaskVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], Array]):
+class TaskVectorEnv(VectorEnv[Array, NDArray[np.float32], Array]):
     """N worlds of a task.
 
-    World i of `reset(seed=s)` equals the single environment's `reset(seed=s + i)`, bit for bit.
+    World i of `reset(seed=s)` equals the single environment's `reset(seed=s + i)`, bit for bit, for
+    every number of worlds, of threads, and in every autoreset mode.
+
+    Args:
+        num_envs: worlds.
+        render_mode: None or "rgb_array"; width, height: px of a frame, multiples of 16.
+        observation: "state" or "pixels".
+        max_episode_steps: truncates by itself; None never does.
+        autoreset_mode: one of Gymnasium's three.
+        threads: worlds are shared out over this many.
+        fidelity, randomize, diagnostics, settings: see TaskEnv; settings can be set
+            (`set_attr("blocks", 3)`) for episodes to come.
     """
 
     task_class: ClassVar[type[Task]]
@@ -47,33 +68,53 @@ class TaskVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], Array]):
         "autoreset_mode": AutoresetMode.NEXT_STEP,
     }
 
+    def __init_subclass__(cls) -> None:
+        super().__init_subclass__()
+        add_settings(cls)
+
     def __init__(
         self,
-        num_envs: int,
-        settings: Mapping[str, Any],
-        render_mode: str | None,
-        max_episode_steps: int | None,
-        autoreset_mode: AutoresetMode | str,
-        width: int,
-        height: int,
-        threads: int,
+        num_envs: int = 1,
+        render_mode: str | None = None,
+        max_episode_steps: int | None = None,
+        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+        width: int = 640,
+        height: int = 480,
+        threads: int = 1,
+        observation: str = "state",
+        fidelity: str = "balanced",
+        randomize: Mapping[str, tuple[float, float]] | None = None,
+        diagnostics: bool = False,
+        **settings: Any,
     ) -> None:
-        if not isinstance(num_envs, (int, np.integer)) or num_envs < 1:
+        if not _is_positive(num_envs):
             raise ValueError(f"num_envs must be a positive whole number, got {num_envs!r}.")
-        if max_episode_steps is not None and max_episode_steps < 1:
-            raise ValueError(f"max_episode_steps must be positive, got {max_episode_steps!r}.")
-        self.autoreset_mode = AutoresetMode(autoreset_mode)
+        if max_episode_steps is not None and not _is_positive(max_episode_steps):
+            raise ValueError(
+                f"max_episode_steps must be None or a positive whole number, got {max_episode_steps!r}."
+            )
+        try:
+            self.autoreset_mode = AutoresetMode(autoreset_mode)
+        except ValueError:
+            known = [mode.value for mode in AutoresetMode]
+            raise ValueError(f"autoreset_mode must be one of {known}, got {autoreset_mode!r}.") from None
         self.metadata = dict(type(self).metadata, autoreset_mode=self.autoreset_mode)
         self.num_envs = int(num_envs)
         self.max_episode_steps = max_episode_steps
         self.render_mode = check_render_mode(render_mode, self.metadata["render_modes"])
         self._painter = Painter(width, height)
-        self.single_observation_space = box_of(self.task_class.observations)
-        self.single_action_space = box_of(self.task_class.actions)
+        agents = self.task_class.agents
+        self._pixels = make_pixels(observation, agents)
+        self.single_observation_space = (
+            box_of(self.task_class.observations, agents) if self._pixels is None else self._pixels.space
+        )
+        self.single_action_space = box_of(self.task_class.actions, agents)
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self.action_space = batch_space(self.single_action_space, self.num_envs)
-        self.task = self.task_class(self.num_envs, threads, settings)
-        self._generators = [seeding.np_random()[0] for _ in range(self.num_envs)]
+        self.task = self.task_class(
+            self.num_envs, threads, settings, fidelity, randomize, diagnostics
+        )
+        self._streams = Streams([seeding.np_random()[0] for _ in range(self.num_envs)])
         self._seeds: list[int | None] = [None] * self.num_envs
         self._elapsed = np.zeros(self.num_envs, np.int64)
         self._finished = np.zeros(self.num_envs, np.bool_)
@@ -86,7 +127,7 @@ class TaskVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], Array]):
         *,
         seed: int | Sequence[int | None] | None = None,
         options: dict[str, Any] | None = None,
-    ) -> tuple[NDArray[np.float32], dict[str, Any]]:
+    ) -> tuple[Array, dict[str, Any]]:
         """Begin new episodes.
 
         Args:
@@ -101,7 +142,7 @@ class TaskVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], Array]):
         checked = self.task.check_options(rest)
         self._seed(seed, mask)
         self._begin(np.flatnonzero(mask), checked)
-        return self.task.observation.copy(), self._infos(mask)
+        return self.observe(), self._infos(mask)
 
     def _reset_mask(self, given: Any) -> NDArray[np.bool_]:
         if given is None:
@@ -124,10 +165,13 @@ class TaskVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], Array]):
         made = [None if s is None else seeding.np_random(int(s)) for s in seed]
         for i, pair in enumerate(made):
             if pair is not None and mask[i]:
-                self._generators[i], self._seeds[i] = pair
+                self._streams.seed(i, pair[0])
+                self._seeds[i] = pair[1]
 
     def _begin(self, worlds: Array, options: Mapping[str, Any]) -> None:
-        self.task.reset(worlds, self._generators, options)
+        draws = np.empty((len(worlds), self.task.reset_draws))
+        self._streams.draw(worlds, draws)
+        self.task.reset(worlds, draws, options)
         self._elapsed[worlds] = 0
         self._finished[worlds] = False
         self._begun[worlds] = True
@@ -149,7 +193,7 @@ class TaskVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], Array]):
         if self.autoreset_mode == AutoresetMode.SAME_STEP and self._finished.any():
             return self._end_and_begin(terminated, truncated)
         infos = self._infos(np.ones(self.num_envs, np.bool_))
-        return self.task.observation.copy(), self.task.reward.copy(), terminated, truncated, infos
+        return self.observe(), self.task.reward.copy(), terminated, truncated, infos
 
     def _check_ready(self) -> None:
         if not self._begun.all():
@@ -179,26 +223,44 @@ class TaskVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], Array]):
         terminated[begin] = False
         truncated[begin] = False
         infos = self._infos(np.ones(self.num_envs, np.bool_))
-        return self.task.observation.copy(), self.task.reward.copy(), terminated, truncated, infos
+        return self.observe(), self.task.reward.copy(), terminated, truncated, infos
 
     def _end_and_begin(self, terminated: NDArray[np.bool_], truncated: NDArray[np.bool_]) -> Step:
         """SAME_STEP: worlds that ended begin anew at once; their last words go to final_*."""
         ended = self._finished.copy()
         reward = self.task.reward.copy()
         last = np.full(self.num_envs, None, object)
-        for w in np.flatnonzero(ended):
-            last[w] = self.task.observation[w].copy()
+        rows = self._observe_worlds(np.flatnonzero(ended))
+        last[ended] = np.fromiter(rows, object, len(rows))
         final_info = self._infos(ended)
         self._begin(np.flatnonzero(ended), self.task.check_options({}))
         infos = self._infos(np.ones(self.num_envs, np.bool_))
         infos |= {"final_obs": last, "_final_obs": ended.copy()}
         infos |= {"final_info": final_info, "_final_info": ended}
-        return self.task.observation.copy(), reward, terminated, truncated, infos
+        return self.observe(), reward, terminated, truncated, infos
+
+    def observe(self) -> Array:
+        """A copy of the present observations."""
+        return self.task.observation.copy() if self._pixels is None else self._pixels.draw_all(self.task)
+
+    def observe_world(self, world: int) -> Array:
+        """A copy of the present observation of one world."""
+        if self._pixels is None:
+            return self.task.observation[world].copy()
+        return self._pixels.draw(self.task, world)
+
+    def _observe_worlds(self, worlds: Array) -> Array:
+        if self._pixels is None:
+            return self.task.observation[worlds]
+        return np.stack([self._pixels.draw(self.task, w) for w in worlds.tolist()])
 
     def _infos(self, mask: NDArray[np.bool_]) -> dict[str, Any]:
         """Infos of the worlds of `mask`; zeros and a False mask elsewhere."""
         infos: dict[str, Any] = {"reward_terms": _columns(self.task.terms, mask)}
         infos["_reward_terms"] = mask.copy()
+        if self.task.diagnostics:
+            infos["diagnostics"] = _columns(self.task.reports, mask)
+            infos["_diagnostics"] = mask.copy()
         return infos | _columns(self.task.facts, mask)
 
     # ------------------------------------------------- pictures and snapshots
@@ -214,7 +276,7 @@ class TaskVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], Array]):
         """All that decides how the environment goes on, its random generators included."""
         return VectorSnapshot(
             self.task.save(),
-            [dict(generator.bit_generator.state) for generator in self._generators],
+            self._streams.words.copy(),
             self._elapsed.copy(),
             self._finished.copy(),
             self._begun.copy(),
@@ -232,8 +294,7 @@ class TaskVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], Array]):
                 f"restore: the snapshot has {len(snapshot.elapsed)} worlds, not {self.num_envs}."
             )
         self.task.restore(snapshot.task)
-        for generator, state in zip(self._generators, snapshot.generators, strict=True):
-            generator.bit_generator.state = state
+        self._streams.words[:] = snapshot.streams
         self._elapsed[:] = snapshot.elapsed
         self._finished[:] = snapshot.finished
         self._begun[:] = snapshot.begun
@@ -243,13 +304,19 @@ class TaskVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], Array]):
 
     @property  # type: ignore[misc]
     def np_random(self) -> tuple[np.random.Generator, ...]:  # type: ignore[override]
-        """The worlds' random generators."""
-        return tuple(self._generators)
+        """Copies of the worlds' random generators."""
+        return tuple(map(self._streams.generator, range(self.num_envs)))
 
     @property
     def np_random_seed(self) -> tuple[int | None, ...]:  # type: ignore[override]
         """The worlds' seeds; None where a world was never seeded."""
         return tuple(self._seeds)
+
+    @property
+    def physics(self) -> dict[str, Array]:
+        """The task's quantities in the worlds' episodes, (world,) by name."""
+        names = [quantity.name for quantity in self.task.quantities]
+        return {name: self.task.physics[:, k].copy() for k, name in enumerate(names)}
 
     def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
         """A method's result, or an attribute, once for each world.
@@ -286,10 +353,16 @@ class TaskVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], Array]):
         setattr(self, name, values)
 
 
+def _is_positive(value: Any) -> bool:
+    """Whether it is a whole number of at least 1."""
+    return isinstance(value, (int, np.integer)) and not isinstance(value, bool) and int(value) >= 1
+
+
 def _columns(records: Array, mask: NDArray[np.bool_]) -> dict[str, Any]:
-    """Fields of (world,) records as arrays with `_name` masks beside them."""
+    """Fields of (world, ...) records as arrays with `_name` masks beside them."""
     columns: dict[str, Any] = {}
+    chosen = mask.reshape(-1, *(1,) * (records.ndim - 1))
     for name in records.dtype.names or ():
-        columns[name] = np.where(mask, records[name], np.zeros((), records.dtype[name]))
+        columns[name] = np.where(chosen, records[name], np.zeros((), records.dtype[name]))
         columns[f"_{name}"] = mask.copy()
     return columns

@@ -1,8 +1,12 @@
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
-from gsenv.envs.policies import build_tower, scripted_policy, trained_policy
+from gsenv.envs.policies import build_tower, scripted_policy, trained_actions, trained_policy
 from gsenv.envs.stack import StackEnv, StackVectorEnv
+from gsenv.train.evaluate import evaluate
 
 
 @pytest.mark.parametrize(("blocks", "count", "least"), [(1, 12, 11), (3, 100, 90), (5, 100, 60), (8, 12, 11)])
@@ -44,6 +48,30 @@ def test_scripted_policy_gives_legal_actions_for_a_single_env() -> None:
         action = policy(env)
         assert env.action_space.contains(action)
         env.step(action)
+
+
+def test_trained_policy_builds_what_it_was_trained_for() -> None:
+    actor = trained_actions("gsenv:GStack-v0")
+    for blocks in (3, 5):
+        result = evaluate(actor, "GStack-v0", arguments={"blocks": blocks})
+        assert result.success_rate >= 0.8, blocks
+
+
+def test_trained_policy_acts_in_single_and_vector_environments_alike() -> None:
+    env = StackEnv()
+    observation, _ = env.reset(seed=0)
+    action = trained_policy("GStack-v0")(env)
+    assert env.action_space.contains(action)
+    np.testing.assert_allclose(trained_actions("GStack-v0")(observation[None])[0], action, atol=1e-6)
+
+
+@pytest.mark.parametrize("env_id", ["GStack-v0", "GCar-v0"])
+def test_trained_policy_needs_no_torch(env_id: str) -> None:
+    code = (
+        "import sys; sys.modules['torch'] = sys.modules['stable_baselines3'] = None\n"
+        f"from gsenv.envs.policies import trained_policy; trained_policy('{env_id}')"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, timeout=120)
 
 
 @pytest.mark.parametrize("find", [scripted_policy, trained_policy])
