@@ -11,7 +11,7 @@ from typing import Any
 
 from gsenv.envs import stack_scene as scene
 from gsenv.solver.jit import njit
-from gsenv.solver.planar.math import sin_cos
+from gsenv.solver.trig import sin_cos
 
 CONTROL_TIME = 1.0 / 30.0  # s
 DRAWS_PER_BLOCK = 6

@@ -6,8 +6,8 @@ import math
 
 from gsenv.envs import car_scene as scene
 from gsenv.solver.jit import njit
-from gsenv.solver.planar.math import sin_cos
 from gsenv.solver.planar.vertices import derive_outline
+from gsenv.solver.trig import sin_cos
 
 HILLS = ((5.5, 8.0), (9.0, 14.0), (18.0, 28.0))  # m, ranges of the wave lengths
 LEAST_SLOPE = 0.01  # of each wave, at difficulty 0

@@ -27,8 +27,8 @@ from .model import (
 )
 from .planar import shapes as planar_shapes
 from .planar.joints import JointKind
-from .planar.math import sin_cos
 from .sensors import sensor_records
+from .trig import sin_cos
 
 if TYPE_CHECKING:
     from .joint_spec import JointSpec

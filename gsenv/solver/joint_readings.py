@@ -11,7 +11,8 @@ from .model import Array, Model
 from .optional import as_records
 from .planar.joints import JointKind
 from .planar.joints.point import arm
-from .planar.math import atan2, cross, rotate, sin_cos
+from .planar.math import cross, rotate
+from .trig import atan2, sin_cos
 
 if TYPE_CHECKING:
     from .parameters import Parameters

@@ -6,7 +6,8 @@ import mpmath
 import numpy as np
 import pytest
 
-from gsenv.solver.planar.math import Pose, atan2, relative, sin_cos, to_local, to_world, turn
+from gsenv.solver.planar.math import Pose, relative, to_local, to_world, turn
+from gsenv.solver.trig import atan2, sin_cos
 
 # rng of [-pi, pi], many turns, tiny, and close to multiples of pi/2
 rng = np.random.default_rng(0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from ...jit import njit
-from ..math import atan2
+from ...trig import atan2
 from .build import finish_row, set_direction
 
 

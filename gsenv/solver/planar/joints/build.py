@@ -6,8 +6,8 @@ from typing import Any
 
 from ...jit import njit
 from ...rows import BOUNDED, EQUATION, HELD, HELD_APART, UNHELD
+from ...trig import exp_minus, sin_cos
 from ..contact_rows import set_effective_mass
-from ..math import exp_minus, sin_cos
 from ..motion import LIMIT_SLOP, start_rate
 
 _INFINITY = float("inf")

@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from ...jit import njit
-from ..math import cross, rotate, sin_cos
+from ...trig import sin_cos
+from ..math import cross, rotate
 from ..motion import start_rate
 from .build import finish_row, set_direction
 

@@ -6,8 +6,9 @@ from typing import Any
 
 from ...jit import njit
 from ...rows import BOUNDED, HELD_APART, UNHELD
+from ...trig import sin_cos
 from ..contact_rows import set_effective_mass
-from ..math import rotate, sin_cos
+from ..math import rotate
 from ..motion import start_rate
 from .build import finish_row
 

@@ -8,7 +8,8 @@ import numpy as np
 
 from gsenv.solver.jit import njit
 from gsenv.solver.planar.geometry import DYNAMIC, STATIC
-from gsenv.solver.planar.math import Pose, rotate, sin_cos
+from gsenv.solver.planar.math import Pose, rotate
+from gsenv.solver.trig import sin_cos
 
 
 class Motion(NamedTuple):

@@ -1,0 +1,1 @@
+"""Three dimensions: geometry and Jacobians. Mirrors planar/ file by file."""

@@ -1,0 +1,64 @@
+"""What two shapes say of each other: one normal and up to four points, in a record that is used anew."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from gsenv.solver.jit import njit
+from gsenv.solver.spatial.math import Vec
+
+MAX_POINTS = 4
+
+
+def manifold_dtype() -> np.dtype[Any]:
+    """Contact of shape a with shape b.
+
+    ``separation`` is measured along the normal and is a lower bound of the distance even where there
+    are no points; infinite if the shapes are beyond the margin.
+    """
+    return np.dtype(
+        [
+            ("count", "i8"),
+            ("normal", "f8", (3,)),  # unit, from a to b
+            ("separation", "f8"),  # m, negative = overlap, of the whole
+            ("point", "f8", (MAX_POINTS, 3)),  # m, half-way between the two surfaces
+            ("gap", "f8", (MAX_POINTS,)),  # m, separation at the point
+            ("feature", "i8", (MAX_POINTS,)),  # same number, same contact
+        ],
+        align=True,
+    )
+
+
+@njit
+def clear_manifold(m: Any) -> None:
+    """Nothing within the margin."""
+    m.count = 0
+    m.separation = np.inf
+    set_normal(m, (0.0, 0.0, 1.0))
+
+
+@njit
+def set_normal(m: Any, n: Vec) -> None:
+    m.normal[0] = n[0]
+    m.normal[1] = n[1]
+    m.normal[2] = n[2]
+
+
+@njit
+def add_point(m: Any, p: Vec, gap: float, feature: int) -> None:
+    k = m.count
+    m.point[k, 0] = p[0]
+    m.point[k, 1] = p[1]
+    m.point[k, 2] = p[2]
+    m.gap[k] = gap
+    m.feature[k] = feature
+    m.count = k + 1
+
+
+@njit
+def flip_manifold(m: Any) -> None:
+    """The same contact seen as b with a."""
+    for i in range(3):
+        m.normal[i] = -m.normal[i]
