@@ -379,7 +379,7 @@ def shape_record(shape: Shape, dtype: np.dtype[Any]) -> CompiledShape:
 def _from_z(x: float, y: float, z: float) -> Quaternion:
     """The shortest rotation of (0, 0, 1) to a unit vector; of the opposite, half a turn about x."""
     level = x * x + y * y
-    if level == 0.0:
+    if level < 1e-200:  # below that its digits are lost
         return (1.0, 0.0, 0.0, 0.0) if z > 0.0 else (0.0, 1.0, 0.0, 0.0)
     w = 1.0 + z if z > 0.0 else level / (1.0 - z)  # the same without cancellation
     return _normalised((w, -y, x, 0.0))
