@@ -141,3 +141,31 @@ def unique(name: Any, taken: Sequence[str] | dict[str, Any], what: str) -> str:
     if name in taken:
         raise ValueError(f"{what} {name!r} exists already.")
     return name
+
+
+def rotation(value: Any, what: str) -> Array:
+    """A quaternion (w, x, y, z) that has a direction; it need not be of length 1."""
+    numbers = vector(value, 4, what)
+    if not np.hypot.reduce(numbers) > 1e-12:
+        raise ValueError(f"{what} must be a quaternion (w, x, y, z) other than zero, got {value!r}.")
+    return numbers
+
+
+def inertia(value: Any, what: str) -> Array:
+    """(3,) moments or a (3, 3) tensor that a body can have: positive, none above the sum of the others."""
+    try:
+        array = np.array(value, np.float64)
+    except (TypeError, ValueError):
+        array = np.zeros(0)
+    if array.shape not in ((3,), (3, 3)) or not np.isfinite(array).all():
+        raise ValueError(f"{what} must be three finite moments or a (3, 3) tensor in kg m^2, got {value!r}.")
+    if array.ndim == 2 and abs(array - array.T).max() > 1e-9 * abs(array).max():
+        raise ValueError(f"{what} must be symmetric, got {value!r}.")
+    moments = np.linalg.eigvalsh(array) if array.ndim == 2 else np.sort(array)
+    if not moments[0] > 0.0:
+        raise ValueError(f"{what} must be positive, got the moment {float(moments[0])!r}.")
+    if moments[2] > (moments[0] + moments[1]) * (1.0 + 1e-9):
+        raise ValueError(
+            f"{what}: no body has a moment above the sum of the two others, got {[float(m) for m in moments]}."
+        )
+    return array

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .broadphase import encode_exclusion
+from .dimension import PACKAGES, dimension
 from .model import (
     ACTUATOR_DTYPE,
     ActuatorMode,
@@ -25,37 +26,29 @@ from .model import (
     shape_parameter_dtype,
     world_parameter_dtype,
 )
-from .planar import shapes as planar_shapes
-from .planar.joints import JointKind
-from .sensors import sensor_records
-from .trig import sin_cos
+from .sensors import sensor_rays, sensor_records
 
 if TYPE_CHECKING:
     from .joint_spec import JointSpec
     from .scene import BodySpec, Scene
 
-BASE_ROWS = {"weld": 3, "target": 3, "revolute": 2, "prismatic": 2, "distance": 0, "wheel": 1, "gear": 1}
+BASE_ROWS = {
+    2: {"weld": 3, "target": 3, "revolute": 2, "prismatic": 2, "distance": 0, "wheel": 1, "gear": 1},
+    3: {"weld": 6, "target": 6, "ball": 3, "distance": 0},
+}
 ACTUATOR_MODES = {"velocity": ActuatorMode.VELOCITY, "position": ActuatorMode.POSITION, "torque": ActuatorMode.TORQUE}
-WITH_VERTICES = (planar_shapes.POLYGON, planar_shapes.TERRAIN)
-
-
-_sin_cos = getattr(sin_cos, "py_func", sin_cos)
-
-
-def rotation_of(angle: float) -> tuple[float, float]:
-    """(cos, sin), by the kernels' own polynomials: libm's bits differ from machine to machine."""
-    c, s = _sin_cos(float(angle))
-    return float(c), float(s)
+WITH_VERTICES = {2: ("POLYGON", "TERRAIN"), 3: ("HULL", "HEIGHTFIELD")}
 
 
 def check_body(spec: BodySpec) -> None:
     """Refuse a body whose shapes or mass make no sense, naming it."""
     what = f"body {spec.name!r}"
+    modules = dimension(spec.dim)
     for shape in spec.shapes:
-        if not isinstance(shape, planar_shapes.Shape):
-            raise ValueError(f"{what}: {shape!r} is not a shape.")
+        if not isinstance(shape, modules.shapes.Shape):
+            raise ValueError(f"{what}: {_not_a_shape(shape, spec.dim)}.")
         try:
-            planar_shapes.validate(shape, 2)
+            modules.shapes.validate(shape, spec.dim)
         except ValueError as error:
             raise ValueError(f"{what}: {error}.") from None
         if not shape.solid and spec.kind == BodyKind.DYNAMIC:
@@ -63,31 +56,17 @@ def check_body(spec: BodySpec) -> None:
             raise ValueError(f"{what}: a {name} belongs on a static or kinematic body.")
     if spec.kind != BodyKind.DYNAMIC:
         return
-    mass, _, inertia = solid_mass(spec.shapes)
-    if spec.mass is None and not mass > 0.0:
+    if spec.mass is None and not modules.authored.solid_mass(spec.shapes)[0] > 0.0:
         raise ValueError(f"{what} is dynamic and needs a mass or a shape with density.")
-    if spec.inertia is None and not inertia > 0.0:
+    if not modules.authored.has_inertia(spec):
         raise ValueError(f"{what} is dynamic and needs an inertia or a shape with density.")
 
 
-def solid_mass(shapes: tuple[Any, ...]) -> tuple[float, Array, float]:
-    """(mass kg, centre of mass m in the body's frame, inertia kg m^2 about it) from densities."""
-    mass = 0.0
-    moment = np.zeros(2)
-    parts = []
-    for shape in shapes:
-        if not shape.solid or shape.sensor:
-            continue
-        area, center, inertia = planar_shapes.mass_properties(shape)
-        m = area * shape.density
-        mass += m
-        moment += m * np.asarray(center)
-        parts.append((m, np.asarray(center), inertia * shape.density))
-    if mass <= 0.0:
-        return 0.0, np.zeros(2), 0.0
-    middle = moment / mass
-    total = sum(i + m * float(((c - middle) ** 2).sum()) for m, c, i in parts)
-    return mass, middle, float(total)
+def _not_a_shape(shape: Any, dim: int) -> str:
+    other = 5 - dim
+    if type(shape).__module__ == f"{__package__}.{PACKAGES[other]}.shapes":
+        return f"a {type(shape).__name__} of gsenv.solver.{PACKAGES[other]} has {other} dimensions, the scene {dim}"
+    return f"{shape!r} is not a shape"
 
 
 def compile_scene(scene: Scene) -> Model:
@@ -97,9 +76,11 @@ def compile_scene(scene: Scene) -> Model:
     shape_count = sum(len(spec.shapes) for spec in bodies)
     models = np.zeros(len(bodies), body_model_dtype())
     shapes = np.zeros(shape_count, shape_model_dtype())
-    nominal = np.zeros(len(bodies), body_parameter_dtype(2))
-    sizes = np.zeros(shape_count, shape_parameter_dtype(2))
-    start = np.zeros(len(bodies), body_state_dtype(2))
+    dim = scene.dim
+    modules = dimension(dim)
+    nominal = np.zeros(len(bodies), body_parameter_dtype(dim))
+    sizes = np.zeros(shape_count, shape_parameter_dtype(dim))
+    start = np.zeros(len(bodies), body_state_dtype(dim))
     shape_names: list[str] = []
     vertices: list[Array] = []
     colors = np.zeros((shape_count, 3), np.uint8)
@@ -109,7 +90,7 @@ def compile_scene(scene: Scene) -> Model:
         models[b] = (int(spec.kind), int(spec.fast), 0, s, len(spec.shapes))
         _fill_body(spec, nominal[b : b + 1], start[b : b + 1])
         for k, shape in enumerate(spec.shapes):
-            compiled = planar_shapes.shape_record(shape, sizes.dtype)
+            compiled = modules.shapes.shape_record(shape, sizes.dtype)
             sizes[s] = compiled.record
             shapes[s]["kind"] = int(shape.kind)
             shapes[s]["body"] = b
@@ -124,14 +105,15 @@ def compile_scene(scene: Scene) -> Model:
             if spec.color is not None:
                 colors[s] = spec.color
             s += 1
+    with_vertices = [modules.shapes.ShapeKind[name] for name in WITH_VERTICES[dim]]
     colored = any(spec.color is not None for spec in bodies)
-    world = np.zeros((), world_parameter_dtype(2))
+    world = np.zeros((), world_parameter_dtype(dim))
     world["gravity"] = scene.gravity
     joints, joint_parameters, joint_states, rows = _compile_joints(scene, bodies)
     for side in ("body_a", "body_b"):
-        models["jointed"][joints[side][joints["kind"] != JointKind.TARGET]] = 1
+        models["jointed"][joints[side][joints["kind"] != modules.joint_kinds["TARGET"]]] = 1
     return Model(
-        dim=2,
+        dim=dim,
         body_names=tuple(scene.bodies),
         joint_names=tuple(scene.joints),
         actuator_names=tuple(scene.actuators),
@@ -141,22 +123,22 @@ def compile_scene(scene: Scene) -> Model:
         shapes=shapes,
         joints=joints,
         actuators=_compile_actuators(scene),
-        sensors=sensor_records(scene.sensors.values()),
-        sensor_rays=np.array([rotation_of(a) for spec in scene.sensors.values() for a in spec.angles]).reshape(-1, 2),
+        sensors=sensor_records(scene.sensors.values(), dim),
+        sensor_rays=sensor_rays(scene.sensors.values()),
         exclusions=np.array(sorted(encode_exclusion(a, b) for a, b in scene.excluded), np.int64),
         nominal_world=world,
         nominal_bodies=nominal,
         nominal_shapes=sizes,
         nominal_joints=joint_parameters,
         nominal_rows=rows,
-        nominal_vertices=np.concatenate(vertices) if vertices else np.zeros(0, planar_shapes.vertex_dtype()),
+        nominal_vertices=np.concatenate(vertices) if vertices else np.zeros(0, modules.shapes.vertex_dtype()),
         start_bodies=start,
         start_joints=joint_states,
         updates=tuple((j, spec.update) for j, spec in enumerate(scene.joints.values()) if spec.update is not None),
         mass_given=np.array([spec.mass is not None for spec in bodies]),
         inertia_given=np.array([spec.inertia is not None for spec in bodies]),
         shape_colors=colors if colored else None,
-        needs_vertices=bool(np.isin(shapes["kind"], WITH_VERTICES).any()),
+        needs_vertices=bool(np.isin(shapes["kind"], with_vertices).any()),
     )
 
 
@@ -168,50 +150,46 @@ def _int64(bits: int) -> int:
 
 def _fill_body(spec: BodySpec, nominal: Array, start: Array) -> None:
     """Mass, extent and authored state of one body, into one-entry slices."""
-    mass, center, inertia = solid_mass(spec.shapes)
+    modules = dimension(spec.dim)
+    mass, center, inertia = modules.authored.mass_of(spec)
     if spec.kind == BodyKind.DYNAMIC:
-        if spec.mass is not None:
-            inertia *= spec.mass / mass if mass > 0.0 else 0.0
-            mass = spec.mass
-        if spec.inertia is not None:
-            inertia = spec.inertia
         nominal["mass"] = mass
-        nominal["inertia"] = inertia
         nominal["inv_mass"] = 1.0 / mass if spec.enabled else 0.0
-        nominal["inv_inertia"] = 1.0 / inertia if spec.enabled else 0.0
+        modules.authored.fill_mass(spec, nominal, mass, inertia)
+    elif spec.dim == 3:
+        nominal["axes"][:, 0] = 1.0
     nominal["center"] = center
     nominal["linear_damping"] = spec.linear_damping
     nominal["angular_damping"] = spec.angular_damping
     nominal["gravity_scale"] = spec.gravity_scale
     solid = [shape for shape in spec.shapes if shape.solid and shape.mask != 0]
-    nominal["extent"] = min((planar_shapes.extent(shape) for shape in solid), default=np.inf)
-    nominal["radius"] = max((planar_shapes.bounding_radius(shape, center) for shape in solid), default=0.0)
+    nominal["extent"] = min((modules.shapes.extent(shape) for shape in solid), default=np.inf)
+    nominal["radius"] = max((modules.shapes.bounding_radius(shape, center) for shape in solid), default=0.0)
     nominal["enabled"] = spec.enabled
-    c, s = rotation_of(spec.angle)
-    offset = np.array([c * center[0] - s * center[1], s * center[0] + c * center[1]])
-    start["position"] = spec.position + offset
-    start["rotation"] = (c, s)
-    start["angle"] = spec.angle
+    start["position"] = spec.position + modules.authored.turned(spec, center)
+    modules.authored.fill_pose(spec, start)
     if spec.kind != BodyKind.STATIC:
-        start["velocity"] = (*spec.linear_velocity, spec.angular_velocity)
+        start["velocity"] = modules.authored.velocity_of(spec)
 
 
 def _compile_joints(scene: Scene, bodies: list[BodySpec]) -> tuple[Array, Array, Array, Array]:
     specs = list(scene.joints.values())
     models = np.zeros(len(specs), joint_model_dtype())
-    parameters = np.zeros(len(specs), joint_parameter_dtype(2))
-    states = np.zeros(len(specs), joint_state_dtype(2))
-    rows = np.zeros(sum(len(spec.rows) for spec in specs), constraint_row_dtype(2))
+    dim = scene.dim
+    kinds = dimension(dim).joint_kinds
+    parameters = np.zeros(len(specs), joint_parameter_dtype(dim))
+    states = np.zeros(len(specs), joint_state_dtype(dim))
+    rows = np.zeros(sum(len(spec.rows) for spec in specs), constraint_row_dtype(dim))
     wakes = {spec.joint for spec in scene.actuators.values()}
     torque = {spec.joint for spec in scene.actuators.values() if spec.mode == "torque"}
     first = 0
     for j, spec in enumerate(specs):
         model = models[j]
-        model["kind"] = JointKind[spec.kind.upper()]
+        model["kind"] = kinds[spec.kind.upper()]
         for name in ("body_a", "body_b", "joint_a", "joint_b"):
             model[name] = getattr(spec, name)
         model["row_first"] = first
-        model["row_count"] = BASE_ROWS.get(spec.kind, len(spec.rows))
+        model["row_count"] = BASE_ROWS[dim].get(spec.kind, len(spec.rows))
         model["wakes"] = spec.kind == "target" or j in wakes or spec.update is not None
         model["torque"] = j in torque
         model["frame"] = spec.frame == "body"
@@ -249,18 +227,16 @@ def _fill_joint(spec: JointSpec, bodies: Sequence[BodySpec], parameters: Any, st
     anchor_b = local_point(b, point) if spec.anchor_b is None else spec.anchor_b
     parameters["anchor_a"] = anchor_a
     parameters["anchor_b"] = anchor_b
-    parameters["reference"] = rotation_of(b.angle - a.angle)
-    parameters["reference_angle"] = b.angle - a.angle
+    dimension(a.dim).authored.fill_reference(a, b, parameters, state)
     if spec.axis is not None:
         parameters["axis"] = local_point(a, a.position + spec.axis)
     for name in PLAIN:
         parameters[name] = getattr(spec, name)
     apart = to_world(b, anchor_b) - to_world(a, anchor_a)
-    parameters["length"] = np.hypot(*apart) if spec.length is None else spec.length
+    parameters["length"] = np.hypot.reduce(apart) if spec.length is None else spec.length
     state["motor_speed"] = spec.motor_speed
     state["rest"] = spec.rest
     state["target_position"] = point
-    state["target_angle"] = b.angle
 
 
 def _start_coordinate(spec: JointSpec, bodies: list[BodySpec], parameters: Any) -> float:
@@ -274,14 +250,13 @@ def _start_coordinate(spec: JointSpec, bodies: list[BodySpec], parameters: Any) 
 
 def local_point(body: BodySpec, point: Array) -> Array:
     """A world point in the frame of a body at its authored pose."""
-    c, s = rotation_of(body.angle)
-    d = point - body.position
-    return np.array([c * d[0] + s * d[1], c * d[1] - s * d[0]])
+    turned_back: Array = dimension(body.dim).authored.turned_back(body, point - body.position)
+    return turned_back
 
 
 def to_world(body: BodySpec, point: Array) -> Array:
-    c, s = rotation_of(body.angle)
-    return body.position + np.array([c * point[0] - s * point[1], s * point[0] + c * point[1]])
+    turned: Array = dimension(body.dim).authored.turned(body, point)
+    return body.position + turned
 
 
 def _compile_actuators(scene: Scene) -> Array:

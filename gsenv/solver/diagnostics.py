@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .joint_readings import joint_errors_and_energies
+from .dimension import dimension
 from .model import Array, Model
 
 if TYPE_CHECKING:
@@ -25,7 +25,8 @@ class Contacts:
             start of the step or, for a fast approach, where it was predicted.
         normal: unit, (contact, dim), of that moment as well.
         separation: m, at the end of the step; negative is overlap, positive a contact to come.
-        impulse: N s, (contact, dim), normal then tangents, summed over the step.
+        impulse: N s, (contact, 2), normal and tangent, summed over the step; in 3D (contact, 6): normal, two
+            tangents, torque about the normal (N m s), two of rolling.
         sensor: bool, reports only.
     """
 
@@ -48,8 +49,14 @@ class Contacts:
         return (self.impulse[:, 0] > 0.0) | (self.separation <= 0.0)
 
     def force_vector(self, timestep: float) -> Array:
-        """(contact, 2) N, mean force on body b over the step."""
+        """(contact, dim) N, mean force on body b over the step."""
         n = self.normal
+        if n.shape[1] == 3:
+            from .spatial.sensors import tangents_of
+
+            t, s = tangents_of(n)
+            p = self.impulse
+            return np.asarray((n * p[:, :1] + t * p[:, 1:2] + s * p[:, 2:3]) / timestep)
         t = np.stack([-n[:, 1], n[:, 0]], -1)
         return (n * self.impulse[:, :1] + t * self.impulse[:, 1:2]) / timestep
 
@@ -73,6 +80,7 @@ class Diagnostics:
         joint_error: m, largest error of a rigid joint: anchors apart, off the axis, a rod or rope too long.
         kinetic_energy, potential_energy, spring_energy: J; energy is their sum. Targets count as motors.
         momentum: kg m/s, (world, dim).
+        angular_momentum: kg m^2/s about the origin, (world,), in 3D (world, 3).
         sweeps: of all islands and substeps; unconverged: island substeps that ran out of them.
         contacts, pairs, rows, islands, awake, impacts: counts of the last step.
     """
@@ -84,6 +92,7 @@ class Diagnostics:
     potential_energy: Array
     spring_energy: Array
     momentum: Array
+    angular_momentum: Array
     sweeps: Array
     unconverged: Array
     contacts: Array
@@ -99,6 +108,27 @@ class Diagnostics:
         return self.kinetic_energy + self.potential_energy + self.spring_energy
 
 
+def _turning(model: Model, p: Array, bodies: Array, dynamic: Array) -> tuple[Array, Array]:
+    """(world, body) twice the energy of turning, and the angular momentum about the centre of mass."""
+    if model.dim == 2:
+        spin = np.where(dynamic, p["inertia"], 0.0) * bodies["velocity"][..., 2]
+        return spin * bodies["velocity"][..., 2], spin
+    from .spatial.authored import multiplied, turned_by
+
+    axes = multiplied(bodies["rotation"], p["axes"])
+    own = turned_by(axes * np.array([1.0, -1.0, -1.0, -1.0]), bodies["velocity"][..., 3:])
+    spin = np.where(dynamic[..., None], p["inertia"], 0.0) * own
+    return (spin * own).sum(-1), turned_by(axes, spin)
+
+
+def _about_origin(position: Array, linear: Array, spin: Array) -> Array:
+    if position.shape[-1] == 2:
+        orbit = position[..., 0] * linear[..., 1] - position[..., 1] * linear[..., 0]
+    else:
+        orbit = np.cross(position, linear)
+    return np.asarray((orbit + spin).sum(1))
+
+
 def diagnose(model: Model, parameters: Parameters, state: State) -> Diagnostics:
     worlds = state.worlds
     counts = worlds["contact_count"]
@@ -108,12 +138,13 @@ def diagnose(model: Model, parameters: Parameters, state: State) -> Diagnostics:
     p = parameters.bodies
     dynamic = (model.bodies["kind"] == 2) & (p["enabled"] != 0)
     mass = np.where(dynamic, p["mass"], 0.0)
-    inertia = np.where(dynamic, p["inertia"], 0.0)
     v = state.bodies["velocity"]
-    kinetic = 0.5 * (mass * (v[..., :2] ** 2).sum(-1) + inertia * v[..., 2] ** 2).sum(-1)
+    turning, spin = _turning(model, p, state.bodies, dynamic)
+    kinetic = 0.5 * (mass * (v[..., : model.dim] ** 2).sum(-1) + turning).sum(-1)
+    linear = mass[..., None] * v[..., : model.dim]
     weight = (mass * p["gravity_scale"])[..., None] * parameters.worlds["gravity"][:, None]
     potential = -(weight * state.bodies["position"]).sum((-1, -2))
-    joint_error, spring_energy = joint_errors_and_energies(model, parameters, state)
+    joint_error, spring_energy = dimension(model.dim).readings.joint_errors_and_energies(model, parameters, state)
     return Diagnostics(
         residual=worlds["natural_residual"].copy(),
         penetration=np.maximum(deep.max(-1, initial=0.0), 0.0),
@@ -121,7 +152,8 @@ def diagnose(model: Model, parameters: Parameters, state: State) -> Diagnostics:
         kinetic_energy=kinetic,
         potential_energy=potential,
         spring_energy=spring_energy,
-        momentum=(mass[..., None] * v[..., :2]).sum(1),
+        momentum=linear.sum(1),
+        angular_momentum=_about_origin(state.bodies["position"], linear, spin),
         sweeps=worlds["sweeps"].copy(),
         unconverged=worlds["unconverged"].copy(),
         contacts=counts.copy(),

@@ -25,6 +25,11 @@ TAKES = {
     "distance": (*ANCHORS, "length", "limits", "spring_effort", *SPRING),
     "wheel": (*ANCHORS, "axis", *SERVO),
     "gear": ("joint_a", "joint_b", "ratio"),
+    "ball": ANCHORS,
+}
+KINDS_OF = {  # by dimension
+    2: ("weld", "target", "revolute", "prismatic", "distance", "wheel", "gear"),
+    3: ("weld", "target", "ball", "distance"),
 }
 DEFAULTS: dict[str, Any] = {
     "anchor": None, "anchor_a": None, "anchor_b": None, "axis": None, "length": None, "limits": None,
@@ -118,19 +123,20 @@ def _same(value: Any, default: Any) -> bool:
 
 
 def _set_anchors(spec: JointSpec, bodies: Sequence[BodySpec], given: Mapping[str, Any], what: str) -> None:
+    dim = bodies[spec.body_b].dim
     if given["anchor"] is not None:
         if given["anchor_a"] is not None or given["anchor_b"] is not None:
             raise ValueError(f"{what}: give anchor or anchor_a and anchor_b, not both.")
         from .compile import local_point
 
-        point = check.vector(given["anchor"], 2, f"{what}: anchor")
+        point = check.vector(given["anchor"], dim, f"{what}: anchor")
         spec.anchor_a = local_point(bodies[spec.body_a], point)
         spec.anchor_b = local_point(bodies[spec.body_b], point)
     for word in ("anchor_a", "anchor_b"):
         if given[word] is not None:
-            setattr(spec, word, check.vector(given[word], 2, f"{what}: {word}"))
+            setattr(spec, word, check.vector(given[word], dim, f"{what}: {word}"))
         elif spec.kind == "distance" and given["anchor"] is None:
-            setattr(spec, word, np.zeros(2))
+            setattr(spec, word, np.zeros(dim))
     if spec.kind in ("prismatic", "wheel"):
         if given["axis"] is None:
             raise ValueError(f"{what}: a {spec.kind} needs an axis.")

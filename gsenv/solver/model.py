@@ -301,8 +301,7 @@ PAIR_DTYPE = np.dtype(
 TURNING: list[Any] = [
     ("frame", "f8", (3, 3)),  # rows: principal axes half a substep ahead, or the world's where all moments are equal
     ("tilted", "i4"),  # 1: the frame is not the world's
-    ("free_rotation", "f8", (4,)),  # at the end of the substep, if nothing but its own inertia acted
-    ("free_turn", "f8", (3,)),  # rad, of the mean of the velocities at both ends of that motion
+    ("middle", "f8", (4,)),  # rotation of a tilted body half a substep ahead
 ]
 
 

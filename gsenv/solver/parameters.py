@@ -13,16 +13,16 @@ from typing import Any
 import numpy as np
 
 from . import check
+from .dimension import dimension
 from .joint_spec import fields_of
 from .model import Array, BodyKind, Model
-from .planar import mass as planar_mass
-from .planar import shapes as planar_shapes
-from .planar.joints import JointKind
+from .planar.shapes import TERRAIN, chain_vertices
 from .planar.vertices import linked_vertices
 from .scene import Handle, find
 
 BODY_FIELDS = ("mass", "inertia", "linear_damping", "angular_damping", "gravity_scale", "enabled")
 SHAPE_FIELDS = ("friction", "restitution", "density", "half_extents", "radius", "half_length")
+SPATIAL_FIELDS = ("torsional_friction", "rolling_friction")
 JOINT_FIELDS = (
     "lower", "upper", "length", "frequency", "damping_ratio", "stiffness", "damping", "spring_effort",
     "motor_effort", "max_force", "max_torque", "enabled",
@@ -40,6 +40,7 @@ class Parameters:
 
     def __init__(self, model: Model, world_count: int, on_change: Callable[[Array], None] | None = None) -> None:
         self._model = model
+        self._dimension = dimension(model.dim)
         self._on_change = on_change  # told which worlds to wake
         self.worlds = _tiled(model.nominal_world[None], world_count)[:, 0]
         self.bodies = _tiled(model.nominal_bodies, world_count)
@@ -56,7 +57,9 @@ class Parameters:
             return _frozen(self.bodies[name])
         if name == "enabled":
             return _frozen(self.bodies[name] != 0)
-        if name in ("friction", "restitution", "density", "radius"):
+        if name in ("friction", "restitution", "density", "radius", *SPATIAL_FIELDS) and (
+            name in (self.shapes.dtype.names or ())
+        ):
             return _frozen(self.shapes[name])
         if name == "half_extents":
             return _frozen(self.shapes["size"])
@@ -74,10 +77,11 @@ class Parameters:
             worlds: None for all, an int, ints or a bool mask.
             fields: one number, or one for each chosen world. Bodies: mass, inertia,
                 linear_damping, angular_damping, gravity_scale, enabled, friction, restitution,
-                density, half_extents (.., 2), radius, half_length. Joints: lower, upper
+                density, half_extents (.., dim), radius, half_length, in 3D torsional_friction and
+                rolling_friction (m), inertia (.., 3) about the principal axes. Joints: lower, upper
                 (limits), length, frequency, damping_ratio, stiffness, damping, spring_effort,
                 motor_effort, max_force, max_torque, enabled. Constraints: enabled, lower, upper, bias,
-                softness. World: gravity (.., 2).
+                softness. World: gravity (.., dim).
 
         A disabled body touches nothing and stands still; its joints hold on to it where it is. Its
         velocity, and what ``set_velocity`` sets meanwhile, is what it goes on with once enabled.
@@ -109,8 +113,8 @@ class Parameters:
         where = f"parameters of body {self._model.body_names[body]!r}"
         checked = {}
         for name, value in fields.items():
-            check.choice(name, BODY_FIELDS + SHAPE_FIELDS, f"{where}: field")
-            shape = (len(chosen), 2) if name == "half_extents" else (len(chosen),)
+            check.choice(name, self._body_fields, f"{where}: field")
+            shape = self._field_shape(name, len(chosen))
             checked[name] = _in_range(name, check.values(value, shape, f"{where}: {name}"), where)
         model = self._model.bodies[body]
         shapes = range(model["shape_first"], model["shape_first"] + model["shape_count"])
@@ -127,7 +131,8 @@ class Parameters:
             elif name == "half_extents":
                 self.shapes["size"][chosen, shapes.start] = values
             elif name == "half_length":
-                self.shapes["size"][chosen, shapes.start, 0] = values
+                axis = 0 if self._model.dim == 2 else 2
+                self.shapes["size"][chosen, shapes.start, axis] = values
             else:
                 for shape_index in shapes:
                     self.shapes[name][chosen, shape_index] = values
@@ -137,6 +142,15 @@ class Parameters:
             self.bodies[chosen, body] = saved[0]
             self.shapes[chosen[:, None], np.arange(shapes.start, shapes.stop)] = saved[1]
             raise ValueError(f"{where}: mass and inertia and their inverses must be finite and positive.")
+
+    @property
+    def _body_fields(self) -> tuple[str, ...]:
+        return BODY_FIELDS + SHAPE_FIELDS + (SPATIAL_FIELDS if self._model.dim == 3 else ())
+
+    def _field_shape(self, name: str, count: int) -> tuple[int, ...]:
+        dim = self._model.dim
+        wide = name == "half_extents" or (name == "inertia" and dim == 3)
+        return (count, dim) if wide else (count,)
 
     def _sound(self, body: int, chosen: Array) -> bool:
         """Whether masses, inertias and their inverses are finite and positive."""
@@ -184,7 +198,7 @@ class Parameters:
 
     def _set_vertices(self, index: int, chosen: Array, vertices: Any, where: str) -> None:
         model = self._model.shapes[index]
-        if model["kind"] != planar_shapes.TERRAIN:
+        if self._model.dim != 2 or model["kind"] != TERRAIN:
             raise ValueError(f"{where}: only a terrain's vertices can be moved.")
         first, count = int(model["vertex_first"]), int(model["vertex_count"])
         places = check.values(vertices, (len(chosen), count, 2), f"{where}: vertices")
@@ -193,7 +207,7 @@ class Parameters:
         made = []
         for points in places:
             try:
-                made.append(linked_vertices(planar_shapes.chain_vertices(points, closed), closed, -1.0))
+                made.append(linked_vertices(chain_vertices(points, closed), closed, -1.0))
             except ValueError as error:
                 raise ValueError(f"{where}: {error}") from None
         for w, one in zip(chosen, made, strict=True):
@@ -206,7 +220,7 @@ class Parameters:
             raise ValueError(f"{where}: {sorted(derived)[0]} needs a body with exactly one shape.")
         for name in sized:
             kind = int(self._model.shapes["kind"][shapes[0]])
-            if name not in planar_mass.SIZE_FIELDS.get(kind, ()):
+            if name not in self._dimension.mass.SIZE_FIELDS.get(kind, ()):
                 raise ValueError(f"{where}: its shape has no {name}.")
 
     def _derive(self, body: int, chosen: Array, names: AbstractSet[str], old_mass: Array) -> None:
@@ -214,28 +228,33 @@ class Parameters:
         resized = bool(names & {"half_extents", "radius", "half_length", "density"})
         model = self._model
         if resized:
-            planar_mass.derive_extent(model, self.shapes, self.bodies, body, chosen)
+            self._dimension.mass.derive_extent(model, self.shapes, self.bodies, body, chosen)
         if model.bodies["kind"][body] != BodyKind.DYNAMIC:
             return
         record = self.bodies[:, body]
         if resized:
-            mass, inertia = planar_mass.mass_of_body(model, self.shapes, body, chosen)
+            mass, inertia = self._dimension.mass.mass_of_body(model, self.shapes, body, chosen)
             if "mass" not in names and not model.mass_given[body]:
                 record["mass"][chosen] = mass
             if "inertia" not in names and not model.inertia_given[body]:
-                record["inertia"][chosen] = inertia * (record["mass"][chosen] / mass)
+                record["inertia"][chosen] = inertia * self._spread(record["mass"][chosen] / mass)
         elif "mass" in names and "inertia" not in names and not model.inertia_given[body]:
-            record["inertia"][chosen] *= record["mass"][chosen] / old_mass
+            record["inertia"][chosen] *= self._spread(record["mass"][chosen] / old_mass)
         enabled = record["enabled"][chosen] != 0
         record["inv_mass"][chosen] = np.where(enabled, 1.0 / record["mass"][chosen], 0.0)
-        record["inv_inertia"][chosen] = np.where(enabled, 1.0 / record["inertia"][chosen], 0.0)
+        record["inv_inertia"][chosen] = np.where(self._spread(enabled), 1.0 / record["inertia"][chosen], 0.0)
+
+    def _spread(self, values: Array) -> Array:
+        """(world,) values to go with inertias."""
+        return values if self._model.dim == 2 else values[:, None]
 
     def _set_joint(self, joint: Handle, chosen: Array, fields: dict[str, Any]) -> None:
         index = find(joint, "joint", self._model.joint_names, "parameters")
         where = f"parameters of joint {joint.name!r}"
         model = self._model.joints[index]
         rows = self._rows_of(model)
-        kind = JointKind(int(model["kind"])).name.lower()
+        kinds = self._dimension.joint_kinds
+        kind = kinds(int(model["kind"])).name.lower()
         known = (*ROW_FIELDS, "enabled") if len(rows) else fields_of(kind)
         checked = {}
         for name, value in fields.items():
@@ -245,7 +264,7 @@ class Parameters:
             shape = (len(chosen), len(rows)) if len(rows) and name in ROW_FIELDS else (len(chosen),)
             look = check.bounds if name in UNBOUNDED else check.values
             checked[name] = _in_range(name, look(value, shape, f"{where}: {name}"), where)
-        if model["kind"] == JointKind.TARGET and (checked.get("frequency", np.ones(1)) == 0.0).any():
+        if model["kind"] == kinds["TARGET"] and (checked.get("frequency", np.ones(1)) == 0.0).any():
             raise ValueError(f"{where}: frequency must be positive, got 0.0.")
         self._check_spring(model, index, chosen, checked, where)
         record = self.rows[:, rows.start : rows.stop] if len(rows) else self.joints[:, index]
@@ -264,13 +283,14 @@ class Parameters:
         As in a scene, a spring has a frequency or a stiffness and damping, and no distance is negative.
         """
         softer = [name for name in ("frequency", "stiffness", "damping") if (checked.get(name, 0.0) * np.ones(1)).any()]
-        if softer and model["kind"] == JointKind.DISTANCE and self._model.nominal_joints["rigid"][index]:
+        distance = model["kind"] == self._dimension.joint_kinds["DISTANCE"]
+        if softer and distance and self._model.nominal_joints["rigid"][index]:
             raise ValueError(f"{where}: {softer[0]} needs a spring, and it is a rod.")
         record = self.joints[chosen, index]
         f, k, c = (checked.get(name, record[name]) for name in ("frequency", "stiffness", "damping"))
         if softer and ((f > 0.0) & ((k > 0.0) | (c > 0.0))).any():
             raise ValueError(f"{where}: its spring has a frequency or a stiffness and damping; set the other to 0.")
-        if model["kind"] == JointKind.DISTANCE and (checked.get("upper", np.zeros(1)) < 0.0).any():
+        if distance and (checked.get("upper", np.zeros(1)) < 0.0).any():
             raise ValueError(f"{where}: a distance can't be below {float(checked['upper'].min())!r}.")
 
     def checked_rows(self, joint: int, values: Any) -> tuple[range, dict[str, Array]]:

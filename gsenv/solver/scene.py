@@ -9,14 +9,16 @@ from typing import Any
 import numpy as np
 
 from . import check
-from .joint_spec import DRIVEN, TAKES, JointSpec, gear_spec, joint_spec
-from .model import Array, BodyKind, Model
-from .planar.shapes import ALL_BITS
-from .sensors import SensorSpec, sensor_spec
+from .joint_spec import DRIVEN, KINDS_OF, JointSpec, gear_spec, joint_spec
+from .model import NDOF, Array, BodyKind, Model
+from .sensors import ALL_BITS, SensorSpec, sensor_spec
 
 KINDS = {"static": BodyKind.STATIC, "kinematic": BodyKind.KINEMATIC, "dynamic": BodyKind.DYNAMIC}
 GRAVITY = {2: (0.0, -9.81), 3: (0.0, 0.0, -9.81)}
-AXES = {"x": 0, "y": 1, "angle": 2}
+AXES = {
+    2: {"x": 0, "y": 1, "angle": 2},
+    3: {"x": 0, "y": 1, "z": 2, "turn_x": 3, "turn_y": 4, "turn_z": 5},
+}
 Vector = Sequence[float] | Array
 
 
@@ -34,15 +36,17 @@ class Handle:
 
 @dataclass
 class BodySpec:
+    dim: int
     name: str
     kind: BodyKind
     shapes: tuple[Any, ...]
     position: Array
-    angle: float
+    angle: float  # of the plane
+    rotation: Array  # quaternion, of space
     linear_velocity: Array
-    angular_velocity: float
+    angular_velocity: Any  # a float, or (3,)
     mass: float | None
-    inertia: float | None
+    inertia: Any  # a float, or (3,) or (3, 3)
     linear_damping: float
     angular_damping: float
     gravity_scale: float
@@ -65,7 +69,7 @@ class Scene:
     """Bodies, joints, actuators, sensors and constraints, by name. Compiled when a World is made.
 
     Args:
-        dim: 2; 3 follows.
+        dim: 2 (x, y, with y up) or 3 (x, y, z, with z up).
         gravity: m/s^2, ``dim`` numbers.
 
     Raises:
@@ -73,8 +77,8 @@ class Scene:
     """
 
     def __init__(self, dim: int = 2, gravity: Vector | None = None) -> None:
-        if dim != 2:
-            raise ValueError(f"Scene: dim must be 2, got {dim!r}.")
+        if dim not in (2, 3):
+            raise ValueError(f"Scene: dim must be 2 or 3, got {dim!r}.")
         self.dim = dim
         self.gravity = check.vector(GRAVITY[dim] if gravity is None else gravity, dim, "Scene: gravity")
         self.bodies: dict[str, BodySpec] = {}
@@ -88,18 +92,19 @@ class Scene:
         name: str,
         kind: str = "dynamic",
         shapes: Sequence[Any] = (),
-        position: Vector = (0.0, 0.0),
+        position: Vector | None = None,
         angle: float = 0.0,
-        linear_velocity: Vector = (0.0, 0.0),
-        angular_velocity: float = 0.0,
+        linear_velocity: Vector | None = None,
+        angular_velocity: float | Vector | None = None,
         mass: float | None = None,
-        inertia: float | None = None,
+        inertia: float | Vector | None = None,
         linear_damping: float = 0.0,
         angular_damping: float = 0.0,
         gravity_scale: float = 1.0,
         fast: bool = False,
         enabled: bool = True,
         color: tuple[int, int, int] | None = None,
+        rotation: Vector | None = None,
     ) -> Handle:
         """Add a rigid body.
 
@@ -108,11 +113,11 @@ class Scene:
             shapes: geometry in the body's own frame; a dynamic body needs one with area, or a
                 mass and an inertia.
             position: m, where the body's own frame is; the centre of mass follows from the shapes.
-            angle: rad.
-            linear_velocity: m/s, of the centre of mass; angular_velocity: rad/s.
+            angle: rad, in 2D; rotation: quaternion (w, x, y, z), in 3D.
+            linear_velocity: m/s, of the centre of mass; angular_velocity: rad/s, in 3D (3,) in the world.
             mass: kg; None takes it from the shapes' densities.
-            inertia: kg m^2 about the centre of mass; None takes it from the shapes, scaled to
-                ``mass`` where that is given.
+            inertia: kg m^2 about the centre of mass; in 3D (3,) about the body's axes or a (3, 3)
+                tensor; None takes it from the shapes, scaled to ``mass`` where that is given.
             linear_damping, angular_damping: 1/s.
             fast: swept against everything, never tunnels (dearer; for small or thin and fast).
             enabled: False keeps it out of the world until ``Parameters`` enable it; see ``Parameters.set``.
@@ -120,16 +125,21 @@ class Scene:
         """
         what = f"body {name!r}"
         name = check.unique(name, self.bodies, "body")
+        zero = np.zeros(self.dim)
         spec = BodySpec(
+            dim=self.dim,
             name=name,
             kind=KINDS[check.choice(kind, KINDS, f"{what}: kind")],
             shapes=tuple(shapes) if isinstance(shapes, (list, tuple)) else (shapes,),
-            position=check.vector(position, self.dim, f"{what}: position"),
-            angle=check.finite(angle, f"{what}: angle"),
-            linear_velocity=check.vector(linear_velocity, self.dim, f"{what}: linear_velocity"),
-            angular_velocity=check.finite(angular_velocity, f"{what}: angular_velocity"),
+            position=check.vector(zero if position is None else position, self.dim, f"{what}: position"),
+            angle=self._angle(angle, what),
+            rotation=self._rotation(rotation, what),
+            linear_velocity=check.vector(
+                zero if linear_velocity is None else linear_velocity, self.dim, f"{what}: linear_velocity"
+            ),
+            angular_velocity=self._spin(angular_velocity, f"{what}: angular_velocity"),
             mass=None if mass is None else check.positive(mass, f"{what}: mass"),
-            inertia=None if inertia is None else check.positive(inertia, f"{what}: inertia"),
+            inertia=None if inertia is None else self._inertia(inertia, f"{what}: inertia"),
             linear_damping=check.not_negative(linear_damping, f"{what}: linear_damping"),
             angular_damping=check.not_negative(angular_damping, f"{what}: angular_damping"),
             gravity_scale=check.finite(gravity_scale, f"{what}: gravity_scale"),
@@ -142,6 +152,26 @@ class Scene:
         check_body(spec)
         self.bodies[name] = spec
         return Handle("body", name, len(self.bodies) - 1)
+
+    def _angle(self, angle: Any, what: str) -> float:
+        if self.dim == 3 and angle != 0.0:
+            raise ValueError(f"{what}: in 3D it is rotation=(w, x, y, z) that turns a body, got angle={angle!r}.")
+        return check.finite(angle, f"{what}: angle")
+
+    def _rotation(self, rotation: Any, what: str) -> Array:
+        if rotation is None:
+            return np.array([1.0, 0.0, 0.0, 0.0])
+        if self.dim == 2:
+            raise ValueError(f"{what}: in 2D it is angle that turns a body, got rotation={rotation!r}.")
+        return check.rotation(rotation, f"{what}: rotation")
+
+    def _spin(self, value: Any, what: str) -> Any:
+        if self.dim == 2:
+            return check.finite(0.0 if value is None else value, what)
+        return check.vector(np.zeros(3) if value is None else value, 3, what)
+
+    def _inertia(self, value: Any, what: str) -> Any:
+        return check.positive(value, what) if self.dim == 2 else check.inertia(value, what)
 
     def _body(self, body: Handle | str | int, what: str) -> int:
         """Index of a body given by handle, name or index."""
@@ -178,7 +208,8 @@ class Scene:
         """Add a joint. Its coordinate q is an angle (revolute), a translation (prismatic, wheel) or a length.
 
         Args:
-            kind: "revolute" (b turns about a point of a), "prismatic" (b slides along an axis of a),
+            kind: in 3D "ball" (b turns about a point of a), "weld", "distance" or "target"; in 2D
+                "revolute" (b turns about a point of a), "prismatic" (b slides along an axis of a),
                 "weld" (b fixed to a), "distance" (rod; a rope if only ``limits`` are given; a spring),
                 "wheel" (b turns, and slides along an axis of a on a spring), "gear" (q of joint_a +
                 ratio * q of joint_b stays as it is) or "target" (pulls body_b to a moving pose in the
@@ -199,7 +230,7 @@ class Scene:
         """
         what = f"joint {name!r}"
         name = check.unique(name, self.joints, "joint")
-        check.choice(kind, TAKES, f"{what}: kind")
+        check.choice(kind, KINDS_OF[self.dim], f"{what}: kind")
         bodies = list(self.bodies.values())
         given = {
             "anchor": anchor, "anchor_a": anchor_a, "anchor_b": anchor_b, "axis": axis, "length": length,
@@ -265,13 +296,14 @@ class Scene:
 
         Args:
             bodies: one or two.
-            jacobian: (row, bodies * 3) in 2D: [vx, vy, w] of each body; at most 3 rows.
+            jacobian: (row, bodies * 3) in 2D: [vx, vy, w] of each body; at most 3 rows. In 3D
+                (row, bodies * 6): [v, w] of each; at most 6 rows.
             lower, upper: N or N m, bounds of the rows' forces: a lock has none, a limit one-sided
                 ones, a motor both.
             bias: m/s; softness: 1/kg.
-            frame: "world", or "body": the directions (vx, vy) are fixed in the first body and turn with it.
+            frame: "world", or "body": the directions are fixed in the first body and turn with it.
             update: called as ``update(world)`` before each step; returns new values of any of jacobian
-                (world, row, bodies * 3), lower, upper, bias, softness and error (world, row), m or rad:
+                (world, row, as above), lower, upper, bias, softness and error (world, row), m or rad:
                 what the position pass takes back of locks and one-sided rows. Anything that
                 broadcasts to these shapes will do. Its bodies never sleep.
         """
@@ -282,7 +314,7 @@ class Scene:
         index = [self._body(body, what) for body in bodies]
         if len(index) not in (1, 2) or len(set(index)) != len(index):
             raise ValueError(f"{what} needs one body or two different ones, got {len(index)}.")
-        ndof = 3
+        ndof = NDOF[self.dim]
         try:
             rows = np.atleast_2d(np.array(jacobian, np.float64))
         except (TypeError, ValueError):
@@ -339,7 +371,8 @@ class Scene:
         Args:
             joint: a target, or a joint with a motor (for "velocity" and "torque") or a spring (for
                 "position"); their bounds, motor_effort and spring_effort, hold.
-            axis: of a target: "x", "y" (m or m/s) or "angle" (rad or rad/s).
+            axis: of a target: "x", "y" (m or m/s) or "angle" (rad or rad/s); in 3D "x", "y", "z" or
+                "turn_x", "turn_y", "turn_z" (rad/s about the world's axes).
             mode: the control is the "velocity" of a motor or target, the "position" of a target or at
                 which a spring is relaxed, or the "torque" (N m, or N of a prismatic) of a motor.
             lower, upper: the control is clipped to this range.
@@ -362,7 +395,7 @@ class Scene:
     def _driven_axis(self, spec: JointSpec, axis: str | None, mode: str, what: str) -> int:
         if spec.kind == "target":
             check.choice(mode, ("velocity", "position"), f"{what}: mode of a target")
-            return AXES[check.choice(axis, AXES, f"{what}: axis")]
+            return self._target_axis(axis, mode, what)
         if spec.kind in ("rows", "weld", "gear"):
             raise ValueError(f"{what} needs a target, a motor or a spring, {spec.name!r} is a {spec.kind}.")
         if axis is not None:
@@ -372,6 +405,13 @@ class Scene:
         if DRIVEN[mode] == "spring" and (spec.kind == "distance" or not spec.has_spring):
             raise ValueError(f"{what}: joint {spec.name!r} has no spring to set the rest of; give it a frequency.")
         return -1
+
+    def _target_axis(self, axis: Any, mode: str, what: str) -> int:
+        axes = AXES[self.dim]
+        number = axes[check.choice(axis, axes, f"{what}: axis")]
+        if number >= 3 and mode == "position":
+            raise ValueError(f"{what}: turning is driven by velocity; {axis} has no position.")
+        return number
 
     def add_sensor(
         self,
@@ -406,7 +446,7 @@ class Scene:
         name = check.unique(name, self.sensors, "sensor")
         b = -1 if body is None else self._body(body, what)
         j = -1 if joint is None else find(joint, "joint", list(self.joints), what)
-        self.sensors[name] = sensor_spec(name, kind, b, j, local_position, angles, length, mask)
+        self.sensors[name] = sensor_spec(name, kind, b, j, local_position, angles, length, mask, self.dim)
         return Handle("sensor", name, len(self.sensors) - 1)
 
     def exclude(self, body_a: Handle | str | int, body_b: Handle | str | int) -> None:

@@ -18,6 +18,7 @@ from .jit import njit
 from .model import Array, Model
 from .optional import as_records, at
 from .planar import rays
+from .planar.authored import rotation_of
 from .planar.math import rotate, unrotate
 from .planar.shapes import ALL_BITS
 
@@ -38,7 +39,11 @@ class SensorKind(IntEnum):
 
 SENSOR_KINDS = {kind.name.lower(): kind for kind in SensorKind}
 POSE, VELOCITY, CONTACT, FRAME, JOINT, RAYS = (int(kind) for kind in SensorKind)
-WIDTHS = {"pose": 3, "velocity": 3, "contact": 3, "frame": 7, "joint": 5}  # numbers in a reading
+WIDTHS = {  # numbers in a reading, by dimension
+    2: {"pose": 3, "velocity": 3, "contact": 3, "frame": 7, "joint": 5},
+    3: {"pose": 7, "velocity": 6, "contact": 4, "joint": 6},
+}
+ONLY_PLANAR = ("frame", "rays")
 
 SENSOR_DTYPE = np.dtype(
     [
@@ -69,8 +74,9 @@ class SensorSpec:
 
 
 def sensor_spec(
-    name: str, kind: str, body: int, joint: int, local_position: Any, angles: Any, length: Any, mask: Any
-) -> SensorSpec:
+    name: str, kind: str, body: int, joint: int, local_position: Any, angles: Any, length: Any, mask: Any,
+    dim: int = 2,
+) -> SensorSpec:  # fmt: skip
     """A checked spec; body and joint are indices, -1 where none was given.
 
     Raises:
@@ -78,6 +84,8 @@ def sensor_spec(
     """
     what = f"sensor {name!r}"
     check.choice(kind, SENSOR_KINDS, f"{what}: kind")
+    if dim == 3 and kind in ONLY_PLANAR:
+        raise ValueError(f"{what}: sensors of kind {kind!r} are there in 2D only.")
     bits = category_bits(mask, f"{what}: mask")
     given = {
         "body": body >= 0,
@@ -119,13 +127,18 @@ def category_bits(mask: Any, what: str) -> int:
     return bits - 2**64 if bits >= 2**63 else bits
 
 
-def sensor_records(specs: Iterable[SensorSpec]) -> Array:
+def sensor_rays(specs: Iterable[SensorSpec]) -> Array:
+    """(ray, 2) unit directions of all sensors' rays in the frames of their bodies."""
+    return np.array([rotation_of(a) for spec in specs for a in spec.angles]).reshape(-1, 2)
+
+
+def sensor_records(specs: Iterable[SensorSpec], dim: int = 2) -> Array:
     """(sensor,) of SENSOR_DTYPE."""
     specs = list(specs)
     sensors = np.zeros(len(specs), SENSOR_DTYPE)
     column = ray = 0
     for record, spec in zip(sensors, specs, strict=True):
-        count = WIDTHS.get(spec.kind, len(spec.angles))
+        count = WIDTHS[dim].get(spec.kind, len(spec.angles))
         record["kind"] = SENSOR_KINDS[spec.kind]
         record["column"], record["count"] = column, count
         record["ray_first"] = ray
@@ -145,6 +158,11 @@ def read_sensors(world: World, first: int, last: int) -> Array:
     sensors = model.sensors[first:last]
     out = np.zeros((world.world_count, int(sensors["count"].sum())))
     if not len(sensors):
+        return out
+    if model.dim == 3:
+        from .spatial.sensors import read_into
+
+        read_into(out, world, sensors)
         return out
     looks = len(model.sensor_rays) > 0
     arguments = (

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .broadphase import broadphase_scratch
+from .dimension import dimension
 from .model import (
     ISLAND_DTYPE,
     PAIR_DTYPE,
@@ -19,7 +20,6 @@ from .model import (
     world_state_dtype,
 )
 from .parameters import Parameters
-from .planar.sweep_fast import sweep_start_dtype
 from .rows import mover_dtype, row_dtype
 from .solvers.cholesky import BLOCKS_PER_BODY, block_dtype, factor_dtype
 
@@ -70,6 +70,14 @@ def _factor_scratch(model: Model) -> tuple[Array, Array]:
     return factor, np.zeros(BLOCKS_PER_BODY * bodies, block_dtype(model.dim))
 
 
+def narrow_scratch() -> tuple[Array, Array]:
+    """A manifold, and what it is made with; of space."""
+    from .spatial.narrowphase.manifold import manifold_dtype
+    from .spatial.narrowphase.scratch import scratch_dtype
+
+    return np.zeros(1, manifold_dtype()), np.zeros(1, scratch_dtype())
+
+
 class Workspace:
     """Scratch for stepping one world at a time; one for each thread, never saved."""
 
@@ -84,7 +92,9 @@ class Workspace:
         self.island_joints = np.zeros(len(model.joints), np.int32)
         self.broadphase = broadphase_scratch(len(model.shapes), model.dim)
         fast = model.bodies["fast"].any()
-        self.fast_start = np.zeros(bodies, sweep_start_dtype()) if fast else None
+        start = dimension(model.dim).sweep_fast.sweep_start_dtype() if fast else None
+        self.fast_start = np.zeros(bodies, start) if fast else None
+        self.narrow = narrow_scratch() if model.dim == 3 else ()
         self.factor, self.blocks = _factor_scratch(model)
         self.tree: Array | None = None
         self.tree_blocks: Array | None = None
@@ -111,6 +121,7 @@ class Workspace:
             self.geometry, self.pairs, self.found, self.displaced, self.motions, self.movers,
             self.islands, self.island_bodies, self.island_contacts, self.island_joints, self.rows,
             self.broadphase, self.fast_start, self.factor, self.edges, self.blocks, self.tree, self.tree_blocks,
+            *self.narrow,
         )  # fmt: skip
 
 

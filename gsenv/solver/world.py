@@ -8,23 +8,20 @@ from typing import Any
 
 import numpy as np
 
-from . import check, joint_readings, threads
-from .compile import rotation_of
+from . import check, threads
 from .diagnostics import Contacts, Diagnostics, contacts_of, diagnose
+from .dimension import dimension
 from .jit import entry
-from .joint_readings import rotated
 from .model import Array, Model
 from .optional import as_records
 from .options import Options
 from .parameters import Parameters
-from .planar import step as planar_step
-from .planar.joints import JointKind
-from .planar.shapes import ALL_BITS
 from .scene import Handle, Scene, find
-from .sensors import RayHits, cast_rays, read_sensors
+from .sensors import ALL_BITS, RayHits, cast_rays, read_sensors
 from .state import Snapshot, State, Workspace, first_contact_capacity, take_snapshot
 
 _Call = tuple[tuple[int, int], Callable[..., Any], tuple[Any, ...]]
+OK, MORE_PAIRS, MORE_CONTACTS = 0, 1, 2  # what a step kernel says
 _PRESENT = np.ones(1)  # as a kernel's argument: the scene has it; None: it lacks it
 
 
@@ -62,6 +59,7 @@ class World:
         if not isinstance(scene, (Scene, Model)):
             raise ValueError(f"World needs a Scene or a Model, got {scene!r}.")
         self.model = scene.compile() if isinstance(scene, Scene) else scene
+        self._dimension = dimension(self.model.dim)
         self.parameters = Parameters(self.model, self.world_count, self._changed)
         capacity = first_contact_capacity(self.model)
         self.state = State(self.model, self.world_count, capacity)
@@ -79,6 +77,8 @@ class World:
     def options(self, options: Options) -> None:
         if not isinstance(options, Options):
             raise ValueError(f"World: options must be an Options, got {options!r}.")
+        if options.solver == "newton" and self.model.dim == 3:
+            raise ValueError("World: the newton solver is there in 2D only; 3D has pgs, nncg, subspace and soft.")
         self._options = options
         self._options_record = options.record()
         self._calls: list[_Call] = []
@@ -137,7 +137,7 @@ class World:
                 results = threads.run(
                     [partial(step, first, last, until, *arguments) for (first, last), step, arguments in calls]
                 )
-            if all(status == planar_step.OK for status, _ in results):
+            if all(status == OK for status, _ in results):
                 return
             self._grow(results)
             calls = self._prepare_calls()
@@ -171,7 +171,7 @@ class World:
             arguments = tuple(as_records(array) for array in (*shared, bouncy, soft, newton, *work.arrays()))
             lacks = tuple(array is None for array in arguments)  # decides all types
             if lacks not in self._entries:
-                self._entries[lacks] = entry(planar_step.step_worlds, *part, until, *arguments)
+                self._entries[lacks] = entry(self._dimension.step.step_worlds, *part, until, *arguments)
             self._calls.append((part, self._entries[lacks], arguments))
         return self._calls
 
@@ -181,9 +181,9 @@ class World:
     def _grow(self, results: list[tuple[int, int]]) -> None:
         """Larger buffers for the step that did not fit; it is then taken again."""
         for (status, needed), work in zip(results, self._workspaces, strict=False):
-            if status == planar_step.MORE_PAIRS:
+            if status == MORE_PAIRS:
                 work.grow_pairs(2 * needed)
-        contacts = max((n for s, n in results if s == planar_step.MORE_CONTACTS), default=0)
+        contacts = max((n for s, n in results if s == MORE_CONTACTS), default=0)
         if contacts:
             self._grow_contacts(contacts + contacts // 2)
 
@@ -212,7 +212,8 @@ class World:
     def position(self) -> Array:
         """(world, body, dim) m, of the bodies' own frames; a copy, as all of these."""
         bodies = self.state.bodies
-        return bodies["position"] - rotated(bodies["rotation"], self.parameters.bodies["center"])
+        turned = self._dimension.readings.rotated(bodies["rotation"], self.parameters.bodies["center"])
+        return np.asarray(bodies["position"] - turned)
 
     @property
     def center_of_mass(self) -> Array:
@@ -221,18 +222,28 @@ class World:
 
     @property
     def angle(self) -> Array:
-        """(world, body) rad, not wrapped."""
+        """(world, body) rad, not wrapped; in 2D."""
+        if self.model.dim == 3:
+            raise AttributeError("World: bodies in 3D have no angle; World.orientation has their quaternions.")
         return self.state.bodies["angle"].copy()
+
+    @property
+    def orientation(self) -> Array:
+        """(world, body, 4) unit quaternions (w, x, y, z); in 3D."""
+        if self.model.dim == 2:
+            raise AttributeError("World: bodies in 2D have no orientation; World.angle has their angles.")
+        return self.state.bodies["rotation"].copy()
 
     @property
     def linear_velocity(self) -> Array:
         """(world, body, dim) m/s, of the centres of mass."""
-        return self.state.bodies["velocity"][..., :2].copy()
+        return self.state.bodies["velocity"][..., : self.model.dim].copy()
 
     @property
     def angular_velocity(self) -> Array:
-        """(world, body) rad/s."""
-        return self.state.bodies["velocity"][..., 2].copy()
+        """rad/s: (world, body), in 3D (world, body, 3) in the world's axes."""
+        velocity = self.state.bodies["velocity"]
+        return (velocity[..., 2] if self.model.dim == 2 else velocity[..., 3:]).copy()
 
     @property
     def asleep(self) -> Array:
@@ -285,6 +296,8 @@ class World:
             mask: bits of the categories that are seen.
             exclude: a body that is not seen: the one that carries the rays.
         """
+        if self.model.dim == 3:
+            raise ValueError("cast_rays: rays are there in 2D only.")
         chosen = check.worlds(worlds, self.world_count, "cast_rays: worlds")
         carrier = -1 if exclude is None else find(exclude, "body", self.model.body_names, "cast_rays: exclude")
         return cast_rays(
@@ -299,15 +312,15 @@ class World:
             ValueError: an unknown joint, or one without a coordinate.
         """
         j = self._joint(joint, "joint_coordinate")
-        return joint_readings.coordinate(self.model, self.parameters, self.state, j)
+        return np.asarray(self._dimension.readings.coordinate(self.model, self.parameters, self.state, j))
 
     def joint_rate(self, joint: Handle | str | int) -> Array:
         """(world,) rad/s or m/s: how fast the coordinate changes."""
         j = self._joint(joint, "joint_rate")
-        return joint_readings.rate(self.model, self.parameters, self.state, j)
+        return np.asarray(self._dimension.readings.rate(self.model, self.parameters, self.state, j))
 
     def joint_reaction(self, joint: Handle | str | int) -> Array:
-        """(world, 3) mean force x, y in N and torque in N m that the joint put on body_b at its anchor in the
+        """(world, ndof) mean force in N and torque in N m that the joint put on body_b at its anchor in the
         last step, motors, springs and limits included."""
         j = self._joint(joint, "joint_reaction")
         return np.asarray(self.state.joints["reaction"][:, j] / self._options.timestep)
@@ -330,60 +343,87 @@ class World:
         Args:
             force: N, (dim,) or (chosen world, dim).
             point: m, world point it acts at; None is the centre of mass.
-            torque: N m, on top.
+            torque: N m, on top; in 3D (3,) or (chosen world, 3).
         """
         b = find(body, "body", self.model.body_names, "apply_force")
         where = f"apply_force on body {self.model.body_names[b]!r}"
         chosen = check.worlds(worlds, self.world_count)
         n = len(chosen)
-        f = check.values(force, (n, 2), f"{where}: force")
-        t = np.array(check.values(torque, (n,), f"{where}: torque"))
+        dim = self.model.dim
+        f = check.values(force, (n, dim), f"{where}: force")
+        t = np.array(check.values(torque, (n,) if dim == 2 else (n, 3), f"{where}: torque"))
         if point is not None:
-            arm = check.values(point, (n, 2), f"{where}: point")
-            arm = arm - self.state.bodies["position"][chosen, b]
-            t = t + arm[:, 0] * f[:, 1] - arm[:, 1] * f[:, 0]
+            arm = check.values(point, (n, dim), f"{where}: point") - self.state.bodies["position"][chosen, b]
+            t = t + (arm[:, 0] * f[:, 1] - arm[:, 1] * f[:, 0] if dim == 2 else np.cross(arm, f))
         with np.errstate(over="ignore"):
-            total = self.state.bodies["force"][chosen, b] + np.concatenate([f, t[:, None]], 1)
+            total = self.state.bodies["force"][chosen, b] + np.concatenate([f, t.reshape(n, -1)], 1)
         if not np.isfinite(total).all():
             raise ValueError(f"{where}: the sum of forces must be finite.")
         self.state.bodies["force"][chosen, b] = total
         self._wake(chosen, b)
 
-    def set_pose(self, body: Handle | str | int, position: Any = None, angle: Any = None, worlds: Any = None) -> None:
-        """Put a body somewhere: position m (dim,) or (chosen world, dim), angle rad."""
+    def set_pose(
+        self,
+        body: Handle | str | int,
+        position: Any = None,
+        angle: Any = None,
+        worlds: Any = None,
+        rotation: Any = None,
+    ) -> None:
+        """Put a body somewhere: position m (dim,) or (chosen world, dim), angle rad in 2D, in 3D rotation,
+        a quaternion (w, x, y, z) or one for each chosen world."""
         b = find(body, "body", self.model.body_names, "set_pose")
         where = f"set_pose of body {self.model.body_names[b]!r}"
         chosen = check.worlds(worlds, self.world_count)
-        n = len(chosen)
-        place = None if position is None else check.values(position, (n, 2), f"{where}: position")
-        turn = None if angle is None else check.values(angle, (n,), f"{where}: angle")
+        shape = (len(chosen), self.model.dim)
+        place = None if position is None else check.values(position, shape, f"{where}: position")
+        turn = self._turn(angle, rotation, len(chosen), where)
         if place is None:
             place = np.array(self.position[chosen, b])
         record = self.state.bodies
         if turn is not None:
-            record["angle"][chosen, b] = turn
-            record["rotation"][chosen, b] = [rotation_of(angle) for angle in turn]
+            if self.model.dim == 2:
+                record["angle"][chosen, b] = turn
+            record["rotation"][chosen, b] = [self._dimension.authored.rotation_of(one) for one in turn]
         center = self.parameters.bodies["center"][chosen, b]
-        record["position"][chosen, b] = place + rotated(record["rotation"][chosen, b], center)
+        offset = self._dimension.readings.rotated(record["rotation"][chosen, b], center)
+        record["position"][chosen, b] = place + offset
         self.state.forget_impulses(chosen, b)
         self._wake(chosen)
+
+    def _turn(self, angle: Any, rotation: Any, count: int, where: str) -> Array | None:
+        """Checked angles (count,), or quaternions (count, 4)."""
+        if self.model.dim == 2:
+            if rotation is not None:
+                raise ValueError(f"{where}: a body in 2D has an angle, not a rotation.")
+            return None if angle is None else check.values(angle, (count,), f"{where}: angle")
+        if angle is not None:
+            raise ValueError(f"{where}: a body in 3D has a rotation (w, x, y, z), not an angle.")
+        if rotation is None:
+            return None
+        turn = check.values(rotation, (count, 4), f"{where}: rotation")
+        if not ((turn * turn).sum(-1) > 1e-24).all():
+            raise ValueError(f"{where}: rotation must be a quaternion other than zero.")
+        return turn
 
     def set_velocity(
         self, body: Handle | str | int, linear: Any = None, angular: Any = None, worlds: Any = None
     ) -> None:
-        """Set velocities: linear m/s of the centre of mass, angular rad/s."""
+        """Set velocities: linear m/s of the centre of mass, angular rad/s, in 3D (3,) in the world."""
         b = find(body, "body", self.model.body_names, "set_velocity")
         where = f"set_velocity of body {self.model.body_names[b]!r}"
         if self.model.bodies["kind"][b] == 0:
             raise ValueError(f"{where}: it is static.")
         chosen = check.worlds(worlds, self.world_count)
         n = len(chosen)
-        v = None if linear is None else check.values(linear, (n, 2), f"{where}: linear")
-        w = None if angular is None else check.values(angular, (n,), f"{where}: angular")
+        dim = self.model.dim
+        v = None if linear is None else check.values(linear, (n, dim), f"{where}: linear")
+        spin = (n,) if dim == 2 else (n, 3)
+        w = None if angular is None else check.values(angular, spin, f"{where}: angular")
         if v is not None:
-            self.state.bodies["velocity"][chosen, b, :2] = v
+            self.state.bodies["velocity"][chosen, b, :dim] = v
         if w is not None:
-            self.state.bodies["velocity"][chosen, b, 2] = w
+            self.state.bodies["velocity"][chosen, b, dim:] = w.reshape(n, -1)
         self._wake(chosen, b)
 
     def set_motor(
@@ -415,33 +455,31 @@ class World:
         linear: Any = None,
         angular: Any = None,
         worlds: Any = None,
+        rotation: Any = None,
     ) -> None:
-        """Move a target joint's goal: position m, angle rad, and how fast it moves on by itself."""
+        """Move a target joint's goal: position m, angle rad (in 3D rotation, a quaternion), and how fast it
+        moves on by itself."""
         j = self._joint(joint, "set_target")
         where = f"set_target of joint {self.model.joint_names[j]!r}"
-        if self.model.joints["kind"][j] != JointKind.TARGET:
+        if self.model.joints["kind"][j] != self._dimension.joint_kinds["TARGET"]:
             raise ValueError(f"{where}: it is not a target joint.")
         chosen = check.worlds(worlds, self.world_count)
-        n = len(chosen)
-        fields = {
-            "target_position": (position, (n, 2)),
-            "target_angle": (angle, (n,)),
-            "linear": (linear, (n, 2)),
-            "angular": (angular, (n,)),
-        }
-        checked = {
-            name: check.values(value, shape, f"{where}: {name}")
-            for name, (value, shape) in fields.items()
-            if value is not None
-        }
+        n, dim = len(chosen), self.model.dim
+        place = None if position is None else check.values(position, (n, dim), f"{where}: position")
+        turn = self._turn(angle, rotation, n, where)
+        v = None if linear is None else check.values(linear, (n, dim), f"{where}: linear")
+        w = None if angular is None else check.values(angular, (n,) if dim == 2 else (n, 3), f"{where}: angular")
         record = self.state.joints
-        for name, values in checked.items():
-            if name == "linear":
-                record["target_velocity"][chosen, j, :2] = values
-            elif name == "angular":
-                record["target_velocity"][chosen, j, 2] = values
-            else:
-                record[name][chosen, j] = values
+        if place is not None:
+            record["target_position"][chosen, j] = place
+        if turn is not None and dim == 2:
+            record["target_angle"][chosen, j] = turn
+        elif turn is not None:
+            record["target_rotation"][chosen, j] = [self._dimension.authored.rotation_of(one) for one in turn]
+        if v is not None:
+            record["target_velocity"][chosen, j, :dim] = v
+        if w is not None:
+            record["target_velocity"][chosen, j, dim:] = w.reshape(n, -1)
 
     def _changed(self, chosen: Array) -> None:
         """Parameters are new: wake the worlds, and see anew what the scene has."""

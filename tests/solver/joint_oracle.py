@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from gsenv.solver import joint_readings
 from gsenv.solver.model import Array, Model
 from gsenv.solver.parameters import Parameters
+from gsenv.solver.planar import joint_readings
 from gsenv.solver.planar.joints import JointKind
 from gsenv.solver.state import State
 

@@ -24,7 +24,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gsenv.solver import Options, World
-from gsenv.solver.joint_readings import joint_errors_and_energies
+from gsenv.solver.planar.joint_readings import joint_errors_and_energies
 from gsenv.solver.planar.joints import JointKind
 
 from .cases import Case, Rng

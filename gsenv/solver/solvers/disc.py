@@ -84,13 +84,13 @@ def _sweep_disc(rows: Any, r: Any, bodies: Any, normal: Any, push: Any) -> Any:
     return dx * dx * one.diagonal + dy * dy * two.diagonal
 
 
-def sweep_disc(rows: Any, r: Any, bodies: Any, normal: Any, push: Any) -> Any:
+def sweep_disc(rows, r, bodies, normal, push):  # type: ignore[no-untyped-def]
     """Solve rows r and r + 1 under the ``normal`` impulse; returns sum d^2 A_rr. Rows of the plane have none."""
     return _sweep_disc(rows, r, bodies, normal, push)
 
 
 @overload(sweep_disc)
-def _typed_sweep_disc(rows: Any, r: Any, bodies: Any, normal: Any, push: Any) -> Any:
+def _typed_sweep_disc(rows, r, bodies, normal, push):  # type: ignore[no-untyped-def]
     if is_spatial(rows):
         return lambda rows, r, bodies, normal, push: _sweep_disc(rows, r, bodies, normal, push)
     return lambda rows, r, bodies, normal, push: 0.0

@@ -1,9 +1,11 @@
 """The frame in which a body turns for one substep: its principal axes half a substep ahead.
 
 There its inertia is diagonal, so that the solvers' bodies have a vector of inverse masses as in the
-plane, and rows see the inertia of the middle of the substep.  A body whose moments are equal keeps
-the world's axes.  Between ``enter_frames`` and ``leave_frames`` the angular parts of ``velocity`` and of
-all ``motions`` stand in the frame.
+plane.  Turning is drift, kick, drift: the body turns freely, and exactly, for half of the substep, takes
+all impulses and torques there, and turns on freely.  So a top precesses at the right rate however
+fast it spins.  A body whose moments are equal keeps the world's axes.  Between ``enter_frames`` and
+``leave_frame`` the angular parts of ``velocity`` and of all ``motions`` stand in the frame, and are those of
+the middle of the substep.
 """
 
 from __future__ import annotations
@@ -11,7 +13,7 @@ from __future__ import annotations
 from typing import Any
 
 from ..jit import njit
-from .math import Vec, add, conjugate, multiply, pose_of, quaternion, scaled, turn_of, vec
+from .math import Vec, conjugate, cross, multiply, normalised, pose_of, quaternion, turn_of, vec
 from .spin import spin_freely
 
 EQUAL = 1e-9  # of a moment: two that differ less are one
@@ -68,54 +70,62 @@ def is_round(parameters: Any) -> Any:
 
 @njit
 def enter_frames(indices: Any, bodies: Any, body_parameters: Any, motions: Any, h: Any) -> None:
-    """Frames of the substep, the free motion in it, and all angular quantities put into them."""
+    """Half of the substep's free turning, and all angular quantities in the frames that it leads to."""
     for k in range(len(indices)):
         i = indices[k]
         motion = motions[i]
         parameters = body_parameters[i]
         torque = spin_of(bodies[i].force)
-        if motion.tilted == 0:
-            for d in range(3):
-                motion.acceleration[3 + d] = torque[d] * parameters.inv_inertia[d]
-        else:
-            _enter_frame(bodies[i], parameters, motion, torque, h)
+        if motion.tilted:
+            _enter_frame(bodies[i], parameters, motion, h)
+            torque = in_frame(motion, torque)
+        for d in range(3):
+            motion.acceleration[3 + d] = torque[d] * parameters.inv_inertia[d]
         for d in range(6):
             motion.path[d] = motion.acceleration[d]
 
 
 @njit
-def _enter_frame(body: Any, parameters: Any, motion: Any, torque: Vec, h: Any) -> None:
+def _enter_frame(body: Any, parameters: Any, motion: Any, h: Any) -> None:
     shift = in_world(motion, spin_of(motion.displacement))
     axes = quaternion(parameters.axes)
-    own = quaternion(body.rotation)
-    spin = spin_of(body.velocity)
-    principal = multiply(own, axes)
-    after, spin_after = spin_freely(principal, vec(parameters.inertia), spin, h)
-    rotation = multiply(after, conjugate(axes))
+    principal = multiply(quaternion(body.rotation), axes)
+    middle, spin = spin_freely(principal, vec(parameters.inertia), spin_of(body.velocity), 0.5 * h)
+    rotation = multiply(middle, conjugate(axes))
     for d in range(4):
-        motion.free_rotation[d] = rotation[d]
-    middle = pose_of((0.0, 0.0, 0.0), multiply(turn_of(scaled(add(spin, spin_after), 0.25 * h)), principal))
+        motion.middle[d] = rotation[d]
+    own = pose_of((0.0, 0.0, 0.0), middle)
     for d in range(3):
-        motion.frame[0, d] = middle.x[d]
-        motion.frame[1, d] = middle.y[d]
-        motion.frame[2, d] = middle.z[d]
-    start = in_frame(motion, spin)
-    end = in_frame(motion, spin_after)
-    push = in_frame(motion, torque)
-    set_spin(body.velocity, start)
+        motion.frame[0, d] = own.x[d]
+        motion.frame[1, d] = own.y[d]
+        motion.frame[2, d] = own.z[d]
+    set_spin(body.velocity, in_frame(motion, spin))
     set_spin(motion.displacement, in_frame(motion, shift))
-    for d in range(3):
-        motion.acceleration[3 + d] = (end[d] - start[d]) / h + push[d] * parameters.inv_inertia[d]
-        motion.free_turn[d] = 0.5 * h * (start[d] + end[d])
 
 
 @njit
-def leave_frames(indices: Any, bodies: Any, motions: Any) -> None:
-    """Velocities of the bodies back into the world."""
-    for k in range(len(indices)):
-        if motions[indices[k]].tilted:
-            velocity = bodies[indices[k]].velocity
-            set_spin(velocity, in_world(motions[indices[k]], spin_of(velocity)))
+def leave_frame(body: Any, parameters: Any, motion: Any, extra: Vec, h: Any) -> None:
+    """The other half of the free turning, with the velocity that the solve has made; ``extra``: rad of the frame
+    by which the body is turned on top."""
+    axes = quaternion(parameters.axes)
+    middle = multiply(turn_of(in_world(motion, extra)), multiply(quaternion(motion.middle), axes))
+    spin = in_world(motion, spin_of(body.velocity))
+    after, spin = spin_freely(middle, vec(parameters.inertia), spin, 0.5 * h)
+    rotation = normalised(multiply(after, conjugate(axes)))
+    for d in range(4):
+        body.rotation[d] = rotation[d]
+    set_spin(body.velocity, spin)
+
+
+@njit
+def spin_change(motion: Any, parameters: Any) -> Vec:
+    """rad/s^2 in the frame, at which the body's own inertia turns its velocity: I^-1 (I w x w)."""
+    if motion.tilted == 0:
+        return 0.0, 0.0, 0.0
+    w = spin_of(motion.start_velocity)
+    i = parameters.inertia
+    turning = cross((i[0] * w[0], i[1] * w[1], i[2] * w[2]), w)
+    return turning[0] / i[0], turning[1] / i[1], turning[2] / i[2]
 
 
 @njit

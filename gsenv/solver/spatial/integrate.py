@@ -6,8 +6,8 @@ from typing import Any
 
 from ..islands import ASLEEP
 from ..jit import njit
-from .frames import in_world, is_round, spin_of, world_frame
-from .math import Vec, multiply, normalised, quaternion, scaled, turn_of
+from .frames import is_round, leave_frame, spin_of, world_frame
+from .math import Vec, add, multiply, normalised, quaternion, scaled, sub, turn_of
 
 
 @njit
@@ -115,12 +115,13 @@ def turn_body(body: Any, rotation: Any, turn: Vec) -> None:
 
 
 @njit
-def integrate_positions(indices: Any, bodies: Any, motions: Any, h: Any, trapezoid: Any) -> None:
+def integrate_positions(
+    indices: Any, bodies: Any, body_parameters: Any, motions: Any, h: Any, trapezoid: Any
+) -> None:
     """x += h (v + correction) + shift; with ``trapezoid`` = 1, v is the mean of old and new.
 
     The mean makes smooth motion second order (a parabola exact); the caller passes 0 where a
-    velocity jumped at a contact, which the mean would push into the other body.  Turning is the free
-    motion of the body, which is exact, turned on by what differs from that.
+    velocity jumped at a contact, which the mean would push into the other body.
     """
     for k in range(len(indices)):
         body = bodies[indices[k]]
@@ -135,9 +136,10 @@ def integrate_positions(indices: Any, bodies: Any, motions: Any, h: Any, trapezo
             body.position[d] += motion.correction[d]
         turn = spin_of(motion.correction)
         if motion.tilted:
-            free = motion.free_turn
-            turn = in_world(motion, (turn[0] - free[0], turn[1] - free[1], turn[2] - free[2]))
-            turn_body(body, motion.free_rotation, turn)
+            old = spin_of(motion.start_velocity)
+            new = spin_of(body.velocity)
+            mean = scaled(add(old, new), 0.5 * h)  # which both halves of the free turning make
+            leave_frame(body, body_parameters[indices[k]], motion, sub(turn, mean), h)
         else:
             turn_body(body, body.rotation, turn)
 

@@ -20,7 +20,7 @@ from .contact_rows import (
     turn_contact_rows,
 )
 from .energy import drop_curves, gains_energy, guard_energy, natural_residual, start_impulses
-from .frames import any_tilted, enter_frames, leave_frames
+from .frames import any_tilted, enter_frames
 from .impacts import resolve_impacts, set_paths
 from .integrate import integrate_positions, integrate_velocities, keep_velocities, move_kinematic, take_velocities
 from .joints import (
@@ -247,8 +247,7 @@ def step_island(
                     tree,
                     tree_blocks,
                 )
-        integrate_positions(body_list, bodies, motions, h, smooth)
-        leave_frames(body_list, bodies, motions)
+        integrate_positions(body_list, bodies, body_parameters, motions, h, smooth)
         if tree is not None:
             forget_factor(body_list, tree)
         store_contacts(rows, first, end, contacts, motions, kept, s == n - 1)

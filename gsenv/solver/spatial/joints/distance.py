@@ -26,10 +26,10 @@ def set_line_direction(row: Any, parameters: Any, bodies: Any, body_parameters: 
     """J of the distance between the anchors, half a substep ahead; (distance now, h/2 dJ/dt v)."""
     i = row.body_a
     j = row.body_b
-    now = frame_ahead(bodies, body_parameters, motions, i, j, parameters, 0.0)
+    now = frame_ahead(bodies, body_parameters, motions, i, j, parameters, h, 0.0)
     u = _direction(now[2], (0.0, 0.0, 1.0))
-    middle = frame_ahead(bodies, body_parameters, motions, i, j, parameters, 0.5 * h)
-    end = frame_ahead(bodies, body_parameters, motions, i, j, parameters, h)
+    middle = frame_ahead(bodies, body_parameters, motions, i, j, parameters, h, 0.5 * h)
+    end = frame_ahead(bodies, body_parameters, motions, i, j, parameters, h, h)
     v = _direction(middle[2], u)
     w = _direction(end[2], v)
     set_frame_direction(row, motions, middle, v)

@@ -6,7 +6,7 @@ from typing import Any
 
 from ...jit import njit
 from ..contact_rows import set_jacobian
-from ..frames import in_world, spin_of
+from ..frames import in_world, spin_change, spin_of
 from ..math import (
     Quaternion,
     Vec,
@@ -42,14 +42,25 @@ def arm(body: Any, parameters: Any, anchor: Any) -> Vec:
 
 @njit
 def start_spin(motion: Any) -> Vec:
-    """rad/s in the world, at the start of the substep."""
+    """rad/s in the world, before any impulse of the substep."""
     return in_world(motion, spin_of(motion.start_velocity))
 
 
 @njit
-def rotation_ahead(body: Any, motion: Any, t: Any) -> Quaternion:
-    """Rotation of a body ``t`` s ahead at the start's velocity."""
-    return multiply(turn_of(scaled(start_spin(motion), t)), quaternion(body.rotation))
+def rotation_ahead(body: Any, motion: Any, h: Any, t: Any) -> Quaternion:
+    """Rotation of a body ``t`` s into a substep of h s, if nothing acts on it."""
+    w = start_spin(motion)
+    if motion.tilted == 0:
+        return multiply(turn_of(scaled(w, t)), quaternion(body.rotation))
+    if t == 0.0:
+        return quaternion(body.rotation)
+    return multiply(turn_of(scaled(w, t - 0.5 * h)), quaternion(motion.middle))
+
+
+@njit
+def arm_ahead(body: Any, parameters: Any, motion: Any, anchor: Any, h: Any, t: Any) -> Vec:
+    """From the centre of mass to an anchor, ``t`` s into a substep of h s."""
+    return turned(rotation_ahead(body, motion, h, t), sub(vec(anchor), vec(parameters.center)))
 
 
 @njit
@@ -71,17 +82,25 @@ def set_point_rows(
     ua = cross(wa, a)
     ub = cross(wb, b)
     parting = sub(add(vec(motions[j].start_velocity), ub), add(vec(motions[i].start_velocity), ua))
-    if norm(parting) > JUMP * (norm(wa) * norm(a) + norm(wb) * norm(b)):
-        wa = (0.0, 0.0, 0.0)  # the pose of the start keeps the momentum then
-        wb = (0.0, 0.0, 0.0)
-    a = turned(turn_of(scaled(wa, 0.5 * h)), a)
-    b = turned(turn_of(scaled(wb, 0.5 * h)), b)
-    bend = sub(cross(wb, cross(wb, b)), cross(wa, cross(wa, a)))
+    bend = (0.0, 0.0, 0.0)
+    # else the pose of the start keeps the momentum
+    if norm(parting) <= JUMP * (norm(wa) * norm(a) + norm(wb) * norm(b)):
+        a = arm_ahead(bodies[i], body_parameters[i], motions[i], parameters.anchor_a, h, 0.5 * h)
+        b = arm_ahead(bodies[j], body_parameters[j], motions[j], parameters.anchor_b, h, 0.5 * h)
+        bend = sub(bending(motions[j], body_parameters[j], b), bending(motions[i], body_parameters[i], a))
     for k in range(3):
         u = unit_axis(k)
         set_point_direction(rows[row + k], motions, u, a, b)
         finish_row(rows[row + k], k, c[k], motions)
         rows[row + k].bias = 0.5 * h * bend[k]
+
+
+@njit
+def bending(motion: Any, parameters: Any, to_anchor: Vec) -> Vec:
+    """m/s^2 of an anchor on a body that turns freely: w x (w x r) + w' x r."""
+    w = start_spin(motion)
+    change = in_world(motion, spin_change(motion, parameters))
+    return add(cross(w, cross(w, to_anchor)), cross(change, to_anchor))
 
 
 @njit
@@ -98,13 +117,11 @@ def set_turn_direction(row: Any, motions: Any, u: Vec) -> None:
 
 @njit
 def frame_ahead(
-    bodies: Any, body_parameters: Any, motions: Any, i: Any, j: Any, parameters: Any, t: Any
+    bodies: Any, body_parameters: Any, motions: Any, i: Any, j: Any, parameters: Any, h: Any, t: Any
 ) -> tuple[Vec, Vec, Vec]:
-    """(arm_a, arm_b, anchor_b - anchor_a), ``t`` s ahead at the start's velocities."""
-    a = arm(bodies[i], body_parameters[i], parameters.anchor_a)
-    b = arm(bodies[j], body_parameters[j], parameters.anchor_b)
-    a = turned(turn_of(scaled(start_spin(motions[i]), t)), a)
-    b = turned(turn_of(scaled(start_spin(motions[j]), t)), b)
+    """(arm_a, arm_b, anchor_b - anchor_a), ``t`` s into a substep of h s, if nothing acts."""
+    a = arm_ahead(bodies[i], body_parameters[i], motions[i], parameters.anchor_a, h, t)
+    b = arm_ahead(bodies[j], body_parameters[j], motions[j], parameters.anchor_b, h, t)
     from_a = add(along(vec(bodies[i].position), t, vec(motions[i].start_velocity)), a)
     to_b = add(along(vec(bodies[j].position), t, vec(motions[j].start_velocity)), b)
     return a, b, sub(to_b, from_a)

@@ -28,8 +28,8 @@ def add_user_rows(
         if model.frame:
             body = bodies[model.body_a]
             motion = motions[model.body_a]
-            middle = rotation_ahead(body, motion, 0.5 * h)
-            end = rotation_ahead(body, motion, h)
+            middle = rotation_ahead(body, motion, h, 0.5 * h)
+            end = rotation_ahead(body, motion, h, h)
             curve = _rate(given, model, motions, end) - _rate(given, model, motions, middle)
         _set_side(made.jacobian_a, given.jacobian_a, middle, motions[model.body_a])
         _set_side(made.jacobian_b, given.jacobian_b, middle, motions[model.body_b])

@@ -38,8 +38,8 @@ def _set_stretch_rows(
     """As ``set_point_rows`` for anchors that may be apart: both forces act at b's, or they would make a torque."""
     i = rows[row].body_a
     j = rows[row].body_b
-    now = frame_ahead(bodies, body_parameters, motions, i, j, parameters, 0.0)
-    middle = frame_ahead(bodies, body_parameters, motions, i, j, parameters, 0.5 * h)
+    now = frame_ahead(bodies, body_parameters, motions, i, j, parameters, h, 0.0)
+    middle = frame_ahead(bodies, body_parameters, motions, i, j, parameters, h, 0.5 * h)
     for k in range(3):
         set_frame_direction(rows[row + k], motions, middle, unit_axis(k))
         finish_row(rows[row + k], k, now[2][k], motions)

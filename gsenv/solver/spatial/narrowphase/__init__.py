@@ -1,1 +1,5 @@
 """Contacts between shapes."""
+
+from gsenv.solver.spatial.narrowphase.find import find_contacts
+
+__all__ = ["find_contacts"]

@@ -6,17 +6,17 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from .jit import njit
-from .model import Array, Model
-from .optional import as_records
-from .planar.joints import JointKind
-from .planar.joints.point import arm
-from .planar.math import cross, rotate
-from .trig import atan2, sin_cos
+from ..jit import njit
+from ..model import Array, Model
+from ..optional import as_records
+from ..trig import atan2, sin_cos
+from .joints import JointKind
+from .joints.point import arm
+from .math import cross, rotate
 
 if TYPE_CHECKING:
-    from .parameters import Parameters
-    from .state import State
+    from ..parameters import Parameters
+    from ..state import State
 
 SLIDING = (JointKind.PRISMATIC, JointKind.WHEEL)
 WITHOUT_COORDINATE = (JointKind.WELD, JointKind.ROWS, JointKind.TARGET)
