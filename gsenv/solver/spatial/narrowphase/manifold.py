@@ -62,3 +62,27 @@ def flip_manifold(m: Any) -> None:
     """The same contact seen as b with a."""
     for i in range(3):
         m.normal[i] = -m.normal[i]
+
+
+@njit
+def sort_points(m: Any) -> None:
+    """In ascending order of their features."""
+    for i in range(1, m.count):
+        k = i
+        while k > 0 and m.feature[k - 1] > m.feature[k]:
+            swap_points(m, k - 1, k)
+            k -= 1
+
+
+@njit
+def swap_points(m: Any, i: int, k: int) -> None:
+    for axis in range(3):
+        x = m.point[i, axis]
+        m.point[i, axis] = m.point[k, axis]
+        m.point[k, axis] = x
+    gap = m.gap[i]
+    m.gap[i] = m.gap[k]
+    m.gap[k] = gap
+    feature = m.feature[i]
+    m.feature[i] = m.feature[k]
+    m.feature[k] = feature
