@@ -217,10 +217,10 @@ def contact_of(a: Shape, b: Shape, margin: float = 0.1) -> Contact:
     manifold, scratch = room()
     m = manifold[0]
     collide(models, parameters, vertices, 0, 1, a.pose(), b.pose(), margin, m, scratch[0])
-    k = m.count
+    k = int(m["count"])
     contact = Contact(
-        np.array(m.normal), float(m.separation), np.array(m.point)[:k], np.array(m.gap)[:k],
-        [int(i) for i in m.feature[:k]],
+        np.array(m["normal"]), float(m["separation"]), np.array(m["point"])[:k], np.array(m["gap"])[:k],
+        [int(i) for i in m["feature"][:k]],
     )  # fmt: skip
     assert np.isfinite(contact.normal).all()
     assert np.isfinite(contact.point).all()
