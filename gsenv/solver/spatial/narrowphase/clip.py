@@ -26,6 +26,7 @@ Array = NDArray[Any]
 OVERHANG = 1e-6  # of a feature's size: what lies this little beside the other one still counts as on it
 PARALLEL = 0.05  # sine: lines nearer to parallel than this touch in two points
 NEAR = 0.01  # of the extent: a corner this near to the deepest point stands for it
+DEEP = 200.0  # m of width that a point gives up for 1 m of depth
 WITNESS = 127  # label of a point that is no corner of a feature
 LABELS = 128
 FEATURES = 2048
@@ -149,21 +150,22 @@ def doubled_area(side: int, scratch: Any) -> float:
 
 @njit
 def cut_polygons(margin: float, scratch: Any) -> int:
-    """Corners of what two polygons have in common, as spots."""
-    area_a = doubled_area(int64(0), scratch)
-    sign = 1.0 if area_a >= 0.0 else -1.0
-    tolerance = OVERHANG * np.sqrt(min(abs(area_a), abs(doubled_area(int64(1), scratch))))
-    count = scratch.face_count[1]
+    """Corners of what two polygons have in common, as spots: the one with more corners cut by the other."""
+    knife = int64(0) if scratch.face_count[0] <= scratch.face_count[1] else int64(1)
+    area = doubled_area(knife, scratch)
+    sign = 1.0 if area >= 0.0 else -1.0
+    tolerance = OVERHANG * np.sqrt(min(abs(area), abs(doubled_area(1 - knife, scratch))))
+    count = scratch.face_count[1 - knife]
     for i in range(count):
-        scratch.clip[0, i, 0] = scratch.face[1, i, 0]
-        scratch.clip[0, i, 1] = scratch.face[1, i, 1]
+        scratch.clip[0, i, 0] = scratch.face[1 - knife, i, 0]
+        scratch.clip[0, i, 1] = scratch.face[1 - knife, i, 1]
     source = int64(0)
-    edges = scratch.face_count[0]
-    u0 = scratch.face[0, edges - 1, 0]
-    v0 = scratch.face[0, edges - 1, 1]
+    edges = scratch.face_count[knife]
+    u0 = scratch.face[knife, edges - 1, 0]
+    v0 = scratch.face[knife, edges - 1, 1]
     for i in range(edges):
-        u1 = scratch.face[0, i, 0]
-        v1 = scratch.face[0, i, 1]
+        u1 = scratch.face[knife, i, 0]
+        v1 = scratch.face[knife, i, 1]
         du = sign * (u1 - u0)
         dv = sign * (v1 - v0)
         length = np.sqrt(du * du + dv * dv)
@@ -325,7 +327,7 @@ def choose_spots(count: int, least: float, scratch: Any) -> int:
     first = int64(0)
     for i in range(count):
         # a place in a fixed odd direction settles ties, or rounding would
-        score = 0.9063 * scratch.spot[i, 0] + 0.4226 * scratch.spot[i, 1] - 1e3 * (scratch.spot[i, 3] - least)
+        score = 0.9063 * scratch.spot[i, 0] + 0.4226 * scratch.spot[i, 1] - DEEP * (scratch.spot[i, 3] - least)
         if score > best:
             best = score
             first = int64(i)

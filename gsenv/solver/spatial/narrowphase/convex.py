@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 
 from gsenv.solver.jit import njit
 from gsenv.solver.spatial.kinds import BOX, CYLINDER, HULL
-from gsenv.solver.spatial.math import Pose, Vec, add, along, dot, norm, rotate, scaled, sub, unit, vec
+from gsenv.solver.spatial.math import Pose, Vec, add, along, dot, norm, rotate, scaled, sub, to_local, unit, vec
 from gsenv.solver.spatial.narrowphase.clip import touch, touch_or_meet
 from gsenv.solver.spatial.narrowphase.epa import overlap_of_cores
 from gsenv.solver.spatial.narrowphase.gjk import nearest_of_cores
 from gsenv.solver.spatial.narrowphase.manifold import clear_manifold
 from gsenv.solver.spatial.narrowphase.segments import lines_direction
-from gsenv.solver.spatial.narrowphase.solids import Solid, separation_along
+from gsenv.solver.spatial.narrowphase.solids import Solid, separation_along, support
 
 Array = NDArray[Any]
 
@@ -108,7 +108,27 @@ def best_face_of(
         n, best = better(a, pose_a, b, pose_b, vertices, axis, n, best)
     if vertices is not None:
         if a.kind == HULL:
-            for i in range(int64(vertices[a.first].face_count)):
-                axis = rotate(pose_a, vec(vertices[a.first + i].normal))
-                n, best = better(a, pose_a, b, pose_b, vertices, axis, n, best)
+            n, best = best_hull_face(a, pose_a, b, pose_b, vertices, n, best)
     return scaled(n, sign), best
+
+
+@njit
+def best_hull_face(
+    a: Solid, pose_a: Pose, b: Solid, pose_b: Pose, vertices: Array, n: Vec, best: float
+) -> tuple[Vec, float]:
+    """The same of a hull: the last point of b that was looked at rules most faces out."""
+    slack = SAME * min(a.extent, b.extent)
+    p = support(b, vertices, pose_b, scaled(n, -1.0))
+    local = to_local(pose_a, p)
+    for i in range(int64(vertices[a.first].face_count)):
+        face = vertices[a.first + i]
+        normal = vec(face.normal)
+        offset = face.offset + a.grown + b.grown
+        if dot(normal, local) - offset > best + slack:
+            axis = rotate(pose_a, normal)
+            local = to_local(pose_a, support(b, vertices, pose_b, scaled(axis, -1.0)))
+            separation = dot(normal, local) - offset
+            if separation > best + slack:
+                best = separation
+                n = axis
+    return n, best

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from scipy.optimize import minimize
 from scipy.spatial import ConvexHull
 
 from gsenv.solver.model import Array, shape_model_dtype, shape_parameter_dtype
@@ -56,19 +54,20 @@ class Shape:
         return Pose(tuple(float(x) for x in self.at), columns[0], columns[1], columns[2])  # type: ignore[arg-type]
 
     def support(self, d: Any) -> Array:
-        """Farthest point of the shape along d."""
+        """Farthest points of the shape along the unit vectors d (..., 3)."""
         d = np.asarray(d, float)
-        local = self.rotation.T @ d
+        local = d @ self.rotation
         if self.kind == HULL:
-            p = self.points[np.argmax(self.points @ local)]
+            p = self.points[np.argmax(local @ self.points.T, axis=-1)]
         else:
             p = np.where(local >= 0, 1.0, -1.0) * self.size
             if self.kind == CYLINDER:
-                across = np.hypot(local[0], local[1])
-                p[:2] = self.radius * local[:2] / across if across > 0 else 0.0
-        p = self.rotation @ p + self.at
+                across = np.maximum(np.hypot(local[..., 0], local[..., 1]), 1e-300)
+                p[..., 0] = self.radius * local[..., 0] / across
+                p[..., 1] = self.radius * local[..., 1] / across
+        p = p @ self.rotation.T + self.at
         if self.kind in (SPHERE, CAPSULE):
-            p = p + self.radius * d / np.linalg.norm(d)
+            p = p + self.radius * d
         return p
 
 
@@ -235,23 +234,33 @@ def contact_of(a: Shape, b: Shape, margin: float = 0.1) -> Contact:
 # ---------------------------------------------------------------- oracles
 
 
-def reach(a: Shape, b: Shape, n: Any) -> float:
-    """Separation of the shapes along n, by their support points."""
+def reach(a: Shape, b: Shape, n: Any) -> Array:
+    """Separation of the shapes along the directions n (..., 3), by their support points."""
     n = np.asarray(n, float)
-    n = n / np.linalg.norm(n)
-    return float((b.support(-n) - a.support(n)) @ n)
+    n = n / np.linalg.norm(n, axis=-1)[..., None]
+    return np.sum((b.support(-n) - a.support(n)) * n, axis=-1)
 
 
 def best_separation(a: Shape, b: Shape, rng: np.random.Generator, directions: int = 4000) -> float:
-    """Largest separation over all directions: the distance, or minus the depth. By sampling and descent."""
-    samples = rng.normal(size=(directions, 3))
-    values = np.array([reach(a, b, n) for n in samples])
-    best = values.max()
-    for k in np.argsort(values)[-6:]:
-        found = minimize(lambda n: -reach(a, b, n), samples[k] / np.linalg.norm(samples[k]), method="Nelder-Mead",
-                         options={"xatol": 1e-10, "fatol": 1e-12, "maxiter": 2000})  # fmt: skip
-        best = max(best, -float(found.fun))
-    return float(best)
+    """Largest separation over all directions: the distance, or minus the depth.
 
-
-Maker = Callable[[], Shape]
+    Samples on the sphere, then around the best few of them, closer and closer.
+    """
+    n = rng.normal(size=(directions, 3))
+    n /= np.linalg.norm(n, axis=1)[:, None]
+    start = n[np.argsort(reach(a, b, n))[-8:]]
+    best = -np.inf
+    for near in start:
+        spread = 0.1
+        value = float(reach(a, b, near))
+        while spread > 1e-10:
+            tries = near + spread * rng.normal(size=(40, 3))
+            values = reach(a, b, tries)
+            k = int(np.argmax(values))
+            if values[k] > value:
+                value = float(values[k])
+                near = tries[k] / np.linalg.norm(tries[k])
+            else:
+                spread *= 0.6
+        best = max(best, value)
+    return best
