@@ -154,11 +154,12 @@ def faces_ground(body: Body, scratch: Any, index: int, n: Vec) -> bool:
 
 
 @njit
-def depth_inside(body: Body, scratch: Any, p: Vec) -> float:
-    """How deep a point is in a box or hull, m; negative outside."""
+def depth_inside(body: Body, scratch: Any, p: Vec, left: int, right: int) -> float:
+    """How deep a point is in a box or hull, m, but for two of its faces; negative outside."""
     highest = -np.inf
     for f in range(body.faces):
-        highest = max(highest, dot(vec(scratch[f].normal), p) - scratch[f].offset)
+        if f != left and f != right:
+            highest = max(highest, dot(vec(scratch[f].normal), p) - scratch[f].offset)
     return -highest
 
 

@@ -60,7 +60,7 @@ from gsenv.solver.spatial.narrowphase.spread import CHOSEN, choose, offer
 
 TILT = 0.1  # sine: a peak still holds a face that is tilted so far beyond its neighbours
 CROSSED = 1e-4  # sine: edges that are more parallel touch with their ends
-STEEPEST = 4.0  # an edge is at most so much deeper in the shape than the nearest face says
+STEEPEST = 4.0  # a ridge may be so much deeper below an edge of the shape than below a face that is not at that edge
 INDICES = 256  # corners, edges or faces of a shape, in the numbers of features
 SLOTS = 6  # of a sample: two faces, three edges, itself
 
@@ -108,7 +108,7 @@ def candidates(vertices: Any, grid: Grid, body: Body, margin: float, scratch: An
     if span.column_end <= span.column:
         return total
     middle = height_above(vertices, grid, body.pose.at)
-    behind = middle < 0.0 and depth_behind(vertices, grid, body.pose.at, -middle) > body.extent
+    behind = middle < 0.0 and nearest(vertices, grid, body.pose.at, -middle, body, -1, scratch)[4] > body.extent
     if behind:
         return total
     for index in range(body.points):
@@ -214,15 +214,24 @@ def corner_inside(
     vertices: Any, grid: Grid, body: Body, index: int, p: Vec, radius: float, depth: float, scratch: Any, total: int
 ) -> int:
     """The corner is in the solid: out to the nearest point of the surface, which is no farther than straight up."""
-    row, column, which, n, distance = nearest(vertices, grid, p, depth)
-    if row < 0 or not faces_ground(body, scratch, index, n):
+    row, column, which, n, distance = nearest(vertices, grid, p, depth, body, -1, scratch)
+    if not faces_ground(body, scratch, index, n):
+        if body.faces == 0:
+            return total
+        row, column, which, n, distance = nearest(vertices, grid, p, depth, body, index, scratch)
+    if row < 0:
         return total
     return offer_corner(scratch, total, p, n, -distance, radius, number(grid, row, column, which, index))
 
 
 @njit
-def nearest(vertices: Any, grid: Grid, p: Vec, within: float) -> tuple[int, int, int, Vec, float]:
-    """(row, column, triangle, direction out, distance m) of the surface from a point below it; row -1 for none."""
+def nearest(
+    vertices: Any, grid: Grid, p: Vec, within: float, body: Body, index: int, scratch: Any
+) -> tuple[int, int, int, Vec, float]:
+    """(row, column, triangle, direction out, distance m) of the surface from a point below it; row -1 for none.
+
+    Of a corner (else `index` is -1) only ways straight out of faces that it looks at: none past a thin ridge.
+    """
     span = span_of(grid, sub(p, (within, within, within)), add(p, (within, within, within)))
     best_row = span.row - span.row - 1
     best_column = best_which = best_row
@@ -236,17 +245,13 @@ def nearest(vertices: Any, grid: Grid, p: Vec, within: float) -> tuple[int, int,
                     continue
                 d = sub(closest_on_triangle(p, a, b, c, n), p)
                 distance = norm(d)
-                if distance < least:
-                    least = distance
-                    best_row, best_column, best_which = row, column, which
-                    over = is_over(p, a, b, c, n) or not distance > 0.0
-                    out = n if over else scaled(d, 1.0 / distance)
+                if not distance < least:
+                    continue
+                over = is_over(p, a, b, c, n)
+                if index < 0 or (over and faces_ground(body, scratch, index, n)):
+                    best_row, best_column, best_which, least = row, column, which, distance
+                    out = n if over or not distance > 0.0 else scaled(d, 1.0 / distance)
     return best_row, best_column, best_which, out, least
-
-
-@njit
-def depth_behind(vertices: Any, grid: Grid, p: Vec, within: float) -> float:
-    return nearest(vertices, grid, p, within)[4]
 
 
 # ---------------------------------------------------------------- ridges and peaks of the field
@@ -298,7 +303,10 @@ def edge_on_fold(fold: Fold, body: Body, edge: int, margin: float, feature: int,
     if not (gap <= margin and gap >= -2.0 * body.extent and t >= 0.0 and t <= 1.0 and s >= 0.0 and s <= 1.0):
         return total
     on_ridge = along(fold.start, t, u)
-    if gap < 0.0 and -gap > STEEPEST * depth_inside(body, scratch, on_ridge) + 1e-3 * body.extent:
+    if (
+        gap < 0.0
+        and -gap > STEEPEST * depth_inside(body, scratch, on_ridge, entry.left, entry.right) + 1e-3 * body.extent
+    ):
         return total  # the shape is left on another side
     return offer(scratch, total, along(on_ridge, 0.5 * gap, d), d, gap, feature)
 
@@ -358,15 +366,14 @@ def cylinder_on_cell(
                 continue
             height = height_above(vertices, grid, p)
             gap = dot(n, sub(p, a))
-            if height < 0.0:
-                at_row, at_column, at_which, _, _ = nearest(vertices, grid, p, -height)
-                if at_row != row or at_column != column or at_which != which:
-                    continue
-            elif gap < 0.0:
-                continue
-            if gap <= margin:
+            if height < 0.0:  # as any corner that is inside
+                at_row, at_column, at_which, out, distance = nearest(vertices, grid, p, -height, body, -1, scratch)
+                if at_row >= 0:
+                    feature = number(grid, at_row, at_column, at_which, 16 + end)
+                    total = offer_corner(scratch, total, p, out, -distance, 0.0, feature)
+            elif gap >= 0.0 and gap <= margin:
                 feature = number(grid, row, column, which, 16 + end)
-                total = offer(scratch, total, along(p, -0.5 * gap, n), n, gap, feature)
+                total = offer_corner(scratch, total, p, n, gap, 0.0, feature)
     return total
 
 
