@@ -1,0 +1,249 @@
+"""Heightfields as surfaces: cells, triangles, folds between them, and what lies next to a point.
+
+Cell (r, c) has the corners (r, c), (r, c+1), (r+1, c), (r+1, c+1) and is cut from the first to the
+last: triangle 0 lies on the side of (r, c+1), triangle 1 on that of (r+1, c).  Sample (r, c) owns three
+edges: 0 along x, 1 along y, 2 the diagonal.  The border counts as if walls went straight down from it,
+which themselves are not touched.  All points and directions are in the field's frame.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import int64
+
+from gsenv.solver.jit import njit
+from gsenv.solver.spatial.math import Vec, along, cross, dot, norm, scaled, sub, unit
+
+FLAT = 1e-7  # sine: a fold that turns less goes straight on
+EDGE_SLACK = 1e-9  # of a cell: a point so far beyond a triangle still counts as over it
+DOWN = (0.0, 0.0, -1.0)
+
+
+class Grid(NamedTuple):
+    """Where the samples of a heightfield are."""
+
+    first: int  # entry in the flat array of vertices
+    columns: int
+    rows: int
+    x: float  # m, of the first sample
+    y: float
+    width: float  # m, of a cell along x
+    depth: float  # m, along y
+
+
+class Fold(NamedTuple):
+    """An edge of the field and the two faces that meet there."""
+
+    turn: float  # sine, how far the second face drops below the first: > 0 is a ridge
+    start: Vec
+    end: Vec
+    inward_a: Vec  # unit, from the edge into the first face and normal to the edge
+    inward_b: Vec
+    normal_a: Vec  # unit, of the faces
+    normal_b: Vec
+
+
+class Span(NamedTuple):
+    """Cells [column, column_end) x [row, row_end)."""
+
+    column: int
+    column_end: int
+    row: int
+    row_end: int
+
+
+@njit
+def grid_of(model: Any, vertices: Any) -> Grid:
+    first = int64(model.vertex_first)
+    columns, rows = int64(vertices[first].columns), int64(vertices[first].rows)
+    a = vertices[first].position
+    b = vertices[first + rows * columns - 1].position
+    return Grid(first, columns, rows, a[0], a[1], (b[0] - a[0]) / (columns - 1), (b[1] - a[1]) / (rows - 1))
+
+
+@njit
+def sample(vertices: Any, grid: Grid, row: int, column: int) -> Vec:
+    p = vertices[grid.first + row * grid.columns + column].position
+    return p[0], p[1], p[2]
+
+
+@njit
+def cell_along(x: float, last: int) -> int:
+    """Whole number below x, kept within [0, last]; of NaN 0."""
+    if not x > 0.0:
+        return int64(0)
+    if x >= last:
+        return int64(last)
+    return int64(x)
+
+
+@njit
+def span_of(grid: Grid, low: Vec, high: Vec) -> Span:
+    """Cells that a box meets; none if it is beside the field."""
+    x0, x1 = (low[0] - grid.x) / grid.width, (high[0] - grid.x) / grid.width
+    y0, y1 = (low[1] - grid.y) / grid.depth, (high[1] - grid.y) / grid.depth
+    if not (x1 >= 0.0 and y1 >= 0.0 and x0 <= grid.columns - 1 and y0 <= grid.rows - 1):
+        return Span(int64(0), int64(0), int64(0), int64(0))
+    return Span(
+        cell_along(x0, grid.columns - 2),
+        cell_along(x1, grid.columns - 2) + 1,
+        cell_along(y0, grid.rows - 2),
+        cell_along(y1, grid.rows - 2) + 1,
+    )
+
+
+@njit
+def triangle(vertices: Any, grid: Grid, row: int, column: int, which: int) -> tuple[Vec, Vec, Vec]:
+    """Counter-clockwise seen from above."""
+    a = sample(vertices, grid, row, column)
+    d = sample(vertices, grid, row + 1, column + 1)
+    if which == 0:
+        return a, sample(vertices, grid, row, column + 1), d
+    return a, d, sample(vertices, grid, row + 1, column)
+
+
+@njit
+def normal_of(a: Vec, b: Vec, c: Vec) -> Vec:
+    return unit(cross(sub(b, a), sub(c, a)))
+
+
+@njit
+def cell_top(vertices: Any, grid: Grid, row: int, column: int) -> float:
+    """Highest of a cell's corners."""
+    first = grid.first + row * grid.columns + column
+    upper = first + grid.columns
+    low = max(vertices[first].position[2], vertices[first + 1].position[2])
+    return max(low, max(vertices[upper].position[2], vertices[upper + 1].position[2]))
+
+
+@njit
+def height_above(vertices: Any, grid: Grid, p: Vec) -> float:
+    """How far a point is above the surface, along z; infinite beside the field."""
+    u, v = (p[0] - grid.x) / grid.width, (p[1] - grid.y) / grid.depth
+    if not (u >= 0.0 and v >= 0.0 and u <= grid.columns - 1 and v <= grid.rows - 1):
+        return np.inf
+    column, row = cell_along(u, grid.columns - 2), cell_along(v, grid.rows - 2)
+    a, b, c = triangle(vertices, grid, row, column, 0 if u - column >= v - row else 1)
+    n = normal_of(a, b, c)
+    return dot(n, sub(p, a)) / n[2]
+
+
+@njit
+def is_over(p: Vec, a: Vec, b: Vec, c: Vec, n: Vec) -> bool:
+    """True if a point's foot on the triangle's plane is in the triangle, its border included."""
+    for k in range(3):
+        start, end = (a, b) if k == 0 else ((b, c) if k == 1 else (c, a))
+        side = sub(end, start)
+        if dot(cross(n, side), sub(p, start)) < -EDGE_SLACK * dot(side, side):
+            return False
+    return True
+
+
+@njit
+def closest_on_segment(p: Vec, a: Vec, b: Vec) -> Vec:
+    way = sub(b, a)
+    square = dot(way, way)
+    if not square > 0.0:
+        return a
+    return along(a, min(max(dot(sub(p, a), way) / square, 0.0), 1.0), way)
+
+
+@njit
+def closest_on_triangle(p: Vec, a: Vec, b: Vec, c: Vec, n: Vec) -> Vec:
+    if is_over(p, a, b, c, n):
+        return along(p, -dot(n, sub(p, a)), n)
+    best, least = a, np.inf
+    for k in range(3):
+        start, end = (a, b) if k == 0 else ((b, c) if k == 1 else (c, a))
+        q = closest_on_segment(p, start, end)
+        d = sub(p, q)
+        if dot(d, d) < least:
+            best, least = q, dot(d, d)
+    return best
+
+
+@njit
+def has_edge(grid: Grid, row: int, column: int, k: int) -> bool:
+    return (column + 1 < grid.columns or k == 1) and (row + 1 < grid.rows or k == 0)
+
+
+@njit
+def fold_of(vertices: Any, grid: Grid, row: int, column: int, k: int) -> Fold:
+    """Edge k of a sample that has it."""
+    start = sample(vertices, grid, row, column)
+    if k == 2:
+        end = sample(vertices, grid, row + 1, column + 1)
+        return folded(start, end, sample(vertices, grid, row, column + 1), sample(vertices, grid, row + 1, column))
+    end = sample(vertices, grid, row, column + 1) if k == 0 else sample(vertices, grid, row + 1, column)
+    wall = along(start, 1.0, DOWN)
+    one = other = wall
+    if row + 1 < grid.rows and column + 1 < grid.columns:
+        one = sample(vertices, grid, row + 1, column + 1)
+    if k == 0 and row > 0:
+        other = sample(vertices, grid, row - 1, column)
+    if k == 1 and column > 0:
+        other = sample(vertices, grid, row, column - 1)
+    if one[2] == wall[2] and one[0] == wall[0] and one[1] == wall[1]:  # the wall comes second
+        return folded(start, end, other, one)
+    return folded(start, end, one, other)
+
+
+@njit
+def folded(start: Vec, end: Vec, one: Vec, other: Vec) -> Fold:
+    """The fold between two faces, given by a point of each that is not on the edge."""
+    way = unit(sub(end, start))
+    a, b = sub(one, start), sub(other, start)
+    a, b = unit(along(a, -dot(a, way), way)), unit(along(b, -dot(b, way), way))
+    n, m = cross(way, a), cross(way, b)
+    if n[2] < 0.0:  # the first is a face of the field, which looks up
+        n = scaled(n, -1.0)
+    else:
+        m = scaled(m, -1.0)
+    return Fold(-dot(n, b), start, end, a, b, n, m)
+
+
+@njit
+def beyond_fold(fold: Fold, d: Vec) -> float:
+    """Sine by which a unit direction is outside of those between the normals of the two faces."""
+    return max(dot(d, fold.inward_a), dot(d, fold.inward_b))
+
+
+@njit
+def neighbour(k: int) -> tuple[int, int]:
+    """(row, column) of the k-th of six neighbours; k + 3 is opposite to k."""
+    sign = 1 if k < 3 else -1
+    k = k % 3
+    return (0 if k == 0 else sign), (0 if k == 1 else sign)
+
+
+@njit
+def is_peak(vertices: Any, grid: Grid, row: int, column: int) -> bool:
+    """True if the surface bends down at a sample along at least one of its lines; always at the border."""
+    if row == 0 or column == 0 or row == grid.rows - 1 or column == grid.columns - 1:
+        return True
+    p = sample(vertices, grid, row, column)
+    for k in range(3):
+        i, j = neighbour(k)
+        a = sub(sample(vertices, grid, row + i, column + j), p)
+        b = sub(sample(vertices, grid, row - i, column - j), p)
+        if a[2] + b[2] < -FLAT * norm(a):
+            return True
+    return False
+
+
+@njit
+def beyond_peak(vertices: Any, grid: Grid, row: int, column: int, d: Vec) -> float:
+    """Sine by which a unit direction is outside of those in which the sample is the farthest of its surroundings."""
+    p = sample(vertices, grid, row, column)
+    worst = -np.inf
+    border = False
+    for k in range(6):
+        i, j = neighbour(k)
+        if row + i < 0 or column + j < 0 or row + i >= grid.rows or column + j >= grid.columns:
+            border = True
+            continue
+        way = sub(sample(vertices, grid, row + i, column + j), p)
+        worst = max(worst, dot(d, way) / norm(way))
+    return max(worst, -d[2]) if border else worst

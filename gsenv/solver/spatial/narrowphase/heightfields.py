@@ -1,0 +1,461 @@
+"""Heightfields against spheres, boxes, capsules, cylinders and hulls.
+
+The features whose normals can face each other are looked for (as those of a Minkowski sum): a corner of
+the shape over a face of the field, an edge of the shape across a ridge, a face of the shape on a peak.
+A direction counts only if the field as a whole allows it: straight up from a face, between the normals of
+the two faces at a ridge, away from all neighbours at a peak, none where the ground is flat or hollow.  So
+nothing catches on the edges between triangles.  A corner in a valley touches both sides.
+
+A corner behind the surface is pushed to the nearest point of it alone.  A shape whose middle is deeper
+than its extent is behind the field, which is open from there.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from gsenv.solver.jit import njit
+from gsenv.solver.spatial.kinds import CAPSULE, CYLINDER, SPHERE
+from gsenv.solver.spatial.math import (
+    Pose,
+    Vec,
+    add,
+    along,
+    cross,
+    dot,
+    norm,
+    relative,
+    rotate,
+    scaled,
+    sub,
+    to_world,
+    vec,
+)
+from gsenv.solver.spatial.narrowphase.field_bodies import Body, body_over_field, depth_inside, faces_ground, reach_along
+from gsenv.solver.spatial.narrowphase.field_rounds import cylinder_on_face, round_on_fold, round_on_peak
+from gsenv.solver.spatial.narrowphase.fields import (
+    FLAT,
+    Fold,
+    Grid,
+    beyond_fold,
+    beyond_peak,
+    cell_top,
+    closest_on_segment,
+    closest_on_triangle,
+    fold_of,
+    grid_of,
+    has_edge,
+    height_above,
+    is_over,
+    is_peak,
+    normal_of,
+    sample,
+    span_of,
+    triangle,
+)
+from gsenv.solver.spatial.narrowphase.manifold import clear_manifold, set_normal
+from gsenv.solver.spatial.narrowphase.spread import CHOSEN, choose, offer
+
+TILT = 0.1  # sine: a peak still holds a face that is tilted so far beyond its neighbours
+CROSSED = 1e-4  # sine: edges that are more parallel touch with their ends
+STEEPEST = 4.0  # a ridge may be so much deeper below an edge of the shape than below a face that is not at that edge
+INDICES = 256  # corners, edges or faces of a shape, in the numbers of features
+SLOTS = 6  # of a sample: two faces, three edges, itself
+
+
+@njit
+def heightfield_contacts(
+    shape_models: Any,
+    shape_parameters: Any,
+    vertices: Any,
+    field: int,
+    shape: int,
+    field_pose: Pose,
+    shape_pose: Pose,
+    margin: float,
+    contacts: Any,
+    count: int,
+    manifold: Any,
+    scratch: Any,
+) -> int:
+    """All contacts of a shape with a heightfield within a margin, m; at most sixteen.
+
+    Writes point (half-way between the surfaces), normal (out of the field), separation and feature from entry
+    `count` of `contacts` on, as far as there is room, sorted by feature.  `manifold` gets the normal and
+    separation of the deepest.  `scratch`: SCRATCH_SIZE of `field_scratch_dtype()`.
+
+    Returns:
+        `count` plus the number of contacts, also where there was no room.
+    """
+    clear_manifold(manifold)
+    grid = grid_of(shape_models[field], vertices)
+    pose = relative(field_pose, shape_pose)
+    body = body_over_field(shape_models[shape], shape_parameters[shape], vertices, pose, scratch)
+    total = candidates(vertices, grid, body, margin, scratch)
+    choose(scratch, total, body.extent)
+    return write_chosen(scratch, total, field_pose, contacts, count, manifold)
+
+
+@njit
+def candidates(vertices: Any, grid: Grid, body: Body, margin: float, scratch: Any) -> int:
+    """Everything that may touch, into scratch; returns how many."""
+    room = (margin, margin, margin)
+    low, high = sub(body.low, room), add(body.high, room)
+    span = span_of(grid, low, high)
+    total = span.row - span.row  # zero of the same type
+    if span.column_end <= span.column:
+        return total
+    middle = height_above(vertices, grid, body.pose.at)
+    behind = middle < 0.0 and nearest(vertices, grid, body.pose.at, -middle, body, -1, scratch)[4] > body.extent
+    if behind:
+        return total
+    for index in range(body.points):
+        total = corner(vertices, grid, body, index, margin, scratch, total)
+    for row in range(span.row, span.row_end + 1):
+        for column in range(span.column, span.column_end + 1):
+            if row < grid.rows - 1 and column < grid.columns - 1 and body.kind == CYLINDER:
+                if cell_top(vertices, grid, row, column) >= low[2]:
+                    total = cylinder_on_cell(vertices, grid, body, row, column, margin, scratch, total)
+            for k in range(3):
+                if has_edge(grid, row, column, k):
+                    total = ridge(vertices, grid, body, row, column, k, low, high, margin, scratch, total)
+            p = sample(vertices, grid, row, column)
+            if is_within(p, low, high) and is_peak(vertices, grid, row, column):
+                total = peak(vertices, grid, body, row, column, p, margin, scratch, total)
+    return total
+
+
+@njit
+def is_within(p: Vec, low: Vec, high: Vec) -> bool:
+    return low[0] <= p[0] <= high[0] and low[1] <= p[1] <= high[1] and low[2] <= p[2] <= high[2]
+
+
+@njit
+def number(grid: Grid, row: int, column: int, slot: int, index: int) -> int:
+    """Feature of a contact: which part of the field with which part of the shape."""
+    return ((row * grid.columns + column) * SLOTS + slot) * INDICES + index
+
+
+# ---------------------------------------------------------------- corners of the shape
+
+
+@njit
+def corner(vertices: Any, grid: Grid, body: Body, index: int, margin: float, scratch: Any, total: int) -> int:
+    """Point of the shape, grown by its radius, against the faces below it and the ridges and peaks beside it."""
+    p = vec(scratch[index].point)
+    height = height_above(vertices, grid, p)
+    radius = 0.0 if body.kind == CYLINDER else body.radius
+    if height < 0.0:
+        return corner_inside(vertices, grid, body, index, p, radius, -height, scratch, total)
+    reach = radius + margin
+    span = span_of(grid, sub(p, (reach, reach, reach)), add(p, (reach, reach, reach)))
+    for row in range(span.row, span.row_end):
+        for column in range(span.column, span.column_end):
+            if p[2] - reach > cell_top(vertices, grid, row, column):
+                continue
+            for which in range(2):
+                a, b, c = triangle(vertices, grid, row, column, which)
+                n = normal_of(a, b, c)
+                gap = dot(n, sub(p, a))
+                if gap >= 0.0 and gap <= reach and is_over(p, a, b, c, n) and faces_ground(body, scratch, index, n):
+                    feature = number(grid, row, column, which, index)
+                    total = offer_corner(scratch, total, p, n, gap, radius, feature)
+    if span.column_end <= span.column:
+        return total
+    for row in range(span.row, span.row_end + 1):
+        for column in range(span.column, span.column_end + 1):
+            total = corner_beside(vertices, grid, body, index, p, radius, row, column, reach, scratch, total)
+    return total
+
+
+@njit
+def offer_corner(scratch: Any, total: int, p: Vec, n: Vec, distance: float, radius: float, feature: int) -> int:
+    """A contact at the point of a grown corner that is nearest to the ground."""
+    gap = distance - radius
+    return offer(scratch, total, along(p, -radius - 0.5 * gap, n), n, gap, feature)
+
+
+@njit
+def corner_beside(
+    vertices: Any, grid: Grid, body: Body, index: int, p: Vec, radius: float,
+    row: int, column: int, reach: float, scratch: Any, total: int,
+) -> int:  # fmt: skip
+    """Against the ridges that a sample owns, and the sample, where the corner is between the faces' normals."""
+    for k in range(3):
+        if not has_edge(grid, row, column, k):
+            continue
+        fold = fold_of(vertices, grid, row, column, k)
+        if fold.turn <= FLAT:
+            continue
+        q = closest_on_segment(p, fold.start, fold.end)
+        d = sub(p, q)
+        distance = norm(d)
+        if not (distance <= reach and distance > 0.0):
+            continue
+        way = sub(fold.end, fold.start)
+        t = dot(sub(p, fold.start), way)
+        d = scaled(d, 1.0 / distance)
+        if t > 0.0 and t < dot(way, way) and d[2] >= 0.0 and beyond_fold(fold, d) <= 0.0:
+            if faces_ground(body, scratch, index, d):
+                total = offer_corner(scratch, total, p, d, distance, radius, number(grid, row, column, 2 + k, index))
+    d = sub(p, sample(vertices, grid, row, column))
+    distance = norm(d)
+    if distance <= reach and distance > 0.0 and is_peak(vertices, grid, row, column):
+        d = scaled(d, 1.0 / distance)
+        if beyond_peak(vertices, grid, row, column, d) <= 0.0 and faces_ground(body, scratch, index, d):
+            total = offer_corner(scratch, total, p, d, distance, radius, number(grid, row, column, 5, index))
+    return total
+
+
+@njit
+def corner_inside(
+    vertices: Any, grid: Grid, body: Body, index: int, p: Vec, radius: float, depth: float, scratch: Any, total: int
+) -> int:
+    """The corner is in the solid: out to the nearest point of the surface, which is no farther than straight up."""
+    row, column, which, n, distance = nearest(vertices, grid, p, depth, body, -1, scratch)
+    if not faces_ground(body, scratch, index, n):
+        if body.faces == 0:
+            return total
+        row, column, which, n, distance = nearest(vertices, grid, p, depth, body, index, scratch)
+    if row < 0:
+        return total
+    return offer_corner(scratch, total, p, n, -distance, radius, number(grid, row, column, which, index))
+
+
+@njit
+def nearest(
+    vertices: Any, grid: Grid, p: Vec, within: float, body: Body, index: int, scratch: Any
+) -> tuple[int, int, int, Vec, float]:
+    """(row, column, triangle, direction out, distance m) of the surface from a point below it; row -1 for none.
+
+    Of a corner (else `index` is -1) only ways straight out of faces that it looks at: none past a thin ridge.
+    """
+    span = span_of(grid, sub(p, (within, within, within)), add(p, (within, within, within)))
+    best_row = span.row - span.row - 1
+    best_column = best_which = best_row
+    out, least = (0.0, 0.0, 1.0), np.inf
+    for row in range(span.row, span.row_end):
+        for column in range(span.column, span.column_end):
+            for which in range(2):
+                a, b, c = triangle(vertices, grid, row, column, which)
+                n = normal_of(a, b, c)
+                if abs(dot(n, sub(a, p))) >= least:
+                    continue
+                d = sub(closest_on_triangle(p, a, b, c, n), p)
+                distance = norm(d)
+                if not distance < least:
+                    continue
+                over = is_over(p, a, b, c, n)
+                if index < 0 or (over and faces_ground(body, scratch, index, n)):
+                    best_row, best_column, best_which, least = row, column, which, distance
+                    out = n if over or not distance > 0.0 else scaled(d, 1.0 / distance)
+    return best_row, best_column, best_which, out, least
+
+
+# ---------------------------------------------------------------- ridges and peaks of the field
+
+
+@njit
+def ridge(
+    vertices: Any, grid: Grid, body: Body, row: int, column: int, k: int,
+    low: Vec, high: Vec, margin: float, scratch: Any, total: int,
+) -> int:  # fmt: skip
+    """An edge of the field against the edges and the round side of the shape."""
+    if body.kind == SPHERE:
+        return total
+    fold = fold_of(vertices, grid, row, column, k)
+    if fold.turn <= FLAT or max(fold.start[2], fold.end[2]) < low[2] or min(fold.start[2], fold.end[2]) > high[2]:
+        return total
+    feature = number(grid, row, column, 2 + k, 0)
+    if body.kind == CAPSULE or body.kind == CYLINDER:
+        return round_on_fold(fold, body, margin, feature, scratch, total)
+    for edge in range(body.edges):
+        total = edge_on_fold(fold, body, edge, margin, feature + edge, scratch, total)
+    return total
+
+
+@njit
+def edge_on_fold(fold: Fold, body: Body, edge: int, margin: float, feature: int, scratch: Any, total: int) -> int:
+    """Two edges across each other: their common normal must lie between the faces' normals of both."""
+    entry = scratch[edge]
+    a, b = vec(scratch[entry.start].point), vec(scratch[entry.end].point)
+    u, w = sub(fold.end, fold.start), sub(b, a)
+    d = cross(u, w)
+    length = norm(d)
+    uu, ww, uw = dot(u, u), dot(w, w), dot(u, w)
+    if length * length <= CROSSED * CROSSED * uu * ww:
+        return total
+    d = scaled(d, 1.0 / length)
+    if dot(d, add(fold.normal_a, fold.normal_b)) < 0.0:
+        d = scaled(d, -1.0)
+    if beyond_fold(fold, d) > FLAT:
+        return total
+    m, o = vec(scratch[entry.left].normal), vec(scratch[entry.right].normal)
+    if not is_between(scaled(d, -1.0), m, o, w):
+        return total
+    apart = sub(a, fold.start)
+    gap = dot(d, apart)
+    across = uu * ww - uw * uw
+    t = (dot(apart, u) * ww - dot(apart, w) * uw) / across  # along the ridge
+    s = (dot(apart, u) * uw - dot(apart, w) * uu) / across  # along the shape's edge
+    if not (gap <= margin and gap >= -2.0 * body.extent and t >= 0.0 and t <= 1.0 and s >= 0.0 and s <= 1.0):
+        return total
+    on_ridge = along(fold.start, t, u)
+    if (
+        gap < 0.0
+        and -gap > STEEPEST * depth_inside(body, scratch, on_ridge, entry.left, entry.right) + 1e-3 * body.extent
+    ):
+        return total  # the shape is left on another side
+    return offer(scratch, total, along(on_ridge, 0.5 * gap, d), d, gap, feature)
+
+
+@njit
+def is_between(x: Vec, m: Vec, o: Vec, w: Vec) -> bool:
+    """True if x = alpha m + beta o with neither negative; all three are normal to w."""
+    turn = dot(cross(m, o), w)
+    sign = 1.0 if turn > 0.0 else -1.0
+    slack = -FLAT * norm(w)
+    return sign * dot(cross(m, x), w) >= slack and sign * dot(cross(x, o), w) >= slack
+
+
+@njit
+def peak(
+    vertices: Any, grid: Grid, body: Body, row: int, column: int, p: Vec, margin: float, scratch: Any, total: int
+) -> int:
+    """A sample against the face that it has entered least, of those that its neighbours let touch it."""
+    feature = number(grid, row, column, 5, 0)
+    if body.kind == SPHERE:
+        return total
+    if body.kind == CAPSULE or body.kind == CYLINDER:
+        return round_on_peak(vertices, grid, body, row, column, p, margin, feature, scratch, total)
+    best, highest = -np.inf, -np.inf
+    face = -1
+    for f in range(body.faces):
+        m = vec(scratch[f].normal)
+        height = dot(m, p) - scratch[f].offset
+        highest = max(highest, height)
+        if height > best and beyond_peak(vertices, grid, row, column, scaled(m, -1.0)) <= TILT:
+            best = height
+            face = f
+    if face < 0 or not (best <= margin and best >= -2.0 * body.extent):
+        return total
+    m = vec(scratch[face].normal)
+    if highest > 0.0:
+        foot = along(p, -best, m)
+        for f in range(body.faces):
+            if dot(vec(scratch[f].normal), foot) - scratch[f].offset > 1e-6 * body.extent:
+                return total  # not under that face
+    elif best < STEEPEST * highest - 1e-3 * body.extent:
+        return total  # the shape is left on another side
+    return offer(scratch, total, along(p, -0.5 * best, m), scaled(m, -1.0), best, feature + face)
+
+
+@njit
+def cylinder_on_cell(
+    vertices: Any, grid: Grid, body: Body, row: int, column: int, margin: float, scratch: Any, total: int
+) -> int:
+    """The lowest points of the rims over the two faces of a cell."""
+    for which in range(2):
+        a, b, c = triangle(vertices, grid, row, column, which)
+        n = normal_of(a, b, c)
+        for end in range(2):
+            found, p = cylinder_on_face(body, n, end)
+            if not found or not is_over(p, a, b, c, n):
+                continue
+            height = height_above(vertices, grid, p)
+            gap = dot(n, sub(p, a))
+            if height < 0.0:  # as any corner that is inside
+                at_row, at_column, at_which, out, distance = nearest(vertices, grid, p, -height, body, -1, scratch)
+                if at_row >= 0:
+                    feature = number(grid, at_row, at_column, at_which, 16 + end)
+                    total = offer_corner(scratch, total, p, out, -distance, 0.0, feature)
+            elif gap >= 0.0 and gap <= margin:
+                feature = number(grid, row, column, which, 16 + end)
+                total = offer_corner(scratch, total, p, n, gap, 0.0, feature)
+    return total
+
+
+# ---------------------------------------------------------------- results
+
+
+@njit
+def write_chosen(scratch: Any, total: int, field_pose: Pose, contacts: Any, count: int, manifold: Any) -> int:
+    """The chosen candidates as contacts in the world, by their features."""
+    last = -1
+    while True:
+        following = -1
+        for i in range(total):
+            if scratch[i].state == CHOSEN and (following < 0 or scratch[i].feature < scratch[following].feature):
+                following = i
+        if following < 0:
+            return count
+        entry = scratch[following]
+        entry.state = CHOSEN + 1
+        if entry.feature == last:  # twice the same, from both sides of an edge
+            continue
+        last = entry.feature
+        n = rotate(field_pose, vec(entry.push))
+        if entry.gap < manifold.separation:
+            manifold.separation = entry.gap
+            set_normal(manifold, n)
+        if count < len(contacts):
+            contact = contacts[count]
+            p = to_world(field_pose, vec(entry.spot))
+            for i in range(3):
+                contact.point[i] = p[i]
+                contact.normal[i] = n[i]
+            contact.separation = entry.gap
+            contact.feature = entry.feature
+        count += 1
+
+
+@njit
+def heightfield_gap(
+    shape_models: Any,
+    shape_parameters: Any,
+    vertices: Any,
+    field: int,
+    shape: int,
+    field_pose: Pose,
+    shape_pose: Pose,
+    margin: float,
+    scratch: Any,
+) -> tuple[Vec, float]:
+    """(normal out of the field, lower bound of the distance m) for conservative advancement.
+
+    The bound is that of the nearest triangle, infinite if none is within the margin: a shape none of whose points
+    moves farther than it touches nothing, whichever way they move.  Zero or less where the shape may touch.
+    """
+    grid = grid_of(shape_models[field], vertices)
+    pose = relative(field_pose, shape_pose)
+    body = body_over_field(shape_models[shape], shape_parameters[shape], vertices, pose, scratch)
+    room = (margin, margin, margin)
+    span = span_of(grid, sub(body.low, room), add(body.high, room))
+    out, least = (0.0, 0.0, 1.0), np.inf
+    ball = furthest_from_middle(body, scratch)
+    for row in range(span.row, span.row_end):
+        for column in range(span.column, span.column_end):
+            for which in range(2):
+                a, b, c = triangle(vertices, grid, row, column, which)
+                n = normal_of(a, b, c)
+                gap = -reach_along(body, scratch, scaled(n, -1.0)) - dot(n, a)
+                apart = sub(pose.at, closest_on_triangle(pose.at, a, b, c, n))
+                if gap > 0.0 and norm(apart) - ball > gap:
+                    gap = norm(apart) - ball
+                    n = scaled(apart, 1.0 / norm(apart))
+                if gap <= margin and gap < least:
+                    out, least = n, gap
+    return rotate(field_pose, out), least
+
+
+@njit
+def furthest_from_middle(body: Body, scratch: Any) -> float:
+    """Radius of the ball about the shape's origin that holds it."""
+    if body.kind == CYLINDER:
+        return np.sqrt(body.half_length * body.half_length + body.radius * body.radius)
+    most = 0.0
+    for i in range(body.points):
+        most = max(most, norm(sub(vec(scratch[i].point), body.pose.at)))
+    return most + body.radius

@@ -1,0 +1,123 @@
+"""Few of many contact points: of points whose normals agree the deepest and those that spread widest."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import int64
+
+from gsenv.solver.jit import njit
+from gsenv.solver.spatial.math import Vec, cross, dot, norm, sub, vec
+
+SCRATCH_SIZE = 192  # no hull has more half-edges to a side: 3 * 64 - 6 edges
+AGREE = 0.995  # cosine: normals within 5.7 degrees are one group
+MAX_GROUPS = 4  # of normals, deepest first
+APART = 0.02  # of the extent: nearer points of one group count as one
+FREE, TAKEN, CHOSEN = 0, 1, 2
+
+
+def field_scratch_dtype() -> np.dtype[Any]:
+    """Entry i: corner, face and edge i of the shape in the field's frame, and candidate i of a contact."""
+    return np.dtype(
+        [
+            ("point", "f8", (3,)),  # m, corner
+            ("normal", "f8", (3,)),  # unit, outward, of the face
+            ("offset", "f8"),  # m
+            ("start", "i4"),  # corners of the edge
+            ("end", "i4"),
+            ("left", "i4"),  # faces at the edge
+            ("right", "i4"),
+            ("spot", "f8", (3,)),  # m, of the candidate, half-way between the surfaces
+            ("push", "f8", (3,)),  # unit, out of the field
+            ("gap", "f8"),  # m
+            ("feature", "i4"),
+            ("state", "i4"),
+        ],
+        align=True,
+    )
+
+
+@njit
+def offer(scratch: Any, total: int, spot: Vec, push: Vec, gap: float, feature: int) -> int:
+    """One more candidate; where there is no room the shallowest gives way.  Returns how many there are."""
+    k = total
+    if total >= len(scratch):
+        k = int64(0)
+        for i in range(total):
+            if scratch[i].gap > scratch[k].gap:
+                k = int64(i)
+        if gap >= scratch[k].gap:
+            return total
+    entry = scratch[k]
+    for i in range(3):
+        entry.spot[i] = spot[i]
+        entry.push[i] = push[i]
+    entry.gap = gap
+    entry.feature = feature
+    entry.state = FREE
+    return total + 1 if k == total else total
+
+
+@njit
+def choose(scratch: Any, total: int, extent: float) -> None:
+    """Mark the candidates to keep as CHOSEN: of up to four groups of normals up to four points each."""
+    for _ in range(MAX_GROUPS):
+        first = int64(-1)
+        for i in range(total):
+            if scratch[i].state == FREE and (first < 0 or scratch[i].gap < scratch[first].gap):
+                first = int64(i)
+        if first < 0:
+            return
+        choose_group(scratch, total, first, APART * extent)
+
+
+@njit
+def choose_group(scratch: Any, total: int, first: int, apart: float) -> None:
+    """Keep the deepest, the farthest from it, the farthest from their line, the farthest beyond that triangle."""
+    n = vec(scratch[first].push)
+    a = vec(scratch[first].spot)
+    second = farthest(scratch, total, n, a, a, a, 0, apart)
+    third = fourth = int64(-1)
+    if second >= 0:
+        b = vec(scratch[second].spot)
+        third = farthest(scratch, total, n, a, b, b, 1, apart)
+        if third >= 0:
+            fourth = farthest(scratch, total, n, a, b, vec(scratch[third].spot), 2, apart)
+    for i in range(total):
+        if scratch[i].state == FREE and dot(vec(scratch[i].push), n) > AGREE:
+            scratch[i].state = TAKEN
+    scratch[first].state = CHOSEN
+    for k in (second, third, fourth):
+        if k >= 0:
+            scratch[k].state = CHOSEN
+
+
+@njit
+def farthest(scratch: Any, total: int, n: Vec, a: Vec, b: Vec, c: Vec, step: int, apart: float) -> int:
+    """Candidate of a group that is farthest from what was chosen so far; -1 if all are near to it."""
+    best, most = int64(-1), apart
+    for i in range(total):
+        if scratch[i].state != FREE or not dot(vec(scratch[i].push), n) > AGREE:
+            continue
+        p = vec(scratch[i].spot)
+        if step == 0:
+            far = norm(sub(p, a))
+        elif step == 1:
+            far = abs(left_of(n, a, b, p))
+        else:  # beyond a side of the triangle; the first two in order such that it turns left
+            far = -np.inf
+            sign = 1.0 if left_of(n, a, b, c) > 0.0 else -1.0
+            far = max(far, -sign * left_of(n, a, b, p))
+            far = max(far, -sign * left_of(n, b, c, p))
+            far = max(far, -sign * left_of(n, c, a, p))
+        if far > most:
+            best, most = int64(i), far
+    return best
+
+
+@njit
+def left_of(n: Vec, a: Vec, b: Vec, p: Vec) -> float:
+    """Distance of p to the left of the line from a to b, seen against n."""
+    way = sub(b, a)
+    return dot(cross(n, way), sub(p, a)) / norm(way)

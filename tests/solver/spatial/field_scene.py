@@ -1,0 +1,84 @@
+"""A shape over a heightfield, and what the kernel says of it."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gsenv.solver.model import contact_dtype, shape_model_dtype, shape_parameter_dtype
+from gsenv.solver.optional import as_records
+from gsenv.solver.spatial.math import Pose, pose_of
+from gsenv.solver.spatial.narrowphase.heightfields import heightfield_contacts, heightfield_gap
+from gsenv.solver.spatial.narrowphase.manifold import manifold_dtype
+from gsenv.solver.spatial.narrowphase.spread import SCRATCH_SIZE, field_scratch_dtype
+from gsenv.solver.spatial.shapes import Heightfield, Shape, shape_record
+
+Array = NDArray[Any]
+ROOM = 16
+
+
+class Found(NamedTuple):
+    """Contacts as arrays (n, 3) and (n,)."""
+
+    point: Array
+    normal: Array
+    separation: Array
+    feature: Array
+    deepest: float
+
+    @property
+    def count(self) -> int:
+        return len(self.separation)
+
+
+def pose_at(at: Any, rotation: Any = (1.0, 0.0, 0.0, 0.0)) -> Pose:
+    q = np.asarray(rotation, float) / np.linalg.norm(rotation)
+    x, y, z = (float(v) for v in at)
+    return pose_of((x, y, z), (float(q[0]), float(q[1]), float(q[2]), float(q[3])))
+
+
+class OverField:
+    """One heightfield and one shape, anywhere."""
+
+    def __init__(self, field: Heightfield, shape: Shape) -> None:
+        made = [shape_record(one, shape_parameter_dtype(3)) for one in (field, shape)]
+        models = np.zeros(2, shape_model_dtype())
+        models["kind"] = [int(field.kind), int(shape.kind)]
+        models["vertex_first"] = [0, len(made[0].vertices)]
+        self.models = as_records(models)
+        self.parameters = as_records(np.array([one.record for one in made]))
+        self.vertices = as_records(np.concatenate([one.vertices for one in made]))
+        self.scratch = as_records(np.zeros(SCRATCH_SIZE, field_scratch_dtype()))
+        self.manifold = as_records(np.zeros(1, manifold_dtype()))
+
+    def contacts(
+        self, at: Any, rotation: Any = (1.0, 0.0, 0.0, 0.0), margin: float = 0.01, field: Pose | None = None, room: int = ROOM
+    ) -> Found:
+        out = as_records(np.zeros(room, contact_dtype(3)))
+        count = heightfield_contacts(
+            self.models, self.parameters, self.vertices, 0, 1, field or pose_at((0, 0, 0)), pose_at(at, rotation),
+            margin, out, 0, self.manifold[0], self.scratch,
+        )  # fmt: skip
+        self.total = count
+        n = min(count, room)
+        parts = (np.array(out[name][:n]) for name in ("point", "normal", "separation", "feature"))
+        return Found(*parts, float(self.manifold["separation"][0]))
+
+    def gap(self, at: Any, rotation: Any = (1.0, 0.0, 0.0, 0.0), margin: float = 1.0) -> tuple[Any, float]:
+        return heightfield_gap(
+            self.models, self.parameters, self.vertices, 0, 1, pose_at((0, 0, 0)), pose_at(at, rotation), margin,
+            self.scratch,
+        )  # fmt: skip
+
+
+def field_over(function: Any, samples: int = 21, size: float = 4.0) -> Heightfield:
+    """Square field of a function of x and y."""
+    line = (np.arange(samples) / (samples - 1) - 0.5) * size
+    x, y = np.meshgrid(line, line)
+    return Heightfield(heights=function(x, y) + 0.0 * x, size=(size, size))
+
+
+SPACE = SimpleNamespace(flat=field_over(lambda x, y: 0.0))
