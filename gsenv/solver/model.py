@@ -21,6 +21,7 @@ Array = NDArray[Any]
 
 NDOF = {2: 3, 3: 6}
 ROTATION_SIZE = {2: 2, 3: 4}  # (cos, sin) or a quaternion (w, x, y, z)
+CONTACT_ROWS = {2: 2, 3: 6}  # at most: normal, tangents, and in space torsion about it and two of rolling
 ROWS_PER_JOINT = {2: 5, 3: 8}  # at most: those of the joint itself, limit, motor, spring
 
 
@@ -69,12 +70,14 @@ def shape_model_dtype() -> np.dtype[Any]:
 def body_parameter_dtype(dim: int) -> np.dtype[Any]:
     """What of a body may differ from world to world."""
     inertia = () if dim == 2 else (3,)
+    axes: list[Any] = [] if dim == 2 else [("axes", "f8", (4,))]  # principal axes in the body's own frame
     return np.dtype(
         [
             ("mass", "f8"),  # kg
-            ("inertia", "f8", inertia),  # kg m^2 about the centre of mass
+            ("inertia", "f8", inertia),  # kg m^2 about the centre of mass, in 3D about the principal axes
             ("inv_mass", "f8"),  # 0 unless dynamic and enabled
             ("inv_inertia", "f8", inertia),
+            *axes,
             ("center", "f8", (dim,)),  # m, centre of mass in the body's own frame
             ("linear_damping", "f8"),  # 1/s
             ("angular_damping", "f8"),  # 1/s
@@ -89,14 +92,16 @@ def body_parameter_dtype(dim: int) -> np.dtype[Any]:
 
 def shape_parameter_dtype(dim: int) -> np.dtype[Any]:
     """What of a shape may differ from world to world."""
+    turning: list[Any] = [] if dim == 2 else [("torsional_friction", "f8"), ("rolling_friction", "f8")]  # m
     return np.dtype(
         [
             ("local_position", "f8", (dim,)),  # m, in the body's own frame
             ("local_rotation", "f8", (ROTATION_SIZE[dim],)),
-            ("size", "f8", (dim,)),  # m, half-extents; a capsule's half-length is size[0]
-            ("radius", "f8"),  # m, of circles and capsules, else 0
+            ("size", "f8", (dim,)),  # m, half-extents; a capsule's half-length is size[0], in 3D size[2]
+            ("radius", "f8"),  # m, of round shapes, else 0
             ("extent", "f8"),  # m, smallest half-width
             ("friction", "f8"),
+            *turning,
             ("restitution", "f8"),
             ("density", "f8"),  # kg/m^2 or kg/m^3
             ("enabled", "i4"),
@@ -127,6 +132,7 @@ def body_state_dtype(dim: int) -> np.dtype[Any]:
 
 def contact_dtype(dim: int) -> np.dtype[Any]:
     """One contact point. Sorted by (shape_a, shape_b, feature); normal from a to b."""
+    turning: list[Any] = [] if dim == 2 else [("torsional_friction", "f8"), ("rolling_friction", "f8")]  # m
     return np.dtype(
         [
             ("shape_a", "i4"),
@@ -139,10 +145,11 @@ def contact_dtype(dim: int) -> np.dtype[Any]:
             ("normal", "f8", (dim,)),
             ("separation", "f8"),  # m, negative = overlap
             ("friction", "f8"),
+            *turning,
             ("restitution", "f8"),
             ("extent", "f8"),  # m, length scale of the pair
-            ("impulse", "f8", (dim,)),  # N s of the last substep: normal, then tangents
-            ("total_impulse", "f8", (dim,)),  # N s, summed over the step
+            ("impulse", "f8", (CONTACT_ROWS[dim],)),  # N s of the last substep: normal, then tangents
+            ("total_impulse", "f8", (CONTACT_ROWS[dim],)),  # N s, summed over the step
         ],
         align=True,
     )
@@ -214,6 +221,7 @@ def joint_parameter_dtype(dim: int) -> np.dtype[Any]:
 
 
 def joint_state_dtype(dim: int) -> np.dtype[Any]:
+    turn: list[Any] = [] if dim == 2 else [("target_rotation", "f8", (4,))]  # of target joints
     return np.dtype(
         [
             ("impulse", "f8", (ROWS_PER_JOINT[dim],)),  # N s and N m s of the last substep
@@ -224,6 +232,7 @@ def joint_state_dtype(dim: int) -> np.dtype[Any]:
             ("effort", "f8"),  # N or N m, of a motor that a torque actuator drives
             ("target_position", "f8", (dim,)),  # m, of target joints
             ("target_angle", "f8"),  # rad, unwrapped (2D)
+            *turn,
             ("target_velocity", "f8", (NDOF[dim],)),  # m/s and rad/s
         ],
         align=True,
@@ -289,9 +298,21 @@ PAIR_DTYPE = np.dtype(
 )
 
 
+TURNING: list[Any] = [
+    ("frame", "f8", (3, 3)),  # rows: principal axes half a substep ahead, or the world's where all moments are equal
+    ("tilted", "i4"),  # 1: the frame is not the world's
+    ("free_rotation", "f8", (4,)),  # at the end of the substep, if nothing but its own inertia acted
+    ("free_turn", "f8", (3,)),  # rad, of the mean of the velocities at both ends of that motion
+]
+
+
 def motion_dtype(dim: int) -> np.dtype[Any]:
-    """Scratch of a body within one step."""
+    """Scratch of a body within one step.
+
+    In space all that turns stands in the body's ``frame`` of the substep, so that its inertia is diagonal.
+    """
     ndof = NDOF[dim]
+    turning: list[Any] = [] if dim == 2 else TURNING
     return np.dtype(
         [
             ("acceleration", "f8", (ndof,)),  # of gravity and applied force
@@ -308,6 +329,7 @@ def motion_dtype(dim: int) -> np.dtype[Any]:
             ("start_angle", "f8"),
             ("mass_matrix", "f8", (ndof, ndof)),  # kg and kg m^2, of dynamic bodies
             ("event_time", "f8"),  # s into the substep of the body's last impact
+            *turning,
         ],
         align=True,
     )

@@ -39,3 +39,8 @@ def as_records(array: Any) -> Any:
     if numba.config.DISABLE_JIT and array is not None and array.dtype.names:
         return array.view(np.dtype((_Record, array.dtype)))
     return array
+
+
+def is_spatial(rows: Any) -> bool:
+    """Whether a numba type of rows is that of three dimensions."""
+    return bool(rows.dtype.typeof("jacobian_a").shape[0] == 6)

@@ -8,6 +8,9 @@ with the usual complementarity: w = 0 strictly between the bounds, w >= 0 at the
 w <= 0 at the upper one.  A FRICTION row takes its bounds from the normal impulse of the contact
 it belongs to, in the same sweep.  Nothing here knows what a row stands for or how many
 dimensions there are: ndof is the constant length of the Jacobian fields.
+
+A DISC row and the one after it are the two tangents of a contact in space: their impulses together
+stay in the disc |(t, s)| <= friction * normal impulse (Coulomb's cone, not a pyramid).
 """
 
 from __future__ import annotations
@@ -20,8 +23,10 @@ from .jit import njit
 from .model import NDOF
 
 BOUNDED = 0  # impulse within [lower, upper]
-FRICTION = 1  # |impulse| <= friction * impulse of the row before it
+FRICTION = 1  # |impulse| <= friction * impulse of the row ``base`` before it
 EQUATION = 2  # any impulse: a rigid joint's row, which direct solves take exactly
+DISC = 3  # first of the two tangents of a contact in space
+DISC_END = 4  # the second
 
 # What the position pass does with a row's error.
 UNHELD = 0  # nothing: friction, motors, springs
@@ -66,6 +71,8 @@ def row_dtype(dim: int) -> np.dtype[Any]:
     )
     shared = {
         "friction": "upper",
+        "coupling": "lower",  # 1/kg, J_1 M^-1 J_2^T of the two rows of a disc, in the first
+        "base": "slot",  # of friction: so many rows before it comes the normal row
         "drive": "flight",  # m/s, what of the bias is commanded motion, which the position pass leaves
     }
     offsets = {name: base.fields[name] for name in base.names or ()} if base.fields else {}
@@ -123,9 +130,10 @@ def push_row(row: Any, push: Any) -> None:
 
 
 @njit
-def clamp_impulse(rows: Any, r: Any, impulse: Any) -> Any:
-    row = rows[r]
-    if row.kind == FRICTION:
-        bound = row.friction * rows[r - 1].impulse
-        return min(max(impulse, -bound), bound)
-    return min(max(impulse, row.lower), row.upper)
+def on_disc(x: Any, y: Any, bound: Any) -> Any:
+    """Nearest point of the disc |(x, y)| <= bound."""
+    square = x * x + y * y
+    if square <= bound * bound:
+        return x, y
+    scale = bound / square**0.5
+    return x * scale, y * scale

@@ -72,6 +72,7 @@ def add_contact_rows(
             tangent = rows[row + 1]
             set_point_row(tangent, bodies, a, b, px, py, -ny, nx)
             tangent.kind = FRICTION
+            tangent.base = 1
             tangent.hold = UNHELD
             tangent.friction = contact.friction
         for r in range(span):

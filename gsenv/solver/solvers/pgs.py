@@ -9,7 +9,8 @@ from __future__ import annotations
 from typing import Any
 
 from ..jit import njit
-from ..rows import EQUATION, FRICTION, push_row
+from ..rows import DISC, EQUATION, FRICTION, push_row
+from .disc import sweep_disc
 from .tree import solve_equations
 
 
@@ -35,6 +36,10 @@ def sweep(
     for r in range(count):
         row = rows[r]
         if exact and row.kind == EQUATION:
+            continue
+        if row.kind >= DISC:
+            if row.kind == DISC:
+                change += sweep_disc(rows, r, bodies, normal, push)
             continue
         if push is not None:
             push_row(row, push)

@@ -19,7 +19,7 @@ from __future__ import annotations
 from typing import Any
 
 from ..jit import njit
-from ..rows import EQUATION, FRICTION, apply_impulse
+from ..rows import DISC, EQUATION, FRICTION, apply_impulse, on_disc
 from .cholesky import (
     add_force,
     add_stiffness,
@@ -55,7 +55,11 @@ def _is_active(rows: Any, r: Any) -> Any:
     if row.diagonal <= 0.0:
         return False
     if row.kind == FRICTION:
-        return abs(row.impulse) < row.friction * rows[r - 1].impulse
+        return abs(row.impulse) < row.friction * rows[r - row.base].impulse
+    if row.kind >= DISC:
+        one = r if row.kind == DISC else r - 1
+        bound = rows[one].friction * rows[one - rows[one].base].impulse
+        return rows[one].impulse ** 2 + rows[one + 1].impulse ** 2 < bound * bound
     return row.lower < row.impulse < row.upper or row.kind == EQUATION
 
 
@@ -78,12 +82,18 @@ def _objective(rows: Any, count: Any, bodies_of: Any, bodies: Any, motions: Any)
 @njit
 def _move(rows: Any, count: Any, bodies: Any, length: Any) -> None:
     """impulse = projection of previous + length * direction; velocities follow."""
+    other = 0.0
     for r in range(count):
         row = rows[r]
         new = row.previous + length * row.direction
         if row.kind == FRICTION:
-            bound = row.friction * rows[r - 1].impulse
+            bound = row.friction * rows[r - row.base].impulse
             new = min(max(new, -bound), bound)
+        elif row.kind == DISC:
+            bound = row.friction * rows[r - row.base].impulse
+            new, other = on_disc(new, rows[r + 1].previous + length * rows[r + 1].direction, bound)
+        elif row.kind > DISC:
+            new = other
         else:
             new = min(max(new, row.lower), row.upper)
         d = new - row.impulse

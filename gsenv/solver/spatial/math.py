@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gsenv.solver.jit import njit
-from gsenv.solver.trig import sin_cos
+from gsenv.solver.trig import atan2, sin_cos
 
 Vec = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
@@ -159,6 +159,19 @@ def turn_of(r: Vec) -> Quaternion:
     # sin(x)/x near 0: no cancellation, no division by zero
     k = s / angle if angle > 1e-8 else 0.5 - angle * angle / 48.0
     return c, k * r[0], k * r[1], k * r[2]
+
+
+@njit
+def turn_between(wanted: Quaternion, q: Quaternion) -> Vec:
+    """The shortest turn, rad about its axis in the world, that takes ``wanted`` to q."""
+    e = multiply(q, conjugate(wanted))
+    if e[0] < 0.0:
+        e = (-e[0], -e[1], -e[2], -e[3])
+    v = (e[1], e[2], e[3])
+    size = norm(v)
+    if size < 1e-8:
+        return scaled(v, 2.0)
+    return scaled(v, 2.0 * atan2(size, e[0]) / size)
 
 
 @njit

@@ -1,0 +1,18 @@
+"""Kinds of spatial shapes, by name and as plain ints, which numba compares faster."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+
+class ShapeKind(IntEnum):
+    SPHERE = 0
+    BOX = 1
+    CAPSULE = 2
+    CYLINDER = 3
+    HULL = 4
+    PLANE = 5
+    HEIGHTFIELD = 6
+
+
+SPHERE, BOX, CAPSULE, CYLINDER, HULL, PLANE, HEIGHTFIELD = (int(kind) for kind in ShapeKind)

@@ -1,0 +1,55 @@
+"""Sleeping: an island whose bodies have all been slow for a while stops being simulated."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..jit import njit
+from .math import norm
+
+
+@njit
+def any_awake(bodies: Any, body_models: Any, body_parameters: Any) -> Any:
+    """Whether a body may move in this step: an awake dynamic or a moving kinematic one."""
+    for i in range(len(bodies)):
+        if body_parameters[i].enabled == 0:
+            continue
+        if body_models[i].kind == 2:
+            if bodies[i].asleep == 0:
+                return True
+        elif body_models[i].kind == 1:
+            for d in range(6):
+                if bodies[i].velocity[d] != 0.0:
+                    return True
+    return False
+
+
+@njit
+def _speed(v: Any, radius: Any) -> Any:
+    """Of the fastest point at most."""
+    return norm((v[0], v[1], v[2])) + norm((v[3], v[4], v[5])) * radius
+
+
+@njit
+def update_sleep(indices: Any, bodies: Any, body_parameters: Any, motions: Any, options: Any, restless: Any) -> None:
+    """Count the time at rest of an awake island's bodies; put it to sleep as a whole."""
+    least = options.sleep_time
+    for k in range(len(indices)):
+        body = bodies[indices[k]]
+        radius = body_parameters[indices[k]].radius
+        speed = _speed(body.velocity, radius)
+        # the position pass moves bodies at rest as well
+        speed = max(speed, _speed(motions[indices[k]].displacement, radius) / options.timestep)
+        body.asleep = 0
+        if restless or speed > options.sleep_speed:
+            body.sleep_time = 0.0
+        else:
+            body.sleep_time += options.timestep
+        least = min(least, body.sleep_time)
+    if least < options.sleep_time or options.sleep == 0 or restless:
+        return
+    for k in range(len(indices)):
+        body = bodies[indices[k]]
+        body.asleep = 1
+        for d in range(6):
+            body.velocity[d] = 0.0
