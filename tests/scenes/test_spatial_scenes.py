@@ -9,19 +9,27 @@ import pytest
 
 from gsenv.scenes import SCENES, make_world
 from gsenv.scenes.spatial import cube_rain, gyroscope, soft_cube, sphere_cradle, sphere_grid, sphere_rain
-from gsenv.scenes.spatial.turning import about, after, hanging, lying, rolling_axle, uphill_normal
+from gsenv.scenes.spatial.turning import (
+    Quaternion,
+    about,
+    after,
+    hanging,
+    lying,
+    rolling_axle,
+    turned,
+    uphill_normal,
+)
 from gsenv.solver import Scene, World
 
 SPATIAL = [name for name, spec in SCENES.items() if spec.dim == 3]
 LINKS = {"ball_cradle": 1.0, "rod_pendulum": 1.0, "two_rods": 1.0, "ball_chain": 0.25, "gyroscope": 0.1}  # m
 
 
-def axis(turn: tuple[float, float, float, float], k: int) -> np.ndarray:
-    """Where a rotation takes the k-th axis: q e q*, by products of quaternions."""
-    w, x, y, z = turn
-    unit = [0.0, 0.0, 0.0, 0.0]
-    unit[1 + k] = 1.0
-    return np.array(after(after(turn, (unit[0], unit[1], unit[2], unit[3])), (w, -x, -y, -z))[1:])
+def axis(turn: Quaternion, k: int) -> np.ndarray:
+    """Where a rotation takes the k-th axis."""
+    unit = [0.0, 0.0, 0.0]
+    unit[k] = 1.0
+    return np.array(turned(turn, (unit[0], unit[1], unit[2])))
 
 
 def test_directions() -> None:

@@ -8,7 +8,7 @@ from gsenv.solver import Scene
 from gsenv.solver.spatial.shapes import Box, Sphere
 
 from .stacks import ground
-from .turning import Vec
+from .turning import UPRIGHT, Quaternion, Vec, turned
 
 
 def thrown_box(velocity: Vec = (5.0, 1.0, 7.0), spin: Vec = (1.0, 2.0, 3.0), gravity: float = 9.81) -> Scene:
@@ -24,12 +24,16 @@ def thrown_box(velocity: Vec = (5.0, 1.0, 7.0), spin: Vec = (1.0, 2.0, 3.0), gra
     return scene
 
 
-def spinning_box(inertia: Vec = (1.0, 2.0, 3.0), spin: Vec = (0.01, 1.0, 0.01)) -> Scene:
-    """A body of principal moments ``inertia`` (kg m^2, along its own axes) without weight, turning at ``spin`` rad/s,
-    nearly about its middle axis: it flips over again and again (Dzhanibekov's wing nut)."""
+def spinning_box(
+    inertia: Vec = (1.0, 2.0, 3.0), spin: Vec = (0.01, 1.0, 0.01), rotation: Quaternion = UPRIGHT
+) -> Scene:
+    """A body of principal moments ``inertia`` (kg m^2) without weight, turning at ``spin`` rad/s, both along its own
+    axes, nearly about the middle one: it flips over again and again (Dzhanibekov's wing nut)."""
     scene = Scene(dim=3, gravity=(0.0, 0.0, 0.0))
     box = Box(half_extents=(1.0, 0.6, 0.2))
-    scene.add_body("box", shapes=[box], mass=6.0, inertia=inertia, angular_velocity=spin)
+    scene.add_body(
+        "box", shapes=[box], rotation=rotation, mass=6.0, inertia=inertia, angular_velocity=turned(rotation, spin)
+    )
     return scene
 
 

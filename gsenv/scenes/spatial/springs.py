@@ -22,13 +22,13 @@ def soft_cube(
     ground(scene, friction=0.6)
     radius = 0.24 * pitch
     middle = 0.5 * (side - 1)
-    for place in product(range(side), repeat=3):
-        i, j, k = place
+    places = list(product(range(side), range(side), range(side)))
+    for i, j, k in places:
         position = ((i - middle) * pitch, (j - middle) * pitch, height + radius + k * pitch)
-        inside = all(0 < n < side - 1 for n in place)
+        inside = all(0 < n < side - 1 for n in (i, j, k))
         ball = Sphere(radius=radius, friction=0.6)
-        scene.add_body(_ball(place), shapes=[ball], position=position, color=AMBER if inside else WARM)
-    for place, step in product(product(range(side), repeat=3), product((-1, 0, 1), repeat=3)):
+        scene.add_body(_ball((i, j, k)), shapes=[ball], position=position, color=AMBER if inside else WARM)
+    for place, step in product(places, product((-1, 0, 1), repeat=3)):
         other = (place[0] + step[0], place[1] + step[1], place[2] + step[2])
         if step > (0, 0, 0) and all(0 <= n < side for n in other):
             scene.add_joint(

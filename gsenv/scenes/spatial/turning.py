@@ -30,6 +30,13 @@ def after(p: Quaternion, q: Quaternion) -> Quaternion:
     )
 
 
+def turned(q: Quaternion, v: Vec) -> Vec:
+    """The vector v after the turn q."""
+    w, x, y, z = q
+    _, a, b, c = after(after(q, (0.0, *v)), (w, -x, -y, -z))
+    return a, b, c
+
+
 def lying(degrees: float, heading: float, turn: float = 0.0) -> Quaternion:
     """Of what lies on a plane that falls by ``degrees`` towards ``heading`` (degrees from x), turned on it by ``turn``:
     x points downhill at turn 0, z out of the plane."""
