@@ -55,12 +55,12 @@ def slopes() -> list[Case]:
         a, h = steep, math.radians(heading)
         down_slope = (math.cos(a) * math.cos(h), math.cos(a) * math.sin(h), -math.sin(a))
         cases.append(
-            Case(f"8:slide{heading}", f"block slides down 35° towards {heading}°",
+            Case(f"8:slide{heading}", f"block slides, slope to {heading}°",
                  partial(block_on_incline, 35.0, heading), 2.0,
                  partial(slope_error, law=lambda t: 0.5 * slide * t**2, direction=down_slope), quick=heading == 30)
         )  # fmt: skip
     for heading, turn in ((0, 0), (45, 0), (30, 20)):
-        title = f"block turned by {turn}° stays on 20° towards {heading}° (m)"
+        title = f"stays, {heading}°, turned {turn}° (m)"
         cases.append(
             Case(f"8:creep{heading}", title, partial(block_on_incline, 20.0, heading, turn), 5.0,
                  partial(distance_error, law=lambda t: 0.0 * t), quick=heading == 30)
@@ -85,7 +85,7 @@ def linkages() -> list[Case]:
     return [
         *(Case(f"11:{k}", f"cradle of 5, {k} raised", partial(sphere_cradle, k), 1.5,
                partial(cradle_error, raised=k), kind="cradle", quick=k == 1) for k in (1, 2)),
-        Case("17", "chain of 20, end 100 times heavier", ball_chain, 10.0,
+        Case("17", "chain of 20, heavy end", ball_chain, 10.0,
              partial(chain_error, link=0.25), kind="jointed"),
         Case("18", "energy of two rods", two_rods, 10.0, partial(energy_error, link=1.0), kind="jointed"),
     ]  # fmt: skip

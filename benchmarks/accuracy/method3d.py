@@ -11,7 +11,8 @@ joints cannot open. The error is the same function of the trajectory for each (`
 - 4: worst of the relative errors of the times at which the spin about the middle axis changes sign, of the energy
   and of the angular momentum vector, at any time.
 - 6, 7: largest deviation from the law of motion at any time, over the final distance.
-- 8: distance from where the block should be, sideways too, over the final distance; creep in m.
+- 8: a block on a plane that falls by 35° or 20° towards 0° to 45° from the x axis; distance from where it should
+  be, sideways too, over the final distance; creep in m.
 - 10: largest relative error of the first three apexes.
 - 11: worst error of the highest angle of the balls that should swing out, or angle of a ball that should
   rest, over the starting angle.
@@ -24,7 +25,7 @@ joints cannot open. The error is the same function of the trajectory for each (`
 
 Settings. gsenv: solver, steps per second x substeps, tolerance; or a preset. MuJoCo: steps per second, integrator,
 friction cone, dmin and dmax of solimp, solver and iterations where they are not Newton's 100, noslip iterations,
-impratio; solref's time constant is two timesteps, the least that it takes. Where balls bounce, which MuJoCo
+impratio, solref's time constant in timesteps (two, the least that it takes, where nothing is said). Where balls bounce, which MuJoCo
 has no coefficient for, contacts are springs with the damping that gives it (solref in its direct form) whose
 bounce takes contact_steps timesteps. PyBullet: steps per second, iterations, erp; "maximal" are plain rigid bodies,
 the others Featherstone's."""

@@ -15,6 +15,7 @@ import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib import metadata
 from typing import Any
 
 import numpy as np
@@ -49,7 +50,7 @@ with quiet():
 
 
 def version() -> str:
-    return f"{pybullet.getAPIVersion()}"
+    return metadata.version("pybullet")
 
 
 def xyzw(q: Array) -> list[float]:
