@@ -25,7 +25,7 @@ joints cannot open. The error is the same function of the trajectory for each (`
 
 Settings. gsenv: solver, steps per second x substeps, tolerance; or a preset. MuJoCo: steps per second, integrator,
 friction cone, dmin and dmax of solimp, solver and iterations where they are not Newton's 100, noslip iterations,
-impratio, solref's time constant in timesteps (two, the least that it takes, where nothing is said). Where balls bounce, which MuJoCo
-has no coefficient for, contacts are springs with the damping that gives it (solref in its direct form) whose
-bounce takes contact_steps timesteps. PyBullet: steps per second, iterations, erp; "maximal" are plain rigid bodies,
-the others Featherstone's."""
+impratio, solref's time constant in timesteps (two, the least that it takes, where nothing is said). Where balls
+bounce, which MuJoCo has no coefficient for, contacts are springs with the damping that gives it (solref in its
+direct form) whose bounce takes contact_steps timesteps. PyBullet: steps per second, iterations, erp; "maximal" are
+plain rigid bodies, the others Featherstone's."""
