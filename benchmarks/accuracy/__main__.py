@@ -1,6 +1,7 @@
-"""Run time against error of gsenv, Box2D and pymunk, on scenes with known answers.
+"""Run time against error of gsenv beside other engines, on scenes with known answers.
 
     python -m benchmarks.accuracy                   all cases and settings, half an hour at most
+    python -m benchmarks.accuracy --dim 3           in space, beside MuJoCo and PyBullet
     python -m benchmarks.accuracy --quick           two minutes
     python -m benchmarks.accuracy --only 14 16:10   rows or cases
     python -m benchmarks.accuracy --engine gsenv    this engine's points only
@@ -24,40 +25,32 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from gsenv.solver.jit import mute_compile_notice
 
-from . import box2d, ours, pymunk
-from .cases import Case, all_cases
+from .cases import Case
 from .engines import Setting
-from .measure import Build, Results, measure
+from .measure import Results, measure
 from .plot import draw
 from .report import markdown, overview
-from .settings import box2d_settings, gsenv_settings, pymunk_settings
 from .stamp import about, stamps
+from .suites import Suite, suite
 
-ENGINES: dict[str, Build] = {
-    "gsenv": ours.Simulation,
-    "Box2D": box2d.Simulation,
-    "pymunk": pymunk.Simulation,
-}
-SETTINGS = {"gsenv": gsenv_settings, "Box2D": box2d_settings, "pymunk": pymunk_settings}
 DOCS = Path(__file__).parents[2] / "docs"
 
 
-def plan(cases: list[Case], engines: list[str], quick: bool) -> list[tuple[Case, Setting]]:
+def plan(made: Suite, cases: list[Case], engines: list[str], quick: bool) -> list[tuple[Case, Setting]]:
     """Case by case, the engines by turns: a noisy minute hits all of them."""
     out: list[tuple[Case, Setting]] = []
     for case in cases:
-        turns = zip_longest(*(SETTINGS[engine](case, quick) for engine in engines))
+        turns = zip_longest(*(made.settings[engine](case, quick) for engine in engines))
         out += [(case, setting) for setting in chain.from_iterable(turns) if setting is not None]
     return out
 
 
-def chosen_cases(patterns: list[str] | None, quick: bool) -> list[Case]:
+def chosen_cases(cases: list[Case], patterns: list[str] | None, quick: bool) -> list[Case]:
     """Cases by key ("14:10") or row ("14").
 
     Raises:
         SystemExit: a pattern fits no case.
     """
-    cases = all_cases()
     if not patterns:
         return [case for case in cases if case.quick or not quick]
     known = {case.key for case in cases} | {case.row for case in cases}
@@ -86,7 +79,9 @@ class Interrupts:
         raise KeyboardInterrupt
 
 
-def run(work: list[tuple[Case, Setting]], results: Results, stamp: dict[str, str], console: Console) -> bool:
+def run(
+    made: Suite, work: list[tuple[Case, Setting]], results: Results, stamp: dict[str, str], console: Console
+) -> bool:
     """Measure what is not known yet; False if the user broke it off."""
     interrupts = Interrupts()
     columns = (TextColumn("{task.description:32}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
@@ -102,7 +97,7 @@ def run(work: list[tuple[Case, Setting]], results: Results, stamp: dict[str, str
                 if not results.known(case, setting, stamp[setting.engine]):
                     progress.update(task, description=f"{case.key} {setting.engine}", refresh=True)
                     rivals = results.of(case.key, setting.engine)
-                    results.add(measure(ENGINES[setting.engine], case, setting, stamp[setting.engine], rivals))
+                    results.add(measure(made.build(setting.engine), case, setting, stamp[setting.engine], rivals))
                 if interrupts.heard:
                     return False
                 progress.advance(task)
@@ -116,32 +111,38 @@ def parse() -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         prog="python -m benchmarks.accuracy", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
+    parser.add_argument("--dim", type=int, choices=(2, 3), default=2)
     parser.add_argument("--quick", action="store_true", help="fewer cases and settings, in a folder of its own")
     parser.add_argument("--only", nargs="+", metavar="CASE", help="rows (14) or cases (14:10)")
-    parser.add_argument("--engine", nargs="+", choices=list(ENGINES), default=list(ENGINES))
+    parser.add_argument("--engine", nargs="+", metavar="NAME", help="default: all")
     parser.add_argument("--fresh", action="store_true", help="forget what was measured before")
-    parser.add_argument("--output", type=Path, help="folder of accuracy.json, .md and .png; default: docs")
+    parser.add_argument("--output", type=Path, help="folder of the figures; default: docs")
     parser.add_argument("--core", type=int, help="run on this core; default: the last one")
     return parser.parse_args()
 
 
 def main() -> int:
     arguments = parse()
+    made = suite(arguments.dim)
+    engines = arguments.engine or list(made.engines)
+    for engine in engines:
+        if engine not in made.engines:
+            raise SystemExit(f"--engine {engine} is unknown; known are {', '.join(made.engines)}.")
     folder = arguments.output or (Path(tempfile.gettempdir()) / "gsenv-accuracy" if arguments.quick else DOCS)
-    cases = chosen_cases(arguments.only, arguments.quick)
+    cases = chosen_cases(made.cases, arguments.only, arguments.quick)
     pin(arguments.core)
     mute_compile_notice()
     console = Console(emoji=False)  # 15:100: is no pictogram
-    stamp = stamps()
-    path = folder / "accuracy.json"
-    results = Results(path, about(), fresh=arguments.fresh)
-    work = plan(cases, arguments.engine, arguments.quick)
-    finished = run(work, results, stamp, console)
+    stamp = stamps(made)
+    path = folder / f"{made.name}.json"
+    results = Results(path, about(made), fresh=arguments.fresh)
+    work = plan(made, cases, engines, arguments.quick)
+    finished = run(made, work, results, stamp, console)
     if not results.points:
         return 130
     results.write()
-    shown = [case for case in all_cases() if results.of(case.key)]
-    path.with_suffix(".md").write_text(markdown(shown, results, stamp))
+    shown = [case for case in made.cases if results.of(case.key)]
+    path.with_suffix(".md").write_text(markdown(made, shown, results, stamp))
     draw(shown, results, path.with_suffix(".png"))
     asked = {case.key for case in cases}
     console.print(overview([case for case in shown if case.key in asked], results))

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from gsenv.solver.planar.joints import JointKind
 
 from .geometry import deepest_overlap
-from .trajectory import Trajectory
+from .geometry3d import conjugate, deepest_box_overlap, rotated
+from .trajectory import Trajectory, ball_joints
 
 Array = NDArray[np.float64]
 
@@ -32,23 +33,30 @@ def distance_error(trajectory: Trajectory, law: Callable[[Array], Array]) -> flo
     Args:
         law: m travelled from the start by time s.
     """
-    moved = np.hypot(*np.moveaxis(trajectory.position[:, 1] - trajectory.position[0, 1], -1, 0))
+    moved = np.linalg.norm(trajectory.position[:, 1] - trajectory.position[0, 1], axis=-1)
     expected = law(trajectory.times)
     return float(np.abs(moved - expected).max()) / (float(expected[-1]) or 1.0)
 
 
-def slide_to_roll_error(trajectory: Trajectory, speed: float, friction: float) -> float:
+def slide_to_roll_error(trajectory: Trajectory, speed: float, friction: float, inertia: float = 0.5) -> float:
     """Worst of the distance's error and the final speed's relative error, of a disk that slides, then rolls.
 
-    It slows down at mu g until v0 / (3 mu g), then rolls at 2/3 v0.
+    It slows down at mu g until it rolls at v0 / (1 + k), k the ``inertia`` over m r^2: a disk's and cylinder's at
+    v0 / (3 mu g), 2/3 v0; a sphere's (k = 2/5) at 2 v0 / (7 mu g), 5/7 v0.
     """
-    grip, final = speed / (3.0 * friction * G), 2.0 / 3.0 * speed
+    final = speed / (1.0 + inertia)
+    grip = (speed - final) / (friction * G)
 
     def law(t: Array) -> Array:
         slid = np.minimum(t, grip)
         return speed * slid - 0.5 * friction * G * slid**2 + final * (t - slid)
 
-    return max(distance_error(trajectory, law), abs(float(trajectory.linear_velocity[-1, 1, 0]) - final) / final)
+    return max(distance_error(trajectory, law), abs(speed_at_end(trajectory) - final) / final)
+
+
+def speed_at_end(trajectory: Trajectory) -> float:
+    """m/s of body 1."""
+    return float(np.linalg.norm(trajectory.linear_velocity[-1, 1]))
 
 
 def peaks(heights: Array) -> Array:
@@ -64,7 +72,7 @@ def apex_error(trajectory: Trajectory, restitution: float, count: int = 3) -> fl
 
     All of them and not the last alone: at some timesteps one is met by luck.
     """
-    tops = peaks(trajectory.position[:, 1, 1] - BALL_RADIUS)[:count]
+    tops = peaks(trajectory.height[:, 1] - BALL_RADIUS)[:count]
     expected = restitution ** (2.0 * np.arange(1, count + 1))
     return float((np.abs(tops - expected) / expected).max()) if len(tops) == count else math.inf
 
@@ -82,15 +90,19 @@ def lenient_standing_error(trajectory: Trajectory) -> float:
     boxes = trajectory.dynamic
     states = trajectory.states[:, boxes]
     half = trajectory.model.nominal_shapes["size"][trajectory.model.bodies["shape_first"][boxes]]
-    overlap = max(deepest_overlap(sample[:, 0:2], sample[:, 2], half) for sample in states)
-    return max(overlap, layer_error(states[0, :, 1], states[-1, :, 1]))
+    if trajectory.dim == 2:
+        overlap = max(deepest_overlap(sample[:, 0:2], sample[:, 2], half) for sample in states)
+    else:
+        overlap = max(deepest_box_overlap(sample[:, 0:3], sample[:, 3:7], half) for sample in states)
+    height = trajectory.height[:, boxes]
+    return max(overlap, layer_error(height[0], height[-1]))
 
 
 def standing_error(trajectory: Trajectory) -> float:
     """The same; infinite for what drifted sideways by 1 cm or still moves at 1 cm/s at the end."""
     boxes = trajectory.dynamic
-    drift = np.abs(trajectory.position[-1, boxes, 0] - trajectory.position[0, boxes, 0]).max()
-    speed = np.hypot(*trajectory.linear_velocity[-1, boxes].T).max()
+    drift = np.abs((trajectory.position[-1, boxes] - trajectory.position[0, boxes])[:, :-1]).max()
+    speed = np.linalg.norm(trajectory.linear_velocity[-1, boxes], axis=-1).max()
     return lenient_standing_error(trajectory) if drift < STILL and speed < STILL else math.inf
 
 
@@ -107,13 +119,19 @@ def upward_crossings(times: Array, values: Array) -> Array:
 
 
 def hinges(trajectory: Trajectory) -> NDArray[np.intp]:
-    """Indices of the joints that are hinges."""
+    """Indices of the joints that are hinges, or ball joints in 3D."""
+    if trajectory.dim == 3:
+        return ball_joints(trajectory.model)
     return np.flatnonzero(trajectory.model.joints["kind"] == JointKind.REVOLUTE)
 
 
 def swings(trajectory: Trajectory) -> Array:
     """(sample, hinge) rad: angle of each hinge's second body from hanging straight below it."""
     index = hinges(trajectory)
+    if trajectory.dim == 3:  # in the plane of x and z, where all scenes swing
+        body = trajectory.model.joints["body_b"][index]
+        arm = rotated(trajectory.rotation[:, body], -trajectory.model.nominal_joints["anchor_b"][index])
+        return np.arctan2(arm[..., 0], -arm[..., 2])
     arms = -trajectory.model.nominal_joints["anchor_b"][index]  # from the hinge to the centre of mass
     angles = trajectory.angle[:, trajectory.model.joints["body_b"][index]] + np.arctan2(arms[:, 0], -arms[:, 1])
     return angles - 2.0 * np.pi * np.round(angles[0] / (2.0 * np.pi))
@@ -140,7 +158,8 @@ def cradle_error(trajectory: Trajectory, raised: int, degrees: float = 30.0) -> 
     0.7 of the balls' period (impacts are at a quarter and three quarters of it).
     """
     start = math.radians(degrees)
-    small = 2.0 * math.pi * math.sqrt((ARM**2 + 0.5 * BALL_RADIUS**2) / (G * ARM))
+    round_up = 0.5 if trajectory.dim == 2 else 0.4  # inertia of a disk or ball over m r^2
+    small = 2.0 * math.pi * math.sqrt((ARM**2 + round_up * BALL_RADIUS**2) / (G * ARM))
     period = small * (1.0 + start**2 / 16.0)
     window = (trajectory.times > 0.3 * period) & (trajectory.times < 0.7 * period)
     angles = swings(trajectory)[window]
@@ -152,8 +171,14 @@ def energies(trajectory: Trajectory) -> Array:
     """(sample,) J: kinetic and potential energy of the bodies."""
     bodies = trajectory.dynamic
     v, w = trajectory.linear_velocity[:, bodies], trajectory.angular_velocity[:, bodies]
-    kinetic = 0.5 * (trajectory.mass * (v**2).sum(-1) + trajectory.inertia * w**2).sum(-1)
-    return kinetic + G * trajectory.position[:, bodies, 1] @ trajectory.mass
+    if trajectory.dim == 3:
+        w = rotated(conjugate(trajectory.rotation[:, bodies]), w)
+        turning = (trajectory.inertia * w**2).sum(-1)
+    else:
+        turning = trajectory.inertia * w**2
+    kinetic = 0.5 * (trajectory.mass * (v**2).sum(-1) + turning).sum(-1)
+    gravity = -float(trajectory.model.nominal_world["gravity"][-1])
+    return kinetic + gravity * trajectory.height[:, bodies] @ trajectory.mass
 
 
 def energy_error(trajectory: Trajectory, link: float) -> float:
@@ -170,10 +195,13 @@ def joint_gaps(trajectory: Trajectory) -> Array:
     ends = []
     for side in ("a", "b"):
         body, anchor = model.joints[f"body_{side}"][index], model.nominal_joints[f"anchor_{side}"][index]
+        if trajectory.dim == 3:
+            ends.append(trajectory.position[:, body] + rotated(trajectory.rotation[:, body], anchor))
+            continue
         c, s = np.cos(trajectory.angle[:, body]), np.sin(trajectory.angle[:, body])
         x, y = anchor.T
         ends.append(trajectory.position[:, body] + np.stack([c * x - s * y, s * x + c * y], -1))
-    return np.hypot(*np.moveaxis(ends[1] - ends[0], -1, 0))
+    return np.linalg.norm(ends[1] - ends[0], axis=-1)
 
 
 def chain_error(trajectory: Trajectory, link: float) -> float:

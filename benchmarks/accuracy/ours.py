@@ -13,7 +13,7 @@ from gsenv.solver.jit import source_digest
 from gsenv.solver.model import Model
 
 from .engines import Setting
-from .trajectory import STATE
+from .trajectory import STATE, STATE3
 
 Array = NDArray[np.float64]
 
@@ -37,4 +37,16 @@ class Simulation:
         out[:, 0:2] = bodies["position"]
         out[:, 2] = bodies["angle"]
         out[:, 3:6] = bodies["velocity"]
+        return out
+
+
+class Simulation3D(Simulation):
+    """The same of a spatial scene."""
+
+    def read(self) -> Array:
+        bodies = self.world.state.bodies[0]
+        out = np.empty((len(bodies), STATE3))
+        out[:, 0:3] = bodies["position"]
+        out[:, 3:7] = bodies["rotation"]
+        out[:, 7:13] = bodies["velocity"]
         return out

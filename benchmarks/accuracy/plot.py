@@ -16,9 +16,15 @@ from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullForma
 
 from .cases import Case
 from .measure import Point, Results
-from .report import ENGINES, OURS, front
+from .report import OURS, engines_of, front
 
-COLORS = {"gsenv": "#0b6e99", "Box2D": "#d1702a", "pymunk": "#7a8450"}
+COLORS = {
+    "gsenv": "#0b6e99",
+    "Box2D": "#d1702a",
+    "pymunk": "#7a8450",
+    "MuJoCo": "#d1702a",
+    "PyBullet": "#7a8450",
+}
 MARKS = {"fast": "^", "balanced": "o", "accurate": "s"}
 INK, GRID = "#333333", "#e4e4e4"
 FLOOR, CEILING = 1e-9, 1.0  # of the error axis; smaller errors are drawn on the floor
@@ -54,7 +60,7 @@ def draw_case(axes: Axes, case: Case, results: Results) -> None:
     axes.set_ylim(FLOOR * 0.6, CEILING)
     for limit in (1e-2, 1e-3):
         axes.axhline(limit, color="#b5b5b5", linewidth=0.7, linestyle=(0, (3, 3)), zorder=1)
-    for engine in reversed(ENGINES):
+    for engine in reversed(engines_of(results)):
         draw_engine(axes, results.of(case.key, engine), engine, right)
     key = case.key.replace(":", "{:}")  # mathtext spaces a bare colon
     axes.set_title(f"$\\mathbf{{{key}}}$  {case.title}", fontsize=8.8, loc="left", color=INK, pad=6)
@@ -84,8 +90,8 @@ def time_label(value: float, _: int) -> str:
     return f"{value:g} µs"
 
 
-def legend_handles() -> list[Line2D]:
-    fronts = [Line2D([], [], color=COLORS[engine], linewidth=2, label=engine) for engine in ENGINES]
+def legend_handles(engines: list[str]) -> list[Line2D]:
+    fronts = [Line2D([], [], color=COLORS[engine], linewidth=2, label=engine) for engine in engines]
     marks = [
         Line2D([], [], color=COLORS[OURS], marker=mark, linestyle="", markersize=6, label=f"gsenv, {name}")
         for name, mark in MARKS.items()
@@ -108,6 +114,7 @@ def draw(cases: list[Case], results: Results, path: Path) -> None:
         axes.set_visible(False)
     figure.supxlabel("CPU time per simulated second", fontsize=10.5, color=INK)
     figure.supylabel("error, relative or in m", fontsize=10.5, color=INK)
-    figure.legend(handles=legend_handles(), loc="outside upper center", ncols=7, frameon=False, fontsize=9.5)
+    handles = legend_handles(engines_of(results))
+    figure.legend(handles=handles, loc="outside upper center", ncols=7, frameon=False, fontsize=9.5)
     figure.savefig(path, dpi=120)
     plt.close(figure)

@@ -10,10 +10,12 @@ from gsenv.solver.options import FIDELITIES
 
 from .cases import Case
 from .measure import Point, Results
+from .method3d import METHOD3D
+from .suites import Suite
 
 LIMITS = (1e-2, 1e-3, 1e-4)
-OURS, PEERS = "gsenv", ("Box2D", "pymunk")
-ENGINES = (OURS, *PEERS)
+OURS = "gsenv"
+ENGINES = (OURS, "Box2D", "pymunk", "MuJoCo", "PyBullet")  # in the order of columns
 Judge = Callable[[Point], float | None]
 
 
@@ -23,6 +25,12 @@ def strict(point: Point) -> float | None:
 
 def lenient(point: Point) -> float | None:
     return point.lenient
+
+
+def engines_of(results: Results) -> list[str]:
+    """Ours, and the peers that were measured."""
+    present = {point.engine for point in results.points.values()}
+    return [name for name in ENGINES if name in present or name == OURS]
 
 
 def front(points: Iterable[Point], judge: Judge = strict) -> list[Point]:
@@ -46,7 +54,7 @@ def cheapest(points: Iterable[Point], limit: float, judge: Judge = strict) -> Po
 
 
 def best_peer(case: Case, results: Results, limit: float, judge: Judge = strict) -> Point | None:
-    found = [cheapest(results.of(case.key, peer), limit, judge) for peer in PEERS]
+    found = [cheapest(results.of(case.key, peer), limit, judge) for peer in engines_of(results)[1:]]
     return min((point for point in found if point is not None), key=lambda p: p.us, default=None)
 
 
@@ -65,12 +73,13 @@ def overview(cases: list[Case], results: Results) -> Table:
     """For the terminal: times and ratios at the first two limits."""
     title = "CPU us per simulated s of the cheapest setting with an error of at most 1e-2 and 1e-3"
     table = Table("case", title=title)
-    for head in (*ENGINES, "ratio") * 2:
+    engines = engines_of(results)
+    for head in (*engines, "ratio") * 2:
         table.add_column(head, justify="right")
     for case in cases:
         row = [case.key]
         for limit in LIMITS[:2]:
-            points = [cheapest(results.of(case.key, engine), limit) for engine in ENGINES]
+            points = [cheapest(results.of(case.key, engine), limit) for engine in engines]
             row += [*map(cell, points), ratio(points[0], best_peer(case, results, limit))]
         table.add_row(*row)
     return table
@@ -84,12 +93,13 @@ def lines(head: list[str], rows: Iterable[list[str]]) -> str:
 
 def limit_table(cases: list[Case], results: Results, limit: float, judge: Judge = strict) -> str:
     rows = []
+    engines = engines_of(results)
     for case in cases:
-        found = [cheapest(results.of(case.key, engine), limit, judge) for engine in ENGINES]
+        found = [cheapest(results.of(case.key, engine), limit, judge) for engine in engines]
         peer = best_peer(case, results, limit, judge)
         labels = [point.label if point else "-" for point in (found[0], peer)]
         rows.append([case.key, case.title, *map(cell, found), ratio(found[0], peer), *labels])
-    head = ["case", "scene", *ENGINES, "gsenv / best peer", "gsenv's setting", "best peer's setting"]
+    head = ["case", "scene", *engines, "gsenv / best peer", "gsenv's setting", "best peer's setting"]
     return lines(head, rows)
 
 
@@ -105,18 +115,19 @@ def fidelity_table(cases: list[Case], results: Results) -> str:
     return lines(["case", "scene", *(f"{m}: {w}" for m in FIDELITIES for w in ("error", "us"))], rows)
 
 
-def markdown(cases: list[Case], results: Results, stamp: dict[str, str]) -> str:
+def markdown(made: Suite, cases: list[Case], results: Results, stamp: dict[str, str]) -> str:
     """The whole document."""
     about = results.about
     standing = [case for case in cases if case.kind == "standing"]
-    stale = sorted({p.case for p in results.points.values() if p.stamp != stamp[p.engine]})
+    stale = sorted({p.case for p in results.points.values() if p.stamp != stamp.get(p.engine)})
+    versions = ", ".join(f"{name} {about[name]}" for name in made.engines)
+    planar = made.dim == 2
     parts = [
-        "# Run time against error",
-        "`python -m benchmarks.accuracy` measured all engines in one run, on one core: "
-        f"gsenv {about['gsenv']}, Box2D {about['Box2D']}, pymunk {about['pymunk']}; {about['cpu']}, {about['date']}. "
-        "All points are in [accuracy.json](accuracy.json).",
-        "![fronts](accuracy.png)",
-        METHOD,
+        "# Run time against error" + ("" if planar else " in space"),
+        f"`python -m benchmarks.accuracy{'' if planar else ' --dim 3'}` measured all engines in one run, on one core: "
+        f"{versions}; {about['cpu']}, {about['date']}. All points are in [{made.name}.json]({made.name}.json).",
+        f"![fronts]({made.name}.png)",
+        METHOD if planar else METHOD3D,
     ]
     if stale:
         parts.append(f"Measured before the last change of a source: {', '.join(stale)}.")

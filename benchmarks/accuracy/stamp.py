@@ -12,11 +12,9 @@ import numpy as np
 import gsenv
 from gsenv.solver.jit import source_digest
 
-from . import box2d, ours, pymunk
+from .suites import Suite
 
 HERE, PACKAGE = Path(__file__).parent, Path(gsenv.__file__).parent
-# modules that all figures depend on
-JUDGING = ("cases", "engines", "errors", "geometry", "measure", "trajectory")
 
 
 def cpu() -> str:
@@ -29,13 +27,12 @@ def cpu() -> str:
     return platform.processor() or platform.machine()
 
 
-def stamps() -> dict[str, str]:
+def stamps(suite: Suite) -> dict[str, str]:
     """Of each engine; a point with another stamp is out of date."""
-    shared = digest(PACKAGE / "scenes", *(HERE / f"{name}.py" for name in JUDGING))
+    shared = digest(PACKAGE / "scenes", *(HERE / f"{name}.py" for name in suite.judging))
     return {
-        "gsenv": "; ".join((ours.version(), digest(HERE / "ours.py"), shared, cpu())),
-        "Box2D": "; ".join((box2d.version(), digest(HERE / "box2d.py"), shared, cpu())),
-        "pymunk": "; ".join((pymunk.version(), digest(HERE / "pymunk.py"), shared, cpu())),
+        name: "; ".join((module.version(), digest(Path(str(module.__file__))), shared, cpu()))
+        for name, module in suite.engines.items()
     }
 
 
@@ -44,14 +41,13 @@ def digest(*sources: Path) -> str:
     return source_digest(sources)[:12]
 
 
-def about() -> dict[str, Any]:
+def about(suite: Suite) -> dict[str, Any]:
     """What a reader of the figures should know of the run."""
     return {
         "date": datetime.date.today().isoformat(),
         "cpu": cpu(),
         "python": platform.python_version(),
         "numpy": np.__version__,
+        **{name: module.version() for name, module in suite.engines.items()},
         "gsenv": gsenv.__version__,
-        "Box2D": box2d.version(),
-        "pymunk": pymunk.version(),
     }

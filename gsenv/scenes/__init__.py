@@ -6,10 +6,8 @@ Each builder returns a Scene; ``SCENES`` names the ones that ``gsenv record scen
 from __future__ import annotations
 
 import difflib
-from collections.abc import Callable
-from dataclasses import dataclass
 
-from gsenv.solver import Options, Scene, World
+from gsenv.solver import Options, World
 
 from .chains import chain, hanging_chain, hanging_mode, heavy_chain, plank_bridge, rope
 from .flight import bouncing_balls, projectile
@@ -17,29 +15,11 @@ from .heaps import cube_drop, dominoes
 from .machines import mixer, motor_rig, wrecking_ball
 from .pendulums import cradle, double_pendulum, pendulum
 from .slopes import box_on_incline, disk_on_incline, sliding_disk, terrain_slide
+from .spatial.catalogue import SPATIAL
+from .spec import SceneSpec
 from .springs import jelly, spring_mass
 from .stacks import mass_ratio_stack, overhang, pyramid, stack
 from .vehicles import car, hill_car
-
-
-@dataclass(frozen=True)
-class SceneSpec:
-    """A scene that can be recorded.
-
-    Attributes:
-        build: makes the Scene.
-        summary: one line for lists.
-        duration: s worth watching.
-        view: m, (left, bottom, right, top) that the camera shows; None: what is there at the start.
-        follow: body that the camera follows instead.
-    """
-
-    build: Callable[[], Scene]
-    summary: str
-    duration: float
-    view: tuple[float, float, float, float] | None = None
-    follow: str | None = None
-
 
 SCENES: dict[str, SceneSpec] = {
     "stack": SceneSpec(lambda: stack(10), "ten boxes stand on each other", 4.0),
@@ -86,6 +66,7 @@ SCENES: dict[str, SceneSpec] = {
     "wrecking_ball": SceneSpec(
         wrecking_ball, "a ball on a chain knocks down a wall", 6.0, (-7.6, -1.2, 8.4, 8.2)
     ),
+    **SPATIAL,
 }
 
 
