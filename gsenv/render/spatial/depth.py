@@ -1,0 +1,205 @@
+"""Row kernels of the visible surfaces: nearest depth and its item's id, by analytic ray hits."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gsenv.render.spatial.primitives import BOX, CAPSULE, CYLINDER, HULL, PLANE
+from gsenv.render.spatial.records import DEPTH, FAR, ID, NEAR, ONE, PIXEL_X, SCRATCH, TINY, ZERO, FloatArray, f4
+from gsenv.solver.jit import inline_njit, njit
+
+# Start and step of a row's rays in an item's frame: d = start + x step, x the pixel's middle.
+Ray = tuple[Any, Any, Any, Any, Any, Any]
+
+ENTER, LEAVE = SCRATCH, SCRATCH + 1
+
+
+@inline_njit
+def find_ray(item: Any, look: Any, x: Any, y: Any) -> Ray:
+    """Rays of the row at picture height y, columns shifted by x (both at depth 1)."""
+    x = look.left + x
+    step = look.step
+    return (
+        item.forward_x + x * item.right_x + y * item.up_x,
+        item.forward_y + x * item.right_y + y * item.up_y,
+        item.forward_z + x * item.right_z + y * item.up_z,
+        step * item.right_x,
+        step * item.right_y,
+        step * item.right_z,
+    )
+
+
+@inline_njit
+def nonzero(x: Any) -> Any:
+    """x, or a tiny number for zero: slopes that can be divided by."""
+    return x if abs(x) > TINY else TINY
+
+
+@njit
+def trace_box(lines: FloatArray, depth: int, ids: int, first: Any, last: Any, k: Any, item: Any, ray: Ray) -> None:
+    ax, ay, az, bx, by, bz = ray
+    ox, oy, oz = item.eye_x, item.eye_y, item.eye_z
+    sx, sy, sz = item.size_x, item.size_y, item.size_z
+    for j in range(first, last):
+        c = lines[PIXEL_X, j]
+        ix, iy, iz = ONE / nonzero(ax + c * bx), ONE / nonzero(ay + c * by), ONE / nonzero(az + c * bz)
+        wx, wy, wz = abs(ix) * sx, abs(iy) * sy, abs(iz) * sz
+        enter = max(max(-ix * ox - wx, -iy * oy - wy), -iz * oz - wz)
+        leave = min(min(-ix * ox + wx, -iy * oy + wy), -iz * oz + wz)
+        old = lines[depth, j]
+        hit = (enter <= leave) & (enter > NEAR) & (enter < old)
+        lines[depth, j] = enter if hit else old
+        lines[ids, j] = k if hit else lines[ids, j]
+
+
+@njit
+def trace_capsule(lines: FloatArray, depth: int, ids: int, first: Any, last: Any, k: Any, item: Any, ray: Ray) -> None:
+    """Also spheres, of half length zero. Discriminants come from |o x d|: no cancellation far away."""
+    ax, ay, az, bx, by, bz = ray
+    ox, oy, oz = item.eye_x, item.eye_y, item.eye_z
+    half, square = item.size_z, item.radius * item.radius
+    for j in range(first, last):
+        c = lines[PIXEL_X, j]
+        dx, dy, dz = ax + c * bx, ay + c * by, az + c * bz
+        flat = max(dx * dx + dy * dy, TINY)
+        along = ox * dx + oy * dy
+        moment = ox * dy - oy * dx
+        room = flat * square - moment * moment
+        side = (-along - np.sqrt(max(room, ZERO))) / flat
+        z = oz + side * dz
+        on_side = (room > ZERO) & (abs(z) < half)
+        pz = oz - (half if z > ZERO else -half)
+        mx, my = oy * dz - pz * dy, pz * dx - ox * dz
+        full = flat + dz * dz
+        cap_room = full * square - (mx * mx + my * my + moment * moment)
+        cap = (-along - pz * dz - np.sqrt(max(cap_room, ZERO))) / full
+        t = side if on_side else cap
+        old = lines[depth, j]
+        hit = (on_side | (cap_room > ZERO)) & (t > NEAR) & (t < old)
+        lines[depth, j] = t if hit else old
+        lines[ids, j] = k if hit else lines[ids, j]
+
+
+@njit
+def trace_cylinder(lines: FloatArray, depth: int, ids: int, first: Any, last: Any, k: Any, item: Any, ray: Ray) -> None:
+    ax, ay, az, bx, by, bz = ray
+    ox, oy, oz = item.eye_x, item.eye_y, item.eye_z
+    half, square = item.size_z, item.radius * item.radius
+    for j in range(first, last):
+        c = lines[PIXEL_X, j]
+        dx, dy, dz = ax + c * bx, ay + c * by, az + c * bz
+        flat = max(dx * dx + dy * dy, TINY)
+        along = ox * dx + oy * dy
+        moment = ox * dy - oy * dx
+        room = flat * square - moment * moment
+        root = np.sqrt(max(room, ZERO))
+        scale = ONE / flat
+        iz = ONE / nonzero(dz)
+        wz = abs(iz) * half
+        enter = max((-along - root) * scale, -iz * oz - wz)
+        leave = min((-along + root) * scale, -iz * oz + wz)
+        old = lines[depth, j]
+        hit = (room > ZERO) & (enter <= leave) & (enter > NEAR) & (enter < old)
+        lines[depth, j] = enter if hit else old
+        lines[ids, j] = k if hit else lines[ids, j]
+
+
+@njit
+def trace_plane(lines: FloatArray, depth: int, ids: int, first: Any, last: Any, k: Any, item: Any, ray: Ray) -> None:
+    az, bz = ray[2], ray[5]
+    oz = item.eye_z
+    if oz <= ZERO:
+        return
+    for j in range(first, last):
+        dz = az + lines[PIXEL_X, j] * bz
+        t = oz / max(-dz, TINY)
+        old = lines[depth, j]
+        hit = (dz < ZERO) & (t > NEAR) & (t < old)
+        lines[depth, j] = t if hit else old
+        lines[ids, j] = k if hit else lines[ids, j]
+
+
+@njit
+def trace_hull(
+    lines: FloatArray, depth: int, ids: int, first: Any, last: Any, k: Any, item: Any, ray: Ray, faces: FloatArray
+) -> None:
+    """Clips the ray by one half-space after the other. Where the eye is outside a face, the ray can only enter."""
+    ax, ay, az, bx, by, bz = ray
+    for j in range(first, last):
+        lines[ENTER, j] = ZERO
+        lines[LEAVE, j] = FAR
+    for face in range(item.first, item.first + item.count):
+        nx, ny, nz = faces[face, 0], faces[face, 1], faces[face, 2]
+        height = nx * item.eye_x + ny * item.eye_y + nz * item.eye_z - faces[face, 3]
+        start, step = nx * ax + ny * ay + nz * az, nx * bx + ny * by + nz * bz
+        if height > ZERO:
+            for j in range(first, last):
+                fall = -(start + lines[PIXEL_X, j] * step)
+                t = height / max(fall, TINY)
+                lines[ENTER, j] = max(lines[ENTER, j], t)
+        else:
+            for j in range(first, last):
+                rise = start + lines[PIXEL_X, j] * step
+                t = -height / max(rise, TINY)
+                lines[LEAVE, j] = min(lines[LEAVE, j], t)
+    for j in range(first, last):
+        t = lines[ENTER, j]
+        old = lines[depth, j]
+        hit = (t <= lines[LEAVE, j]) & (t > NEAR) & (t < old)
+        lines[depth, j] = t if hit else old
+        lines[ids, j] = k if hit else lines[ids, j]
+
+
+@njit
+def trace(
+    lines: FloatArray, depth: int, ids: int, first: Any, last: Any, index: int, item: Any, ray: Ray, faces: FloatArray
+) -> None:
+    """Item `index` into the lines `depth` and `ids`."""
+    k = f4(index)
+    if item.kind == BOX:
+        trace_box(lines, depth, ids, first, last, k, item, ray)
+    elif item.kind == CAPSULE:
+        trace_capsule(lines, depth, ids, first, last, k, item, ray)
+    elif item.kind == CYLINDER:
+        trace_cylinder(lines, depth, ids, first, last, k, item, ray)
+    elif item.kind == PLANE:
+        trace_plane(lines, depth, ids, first, last, k, item, ray)
+    elif item.kind == HULL:
+        trace_hull(lines, depth, ids, first, last, k, item, ray, faces)
+
+
+@njit
+def find_visible(lines: FloatArray, index: int, first: Any, last: Any) -> tuple[Any, Any]:
+    """The columns between the outermost pixels of an item; first == last: none."""
+    k = f4(index)
+    while first < last and lines[ID, first] != k:
+        first += np.uint64(1)
+    while first < last and lines[ID, last - np.uint64(1)] != k:
+        last -= np.uint64(1)
+    return first, last
+
+
+@njit
+def trace_row(
+    lines: FloatArray,
+    row: int,
+    items: NDArray[np.void],
+    count: int,
+    look: Any,
+    faces: FloatArray,
+    spans: NDArray[np.int64],
+) -> None:
+    """Depth and id of the row, and the columns (first, last) where each item shows."""
+    y = look.top - (f4(row) + f4(0.5)) * look.step
+    for k in range(count):
+        item = items[k]
+        spans[k, 0] = spans[k, 1] = 0
+        if item.top <= row < item.bottom:
+            ray = find_ray(item, look, ZERO, y)
+            trace(lines, DEPTH, ID, np.uint64(item.left), np.uint64(item.right), k, item, ray, faces)
+    for k in range(count):
+        item = items[k]
+        if item.top <= row < item.bottom:
+            first, last = find_visible(lines, k, np.uint64(item.left), np.uint64(item.right))
+            spans[k, 0], spans[k, 1] = first, last

@@ -1,0 +1,48 @@
+"""Colours and light of 3D pictures."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gsenv.render.theme import DEFAULT_THEME, Rgb
+
+FloatArray = NDArray[np.float64]
+
+GROUND_COLOR: Rgb = (176, 185, 197)  # lighter squares of a plane; the darker ones follow
+
+
+class Style(NamedTuple):
+    """Everything about the look that is not a primitive; lengths in eye-to-target distances."""
+
+    horizon: Rgb = DEFAULT_THEME.sky_bottom
+    zenith: Rgb = (142, 182, 224)
+    sun: tuple[float, float, float] = (1.00, 0.95, 0.86)  # linear light
+    sky: tuple[float, float, float] = (0.42, 0.46, 0.54)
+    bounce: tuple[float, float, float] = (0.17, 0.165, 0.16)
+    sun_height: float = 1.35  # over its horizontal part
+    softness: float = 0.05  # half the sun's width, in rad
+    reach: float = 0.035  # of the dimness near other things
+    fog: float = 4.2  # where it hides half
+    cells: float = 7.0  # squares of a plane up to the target
+
+    def find_sun(self, right: FloatArray, forward: FloatArray) -> FloatArray:
+        """Unit direction to the sun."""
+        flat = np.array([-0.50, -0.52])
+        sun = np.array([*(flat / np.linalg.norm(flat)), self.sun_height])
+        return sun / np.linalg.norm(sun)
+
+    def find_cell(self, distance: float) -> float:
+        """m, side of a plane's squares: 1, 2 or 5 times a power of ten."""
+        wanted = distance / self.cells
+        decade = 10.0 ** np.floor(np.log10(wanted))
+        return float(decade * min((1.0, 2.0, 5.0, 10.0), key=lambda step: abs(np.log(step * decade / wanted))))
+
+    def find_lights(self) -> dict[str, tuple[float, ...]]:
+        """Linear light of everything in `look_dtype`."""
+        air = {"horizon": self.horizon, "zenith": self.zenith}
+        lights = {name: tuple((channel / 255.0) ** 2 for channel in color) for name, color in air.items()}
+        return {**lights, "sun": self.sun, "sky": self.sky, "bounce": self.bounce}
+
+
+DEFAULT_STYLE = Style()
