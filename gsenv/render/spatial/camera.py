@@ -1,12 +1,14 @@
 """3D cameras: where the eye is and what it looks at."""
 
 from collections.abc import Sequence
+from math import isfinite, sqrt
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 FloatArray = NDArray[np.float64]
+Triple = tuple[float, float, float]
 Point = Sequence[float] | FloatArray
 
 AZIMUTH = np.radians(-44.0)
@@ -74,15 +76,13 @@ class SpatialCamera(NamedTuple):
     def axes(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Unit vectors (right, up, forward)."""
         check_camera(self)
-        forward = np.asarray(self.target, float) - np.asarray(self.eye, float)
-        forward = forward / np.linalg.norm(forward)
-        up = np.asarray(self.up, float)
-        up = up / np.linalg.norm(up)
-        right = np.cross(forward, up)
-        if np.linalg.norm(right) < 1e-6:  # looking straight up or down: any picture axis will do
-            right = np.cross(forward, np.eye(3)[int(np.argmin(np.abs(forward)))])
-        right = right / np.linalg.norm(right)
-        return right, np.cross(right, forward), forward
+        (ex, ey, ez), (tx, ty, tz) = self.eye, self.target
+        forward = unit((tx - ex, ty - ey, tz - ez))
+        right = cross(forward, unit((self.up[0], self.up[1], self.up[2])))
+        if max(map(abs, right)) < 1e-6:  # looking straight up or down: any picture axis will do
+            right = cross(forward, (0.0, 1.0, 0.0) if abs(forward[1]) < 0.9 else (1.0, 0.0, 0.0))
+        right = unit(right)
+        return np.array(right), np.array(cross(right, forward)), np.array(forward)
 
     def to_pixel(self, points: ArrayLike) -> FloatArray:
         """World (..., 3) in m to pixels (..., 2); NaN behind the eye."""
@@ -98,14 +98,30 @@ class SpatialCamera(NamedTuple):
 def check_camera(camera: SpatialCamera) -> None:
     """One clear sentence about the first thing wrong."""
     for name in ("eye", "target", "up"):
-        value = np.asarray(getattr(camera, name), float)
-        if value.shape != (3,) or not np.isfinite(value).all():
-            raise ValueError(f"camera {name} must be three finite numbers, got {getattr(camera, name)}.")
-    if np.linalg.norm(np.asarray(camera.target, float) - np.asarray(camera.eye, float)) < 1e-9:
+        value = getattr(camera, name)
+        if np.shape(value) != (3,) or not all(map(isfinite, value)):
+            raise ValueError(f"camera {name} must be three finite numbers, got {value}.")
+    if norm((camera.target[0] - camera.eye[0], camera.target[1] - camera.eye[1], camera.target[2] - camera.eye[2])) < 1e-9:
         raise ValueError(f"camera eye and target must differ, got {camera.eye} for both.")
-    if not np.linalg.norm(np.asarray(camera.up, float)) > 0.0:
+    if not norm((camera.up[0], camera.up[1], camera.up[2])) > 0.0:
         raise ValueError("camera up must not be zero.")
     if not 0.0 < camera.fov < np.pi:
         raise ValueError(f"camera fov must be between 0 and pi rad, got {camera.fov}.")
     if camera.width < 1 or camera.height < 1:
         raise ValueError(f"width and height must be at least 1 px, got {camera.width} x {camera.height}.")
+
+
+# Scalars: numpy's functions cost a picture of 84 x 84 a tenth of its time.
+
+
+def norm(a: Triple) -> float:
+    return sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2])
+
+
+def unit(a: Triple) -> Triple:
+    length = norm(a)
+    return a[0] / length, a[1] / length, a[2] / length
+
+
+def cross(a: Triple, b: Triple) -> Triple:
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]

@@ -6,7 +6,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gsenv.render.spatial.primitives import BOX, CAPSULE, CYLINDER, HULL, PLANE
-from gsenv.render.spatial.records import DEPTH, FAR, ID, NEAR, ONE, PIXEL_X, SCRATCH, TINY, ZERO, FloatArray, f4
+from gsenv.render.spatial.records import (
+    FAR,
+    HALF,
+    ID,
+    LANES,
+    NEAR,
+    ONE,
+    PIXEL_X,
+    SCRATCH,
+    SKY,
+    TINY,
+    ZERO,
+    FloatArray,
+    f4,
+)
 from gsenv.solver.jit import inline_njit, njit
 
 # Start and step of a row's rays in an item's frame: d = start + x step, x the pixel's middle.
@@ -152,54 +166,68 @@ def trace_hull(
 
 
 @njit
-def trace(
-    lines: FloatArray, depth: int, ids: int, first: Any, last: Any, index: int, item: Any, ray: Ray, faces: FloatArray
-) -> None:
-    """Item `index` into the lines `depth` and `ids`."""
-    k = f4(index)
-    if item.kind == BOX:
-        trace_box(lines, depth, ids, first, last, k, item, ray)
-    elif item.kind == CAPSULE:
-        trace_capsule(lines, depth, ids, first, last, k, item, ray)
-    elif item.kind == CYLINDER:
-        trace_cylinder(lines, depth, ids, first, last, k, item, ray)
-    elif item.kind == PLANE:
-        trace_plane(lines, depth, ids, first, last, k, item, ray)
-    elif item.kind == HULL:
-        trace_hull(lines, depth, ids, first, last, k, item, ray, faces)
-
-
-@njit
-def find_visible(lines: FloatArray, index: int, first: Any, last: Any) -> tuple[Any, Any]:
-    """The columns between the outermost pixels of an item; first == last: none."""
-    k = f4(index)
+def find_visible(lines: FloatArray, k: Any, left: int, right: int) -> tuple[int, int]:
+    """Whole groups of LANES columns that hold all pixels of item k; first >= last: it has none."""
+    first, last = np.uint64(left), np.uint64(right)
     while first < last and lines[ID, first] != k:
         first += np.uint64(1)
     while first < last and lines[ID, last - np.uint64(1)] != k:
         last -= np.uint64(1)
+    return np.int64(first) // LANES * LANES, (np.int64(last) + LANES - 1) // LANES * LANES if first < last else 0
+
+
+@njit
+def find_columns(items: NDArray[np.void], count: int, row: int) -> tuple[int, int]:
+    """Columns first..last-1 of the row that hold all items but planes; first >= last: none."""
+    first, last = 1 << 30, 0
+    for k in range(count):
+        item = items[k]
+        if item.top <= row < item.bottom and item.kind != PLANE:
+            first, last = min(first, item.left), max(last, item.right)
     return first, last
 
 
 @njit
-def trace_row(
-    lines: FloatArray,
-    row: int,
+def trace_band(
+    band: FloatArray,
+    start: int,
+    end: int,
     items: NDArray[np.void],
     count: int,
-    look: Any,
-    faces: FloatArray,
-    spans: NDArray[np.int64],
+    looks: NDArray[np.void],
+    faces: FloatArray | None,
+    shift_x: Any,
+    shift_y: Any,
+    depth: int,
+    ids: int,
 ) -> None:
-    """Depth and id of the row, and the columns (first, last) where each item shows."""
-    y = look.top - (f4(row) + f4(0.5)) * look.step
-    for k in range(count):
-        item = items[k]
-        spans[k, 0] = spans[k, 1] = 0
-        if item.top <= row < item.bottom:
-            ray = find_ray(item, look, ZERO, y)
-            trace(lines, DEPTH, ID, np.uint64(item.left), np.uint64(item.right), k, item, ray, faces)
-    for k in range(count):
-        item = items[k]
-        if item.top <= row < item.bottom:
-            first, last = find_visible(lines, k, np.uint64(item.left), np.uint64(item.right))
-            spans[k, 0], spans[k, 1] = first, last
+    """Nearest depth and id of the rows start..end-1, at a shift (px) from the middles of the pixels.
+
+    Other lines than ID are filled only where an item may have an edge: in `find_columns`.
+    """
+    look = looks[0]
+    for row in range(start, end):
+        lines = band[row - start]
+        y = look.top - (f4(row) + HALF + shift_y) * look.step
+        left, right = 0, lines.shape[1]
+        if ids != ID:
+            left, right = find_columns(items, count, row)
+        for j in range(np.uint64(left), np.uint64(max(left, right))):
+            lines[depth, j] = FAR
+            lines[ids, j] = SKY
+        for k in range(count):
+            item = items[k]
+            if not (item.top <= row < item.bottom and left < right):
+                continue
+            first, last, me = np.uint64(max(item.left, left)), np.uint64(min(item.right, right)), f4(k)
+            ray = find_ray(item, look, shift_x * look.step, y)
+            if item.kind == BOX:
+                trace_box(lines, depth, ids, first, last, me, item, ray)
+            elif item.kind == CAPSULE:
+                trace_capsule(lines, depth, ids, first, last, me, item, ray)
+            elif item.kind == CYLINDER:
+                trace_cylinder(lines, depth, ids, first, last, me, item, ray)
+            elif item.kind == PLANE:
+                trace_plane(lines, depth, ids, first, last, me, item, ray)
+            elif faces is not None and item.kind == HULL:
+                trace_hull(lines, depth, ids, first, last, me, item, ray, faces)

@@ -3,6 +3,7 @@
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gsenv.render.spatial.depth import Ray
 from gsenv.render.spatial.records import (
@@ -29,16 +30,61 @@ from gsenv.solver.jit import inline_njit, njit
 
 GLOSS = f4(0.10)  # of the sun's image
 SHEEN = f4(0.22)  # of the sky, at grazing angles
-SHOULDER = f4(0.70)  # light up to here stays as it is
+SHOULDER = f4(0.80)  # screen colours up to here stay as they are
 TERMINATOR = f4(6.0)  # how fast a surface that turns from the sun loses its shadows
 
 
 @inline_njit
 def tone(x: Any) -> Any:
-    """Linear, then a shoulder that ends at 1; the root gives the screen's colour."""
-    over = max(x - SHOULDER, ZERO)
-    room = ONE - SHOULDER
-    return np.sqrt(max(min(x, SHOULDER) + over * room / (room + over), ZERO))
+    """Screen colour of linear light: its root, then a shoulder (a parabola) that ends at 1."""
+    y = min(np.sqrt(max(x, ZERO)), TWO - SHOULDER)
+    over = max(y - SHOULDER, ZERO)
+    return y - over * over * f4(0.25 / (1.0 - SHOULDER))
+
+
+@inline_njit
+def find_world_ray(look: Any, y: Any) -> Ray:
+    x, step = look.left, look.step
+    return (
+        look.forward_x + x * look.right_x + y * look.up_x,
+        look.forward_y + x * look.right_y + y * look.up_y,
+        look.forward_z + x * look.right_z + y * look.up_z,
+        step * look.right_x,
+        step * look.right_y,
+        step * look.right_z,
+    )
+
+
+@inline_njit
+def to_byte(value: Any) -> Any:
+    return np.uint8(np.int32(value * f4(255.0) + HALF))
+
+
+@njit
+def light_band(
+    band: FloatArray,
+    start: int,
+    end: int,
+    looks: NDArray[np.void],
+    image: NDArray[np.uint8],
+    ids: NDArray[np.int32],
+    colors: FloatArray | None,
+) -> None:
+    """Light the rows start..end-1 and store them: as bytes, or in `colors` (3, row, column) where edges are to follow."""
+    look = looks[0]
+    for row in range(start, end):
+        lines = band[row - start]
+        light_row(lines, look, find_world_ray(look, look.top - (f4(row) + HALF) * look.step))
+        for j in range(np.uint64(0), np.uint64(image.shape[1])):
+            ids[row, j] = np.int32(lines[ID, j])
+            image[row, j, 0] = to_byte(lines[RED, j])
+            image[row, j, 1] = to_byte(lines[GREEN, j])
+            image[row, j, 2] = to_byte(lines[BLUE, j])
+        if colors is not None:
+            for j in range(np.uint64(0), np.uint64(image.shape[1])):
+                colors[0, row, j] = lines[RED, j]
+                colors[1, row, j] = lines[GREEN, j]
+                colors[2, row, j] = lines[BLUE, j]
 
 
 @njit
@@ -80,13 +126,9 @@ def light_row(lines: FloatArray, look: Any, ray: Ray) -> None:
         air_red = look.horizon_red + rise * (look.zenith_red - look.horizon_red)
         air_green = look.horizon_green + rise * (look.zenith_green - look.horizon_green)
         air_blue = look.horizon_blue + rise * (look.zenith_blue - look.horizon_blue)
-        red += shine + sheen * look.zenith_red
-        green += shine + sheen * look.zenith_green
-        blue += shine + sheen * look.zenith_blue
-        red = tone(red)
-        green = tone(green)
-        blue = tone(blue)
-        air_red, air_green, air_blue = np.sqrt(air_red), np.sqrt(air_green), np.sqrt(air_blue)
+        red = tone(red + shine + sheen * look.sky_red)
+        green = tone(green + shine + sheen * look.sky_green)
+        blue = tone(blue + shine + sheen * look.sky_blue)
         lines[RED, j] = air_red if sky else red + fog * (air_red - red)
         lines[GREEN, j] = air_green if sky else green + fog * (air_green - green)
         lines[BLUE, j] = air_blue if sky else blue + fog * (air_blue - blue)

@@ -22,6 +22,8 @@ FAR = f4(1e6)  # m, depth of the sky
 NEAR = f4(0.01)  # m, nothing nearer is drawn
 SKY = f4(-1.0)  # id where there is nothing
 
+LANES = 8  # columns that are worked on at a time
+
 SAMPLES = 4  # of each pixel, for edges
 
 # Lines of the row buffer.
@@ -65,13 +67,12 @@ def pair_dtype() -> np.dtype[Any]:
 def view_dtype() -> np.dtype[Any]:
     """Camera and light. Pixel (i, j) has x = left + (j + 1/2) step, y = top - (i + 1/2) step."""
     names = ("eye_x", "eye_y", "eye_z", "forward_x", "forward_y", "forward_z", "right_x", "right_y", "right_z")
-    names += ("up_x", "up_y", "up_z", "sun_x", "sun_y", "sun_z", "left", "top", "step")
-    names += ("softness", "reach", "cell")
+    names += ("up_x", "up_y", "up_z", "sun_x", "sun_y", "sun_z", "left", "top", "step", "softness", "reach", "cell")
     return np.dtype([(name, "f8") for name in names] + [("width", "i4"), ("height", "i4")], align=True)
 
 
 def look_dtype() -> np.dtype[Any]:
-    """What the row kernels need of `view_dtype`, and the colours; linear light is the square of a colour."""
+    """What the row kernels need of `view_dtype`, linear lights, and the screen colours of the air."""
     names = ("forward_x", "forward_y", "forward_z", "right_x", "right_y", "right_z", "up_x", "up_y", "up_z")
     names += ("sun_x", "sun_y", "sun_z", "left", "top", "step", "softness", "cell", "fog")
     for name in ("sun", "sky", "bounce", "horizon", "zenith"):

@@ -5,17 +5,23 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from gsenv.render.spatial import frame
 from gsenv.render.spatial.camera import SpatialCamera
+from gsenv.render.spatial.depth import trace_band
+from gsenv.render.spatial.dimness import dim_band
+from gsenv.render.spatial.edges import SAMPLE_X, SAMPLE_Y, blend_band
+from gsenv.render.spatial.light import light_band
 from gsenv.render.spatial.pairs import find_pairs
 from gsenv.render.spatial.primitives import Meshes, Primitives, check_primitives, read_meshes
-from gsenv.render.spatial.records import ITEM, LINE_COUNT, LOOK, PAIR, PIXEL_X, VIEW
+from gsenv.render.spatial.records import DEPTH, ID, ITEM, LANES, LINE_COUNT, LOOK, OPEN, PAIR, PIXEL_X, SAMPLES, SUB_DEPTH, SUB_ID, VIEW, ZERO
 from gsenv.render.spatial.setup import prepare
+from gsenv.render.spatial.shadow import shade_band
 from gsenv.render.spatial.style import DEFAULT_STYLE, Style
+from gsenv.render.spatial.surface import paint_band
 from gsenv.solver.optional import as_records
 
 Quality = Literal["high", "fast"]
 QUALITIES = ("high", "fast")
+BAND_BYTES = 1 << 20  # rows that are worked on at a time fit the second cache level
 
 
 class PrimitiveRenderer:
@@ -32,11 +38,15 @@ class PrimitiveRenderer:
             raise ValueError(f"quality must be among {QUALITIES}, got {quality!r}.")
         self.width, self.height, self.quality, self.style = width, height, quality, style
         self.ids = np.full((height, width), -1, np.int32)
-        self._lines = np.zeros((LINE_COUNT, width), np.float32)
-        self._lines[PIXEL_X] = np.arange(width) + 0.5
+        padded = -(-width // LANES) * LANES
+        rows = min(max(BAND_BYTES // (4 * LINE_COUNT * padded), 1), height)
+        self._bands = [(start, min(start + rows, height)) for start in range(0, height, rows)]
+        self._band = np.zeros((rows, LINE_COUNT, padded), np.float32)
+        self._band[:, PIXEL_X] = np.arange(padded) + 0.5
+        self._band[:, OPEN] = 1.0
         self._colors = np.zeros((3, height, width), np.float32) if quality == "high" else None
         self._items = as_records(np.zeros(0, ITEM))
-        self._spans = np.zeros((0, 2), np.int64)
+        self._spans = np.zeros((rows, 0, 2), np.int64)
         pair_room = 64 if quality == "high" else 1
         self._shadows, self._contacts = as_records(np.zeros(64, PAIR)), as_records(np.zeros(pair_room, PAIR))
         self._view, self._look = as_records(np.zeros(1, VIEW)), as_records(np.zeros(1, LOOK))
@@ -56,41 +66,46 @@ class PrimitiveRenderer:
         count = self._prepare(primitives, meshes)
         shadow_count, contact_count = self._find_pairs(count)
         image = np.empty((self.height, self.width, 3), np.uint8)
+        faces = self._faces if len(self._faces) else None
         shadows, contacts = self._shadows[:shadow_count], self._contacts[:contact_count]
-        scene = (self._items, count, self._look, self._faces, shadows, contacts, self._spans)
+        for band in self._bands:
+            rows = (self._band, *band)
+            trace_band(*rows, self._items, count, self._look, faces, ZERO, ZERO, DEPTH, ID)
+            paint_band(*rows, self._items, count, self._look, faces, self._spans)
+            shade_band(*rows, self._items, shadows, self._look, faces, self._spans)
+            if self._colors is not None:
+                dim_band(*rows, self._items, contacts, self._look, faces, self._spans)
+            light_band(*rows, self._look, image, self.ids, self._colors)
         if self._colors is not None:
-            frame.draw_high(image, self.ids, self._lines, *scene, self._colors)
-        else:
-            frame.draw_fast(image, self.ids, self._lines, *scene)
+            self._smooth_edges(image, count, faces)
         return image
 
+    def _smooth_edges(self, image: NDArray[np.uint8], count: int, faces: NDArray[np.float32] | None) -> None:
+        for band in self._bands:
+            rows = (self._band, *band)
+            for s in range(SAMPLES):
+                shift = (SAMPLE_X[s], SAMPLE_Y[s])
+                trace_band(*rows, self._items, count, self._look, faces, *shift, SUB_DEPTH, SUB_ID + s)
+            blend_band(*rows, self._items, count, image, self.ids, self._colors)
+
     def _set_view(self, camera: SpatialCamera) -> None:
-        view, look, style = self._view, self._look, self.style
+        style = self.style
         right, up, forward = camera.axes()
         eye = np.asarray(camera.eye, float)
-        distance = float(np.linalg.norm(np.asarray(camera.target, float) - eye))
-        sun = style.find_sun(right, forward)
-        for name, vector in (("eye", eye), ("forward", forward), ("right", right), ("up", up), ("sun", sun)):
-            for axis, value in zip("xyz", vector, strict=True):
-                view[f"{name}_{axis}"] = value
+        distance = float(np.sqrt(((np.asarray(camera.target, float) - eye) ** 2).sum()))
+        sun = style.find_sun()
         step = 2.0 * np.tan(0.5 * camera.fov) / camera.height
-        view["step"], view["left"], view["top"] = step, -0.5 * step * camera.width, 0.5 * step * camera.height
-        view["softness"] = style.softness if self.quality == "high" else 0.0
-        view["reach"] = style.reach * distance
-        view["cell"] = style.find_cell(distance)
-        view["width"], view["height"] = camera.width, camera.height
-        for name in LOOK.names or ():
-            if name in (VIEW.names or ()):
-                look[name] = view[name]
-        look["fog"] = 1.0 / (style.fog * distance)
-        for name, color in style.find_lights().items():
-            for channel, value in zip(("red", "green", "blue"), color, strict=True):
-                look[f"{name}_{channel}"] = value
+        left, top = -0.5 * step * camera.width, 0.5 * step * camera.height
+        softness = style.softness if self.quality == "high" else 0.0
+        cell = style.find_cell(distance)
+        frame = (*forward, *right, *up, *sun, left, top, step, softness)
+        self._view[0] = (*eye, *frame, style.reach * distance, cell, camera.width, camera.height)
+        self._look[0] = (*frame, cell, 1.0 / (style.fog * distance), *style.find_lights())
 
     def _prepare(self, primitives: Primitives, meshes: Meshes) -> int:
         if len(self._items) < len(primitives.kind) or not len(self._items):
             self._items = as_records(np.zeros(len(primitives.kind) + 1, ITEM))
-            self._spans = np.zeros((len(primitives.kind) + 1, 2), np.int64)
+            self._spans = np.zeros((len(self._band), len(primitives.kind) + 1, 2), np.int64)
         self._faces = np.concatenate([meshes.normal, meshes.offset[:, None]], axis=1).astype(np.float32)
         return prepare(self._items, primitives, meshes, self._view)
 

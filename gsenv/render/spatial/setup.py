@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gsenv.render.spatial.primitives import BOX, CAPSULE, CYLINDER, HEIGHTFIELD, HULL, PLANE, SPHERE, Meshes, Primitives
+from gsenv.render.spatial.records import LANES
 from gsenv.solver.jit import inline_njit, njit
 
 NEAR_DEPTH = 0.02  # m, things that come nearer fill the picture's bounds
@@ -39,7 +40,10 @@ def grow(bounds: Bounds, view: Any, x: float, y: float, z: float, radius: float)
 
 @njit
 def store_bounds(target: Any, view: Any, bounds: Bounds) -> None:
-    """Rows and columns of all pixels that `bounds` touches, in an item or a pair; none: all zero."""
+    """Rows and columns of all pixels that `bounds` touches, in an item or a pair; none: all zero.
+
+    Columns are whole groups of LANES, which may pass the picture's right edge: rows without remainders are faster.
+    """
     width, height = view.width, view.height
     left = min(max((bounds[0] - view.left) / view.step, 0.0), float(width))
     right = min(max((bounds[1] - view.left) / view.step + 1.0, 0.0), float(width))
@@ -47,7 +51,8 @@ def store_bounds(target: Any, view: Any, bounds: Bounds) -> None:
     bottom = min(max((view.top - bounds[2]) / view.step + 1.0, 0.0), float(height))
     if not (bounds[0] <= bounds[1] and left < right and top < bottom):
         left = right = top = bottom = 0.0
-    target.left, target.right, target.top, target.bottom = int(left), int(right), int(top), int(bottom)
+    target.left, target.right = int(left) // LANES * LANES, (int(right) + LANES - 1) // LANES * LANES
+    target.top, target.bottom = int(top), int(bottom)
 
 
 @njit

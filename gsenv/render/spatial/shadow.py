@@ -1,4 +1,4 @@
-"""Row kernels of the sun's shadows and of the dimness near other things.
+"""Row kernels of the sun's shadows.
 
 A shadow ray runs from the visible point to the sun. What counts is how near it comes to the occluder: s, negative
 where it hits, at the distance t. The sun's disc, seen as wide as w, is covered by about 1/2 - s / (2 w t). For
@@ -9,19 +9,16 @@ occluders cover is added up, so that no light falls through the seams of a wall.
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from gsenv.render.spatial.depth import Ray, nonzero
-from gsenv.render.spatial.primitives import BOX, CAPSULE, CYLINDER, HULL, PLANE
+from gsenv.render.spatial.depth import Ray, find_ray, nonzero
+from gsenv.render.spatial.primitives import BOX, CAPSULE, CYLINDER, HULL
 from gsenv.render.spatial.records import (
     DEPTH,
     FAR,
     HALF,
     ID,
-    NORMAL_X,
-    NORMAL_Y,
-    NORMAL_Z,
     ONE,
-    OPEN,
     PIXEL_X,
     SCRATCH,
     SHADOW,
@@ -30,13 +27,11 @@ from gsenv.render.spatial.records import (
     FloatArray,
     f4,
 )
-from gsenv.render.spatial.surface import smooth
+from gsenv.render.spatial.surface import beyond, smooth
 from gsenv.solver.jit import inline_njit, njit
 
 ENTER, ENTER_SPEED, LEAVE, LEAVE_SPEED = SCRATCH, SCRATCH + 1, SCRATCH + 2, SCRATCH + 3
-NEAREST = SCRATCH
 EDGE = f4(0.75)  # px, half width of the sharpest shadow edge
-DIM = f4(0.62)  # of the sky's light that a near thing takes at most
 
 
 @inline_njit
@@ -46,6 +41,17 @@ def cover(lines: FloatArray, j: Any, m: Any, gap: Any, distance: Any, softness: 
     part = smooth(HALF - HALF * gap / width)
     part = part if (lines[ID, j] == m) & (distance > ZERO) else ZERO
     lines[SHADOW, j] += part
+
+
+@inline_njit
+def approach(s: Any, x: Any, y: Any, z: Any, lx: Any, ly: Any, lz: Any, sx: Any, sy: Any, sz: Any) -> Any:
+    """Newton's step towards the least distance of (x, y, z) + s (lx, ly, lz) from a box."""
+    ex, ey, ez = beyond(x + s * lx, sx), beyond(y + s * ly, sy), beyond(z + s * lz, sz)
+    bend_x = lx * lx if ex != ZERO else ZERO
+    bend_y = ly * ly if ey != ZERO else ZERO
+    bend_z = lz * lz if ez != ZERO else ZERO
+    slope = lx * ex + ly * ey + lz * ez
+    return max(s - slope / max(bend_x + bend_y + bend_z, f4(1e-4)), ZERO)
 
 
 @njit
@@ -59,32 +65,31 @@ def shade_box(lines: FloatArray, first: Any, last: Any, m: Any, item: Any, ray: 
     sx, sy, sz = item.size_x, item.size_y, item.size_z
     lx, ly, lz = nonzero(item.sun_x), nonzero(item.sun_y), nonzero(item.sun_z)
     ix, iy, iz = ONE / lx, ONE / ly, ONE / lz
-    qx, qy, qz = lx * lx, ly * ly, lz * lz
     vx, vy, vz = abs(lx), abs(ly), abs(lz)
     wx, wy, wz = abs(ix) * sx, abs(iy) * sy, abs(iz) * sz
     for j in range(first, last):
         c, t = lines[PIXEL_X, j], lines[DEPTH, j]
         x, y, z = ox + t * (ax + c * bx), oy + t * (ay + c * by), oz + t * (az + c * bz)
         mx, my, mz = -x * ix, -y * iy, -z * iz
-        enter = max(max(mx - wx, my - wy), mz - wz)
-        leave = min(min(mx + wx, my + wy), mz + wz)
-        enter_speed = vx if enter == mx - wx else (vy if enter == my - wy else vz)
-        leave_speed = vx if leave == mx + wx else (vy if leave == my + wy else vz)
-        depth = (enter - leave) * enter_speed * leave_speed / (enter_speed + leave_speed)
-        u, v = leave_speed * leave_speed, enter_speed * enter_speed
-        s = max((u * leave + v * enter) / (u + v), ZERO)
-        for _ in range(2):
-            px, py, pz = x + s * lx, y + s * ly, z + s * lz
-            ex, ey, ez = max(abs(px) - sx, ZERO), max(abs(py) - sy, ZERO), max(abs(pz) - sz, ZERO)
-            slope = (lx * ex if px > ZERO else -lx * ex) + (ly * ey if py > ZERO else -ly * ey)
-            slope += lz * ez if pz > ZERO else -lz * ez
-            bend = (qx if ex > ZERO else ZERO) + (qy if ey > ZERO else ZERO) + (qz if ez > ZERO else ZERO)
-            s = max(s - slope / max(bend, f4(1e-4)), ZERO)
-        ex, ey, ez = abs(x + s * lx) - sx, abs(y + s * ly) - sy, abs(z + s * lz) - sz
-        ex, ey, ez = max(ex, ZERO), max(ey, ZERO), max(ez, ZERO)
+        ex, ey, ez = mx - wx, my - wy, mz - wz
+        enter, u = max(ex, ey), vx if ex > ey else vy
+        u = u if enter > ez else vz  # the speed into the slab that it enters last
+        enter = max(enter, ez)
+        ex, ey, ez = mx + wx, my + wy, mz + wz
+        leave, v = min(ex, ey), vx if ex < ey else vy
+        v = v if leave < ez else vz
+        leave = min(leave, ez)
+        depth = (enter - leave) * u * v / (u + v)
+        u, v = u * u, v * v
+        s = max((u * enter + v * leave) / (u + v), ZERO)
+        s = approach(s, x, y, z, lx, ly, lz, sx, sy, sz)
+        s = approach(s, x, y, z, lx, ly, lz, sx, sy, sz)
+        ex, ey, ez = beyond(x + s * lx, sx), beyond(y + s * ly, sy), beyond(z + s * lz, sz)
         away = np.sqrt(ex * ex + ey * ey + ez * ez)
         hit = (enter < leave) & (leave > ZERO)
-        cover(lines, j, m, depth if hit else away, max(enter, ZERO) if hit else s, softness, EDGE * step * t)
+        near = max(enter, ZERO)
+        gap, place = depth if hit else away, near if hit else s
+        cover(lines, j, m, gap, place, softness, EDGE * step * t)
 
 
 @njit
@@ -132,9 +137,9 @@ def shade_cylinder(
         for _ in range(3):
             px, py, pz = x + s * lx, y + s * ly, z + s * lz
             rho = np.sqrt(px * px + py * py)
-            side, end = max(rho - radius, ZERO), max(abs(pz) - half, ZERO)
-            slope = side * (px * lx + py * ly) / max(rho, TINY) + (end * lz if pz > ZERO else -end * lz)
-            bend = (flat if side > ZERO else ZERO) + (upright if end > ZERO else ZERO)
+            side, end = max(rho - radius, ZERO), beyond(pz, half)
+            slope = side * (px * lx + py * ly) / max(rho, TINY) + end * lz
+            bend = (flat if side > ZERO else ZERO) + (upright if end != ZERO else ZERO)
             s = max(s - slope / max(bend, f4(1e-4)), ZERO)
         px, py, pz = x + s * lx, y + s * ly, z + s * lz
         side, end = np.sqrt(px * px + py * py) - radius, abs(pz) - half
@@ -180,69 +185,39 @@ def shade_hull(
 
 
 @njit
-def shade(
-    lines: FloatArray, first: Any, last: Any, receiver: int, item: Any, ray: Ray, look: Any, faces: FloatArray
+def shade_band(
+    band: FloatArray,
+    start: int,
+    end: int,
+    items: NDArray[np.void],
+    pairs: NDArray[np.void],
+    looks: NDArray[np.void],
+    faces: FloatArray | None,
+    spans: NDArray[np.int64],
 ) -> None:
-    """Shadow of `item` on the pixels of item `receiver`."""
-    m = f4(receiver)
-    if item.kind == BOX:
-        shade_box(lines, first, last, m, item, ray, look.softness, look.step)
-    elif item.kind == CAPSULE:
-        shade_capsule(lines, first, last, m, item, ray, look.softness, look.step)
-    elif item.kind == CYLINDER:
-        shade_cylinder(lines, first, last, m, item, ray, look.softness, look.step)
-    elif item.kind == HULL:
-        shade_hull(lines, first, last, m, item, ray, look.softness, look.step, faces)
-
-
-@inline_njit
-def probe(item: Any, ray: Ray, lines: FloatArray, j: Any, reach: Any) -> tuple[Any, Any, Any]:
-    """The point `reach` above the visible surface, in the item's frame."""
-    ax, ay, az, bx, by, bz = ray
-    c, t = lines[PIXEL_X, j], lines[DEPTH, j]
-    nx, ny, nz = reach * lines[NORMAL_X, j], reach * lines[NORMAL_Y, j], reach * lines[NORMAL_Z, j]
-    return (
-        item.eye_x + t * (ax + c * bx) + item.xx * nx + item.xy * ny + item.xz * nz,
-        item.eye_y + t * (ay + c * by) + item.yx * nx + item.yy * ny + item.yz * nz,
-        item.eye_z + t * (az + c * bz) + item.zx * nx + item.zy * ny + item.zz * nz,
-    )
-
-
-@njit
-def dim(lines: FloatArray, first: Any, last: Any, receiver: int, item: Any, ray: Ray, faces: FloatArray) -> None:
-    """Take some of the sky's light from points near `item`: one look at its distance from just above them."""
-    m = f4(receiver)
-    reach = item.reach
-    inverse = ONE / max(reach, TINY)
-    sx, sy, sz, radius = item.size_x, item.size_y, item.size_z, item.radius
-    if item.kind == PLANE:
-        for j in range(first, last):
-            lines[NEAREST, j] = probe(item, ray, lines, j, reach)[2]
-    elif item.kind == CYLINDER:
-        for j in range(first, last):
-            x, y, z = probe(item, ray, lines, j, reach)
-            side, end = np.sqrt(x * x + y * y) - radius, abs(z) - sz
-            out_side, out_end = max(side, ZERO), max(end, ZERO)
-            lines[NEAREST, j] = np.sqrt(out_side * out_side + out_end * out_end) + min(max(side, end), ZERO)
-    elif item.kind == HULL:
-        for j in range(first, last):
-            lines[NEAREST, j] = -FAR
-        for face in range(item.first, item.first + item.count):
-            nx, ny, nz = faces[face, 0], faces[face, 1], faces[face, 2]
-            for j in range(first, last):
-                x, y, z = probe(item, ray, lines, j, reach)
-                lines[NEAREST, j] = max(lines[NEAREST, j], nx * x + ny * y + nz * z - faces[face, 3])
-    else:
-        if item.kind == CAPSULE:
-            sx = sy = ZERO
-        else:
-            radius = ZERO
-        for j in range(first, last):
-            x, y, z = probe(item, ray, lines, j, reach)
-            x, y, z = abs(x) - sx, abs(y) - sy, abs(z) - sz
-            ex, ey, ez = max(x, ZERO), max(y, ZERO), max(z, ZERO)
-            inside = min(max(x, max(y, z)), ZERO)
-            lines[NEAREST, j] = np.sqrt(ex * ex + ey * ey + ez * ez) + inside - radius
-    for j in range(first, last):
-        taken = DIM * smooth(ONE - lines[NEAREST, j] * inverse)
-        lines[OPEN, j] *= ONE - (taken if lines[ID, j] == m else ZERO)
+    """Shadows in the rows start..end-1."""
+    look = looks[0]
+    step, softness = look.step, look.softness
+    for row in range(start, end):
+        lines = band[row - start]
+        y = look.top - (f4(row) + HALF) * step
+        for j in range(np.uint64(0), np.uint64(lines.shape[1])):
+            lines[SHADOW, j] = ZERO
+        for k in range(len(pairs)):
+            pair = pairs[k]
+            if not pair.top <= row < pair.bottom:
+                continue
+            left, right = spans[row - start, pair.receiver, 0], spans[row - start, pair.receiver, 1]
+            first, last = np.uint64(max(pair.left, left)), np.uint64(min(pair.right, right))
+            if first >= last:
+                continue
+            item = items[pair.occluder]
+            ray, m = find_ray(item, look, ZERO, y), f4(pair.receiver)
+            if item.kind == BOX:
+                shade_box(lines, first, last, m, item, ray, softness, step)
+            elif item.kind == CAPSULE:
+                shade_capsule(lines, first, last, m, item, ray, softness, step)
+            elif item.kind == CYLINDER:
+                shade_cylinder(lines, first, last, m, item, ray, softness, step)
+            elif faces is not None and item.kind == HULL:
+                shade_hull(lines, first, last, m, item, ray, softness, step, faces)

@@ -20,17 +20,18 @@ class Style(NamedTuple):
     sun: tuple[float, float, float] = (1.00, 0.95, 0.86)  # linear light
     sky: tuple[float, float, float] = (0.42, 0.46, 0.54)
     bounce: tuple[float, float, float] = (0.17, 0.165, 0.16)
-    sun_height: float = 1.35  # over its horizontal part
+    sun_side: tuple[float, float] = (-0.70, -0.72)
+    sun_height: float = 1.35
     softness: float = 0.05  # half the sun's width, in rad
     reach: float = 0.035  # of the dimness near other things
     fog: float = 4.2  # where it hides half
     cells: float = 7.0  # squares of a plane up to the target
 
-    def find_sun(self, right: FloatArray, forward: FloatArray) -> FloatArray:
+    def find_sun(self) -> FloatArray:
         """Unit direction to the sun."""
-        flat = np.array([-0.50, -0.52])
-        sun = np.array([*(flat / np.linalg.norm(flat)), self.sun_height])
-        return sun / np.linalg.norm(sun)
+        x, y = self.sun_side
+        length = np.sqrt(x * x + y * y + self.sun_height**2)
+        return np.array([x / length, y / length, self.sun_height / length])
 
     def find_cell(self, distance: float) -> float:
         """m, side of a plane's squares: 1, 2 or 5 times a power of ten."""
@@ -38,11 +39,10 @@ class Style(NamedTuple):
         decade = 10.0 ** np.floor(np.log10(wanted))
         return float(decade * min((1.0, 2.0, 5.0, 10.0), key=lambda step: abs(np.log(step * decade / wanted))))
 
-    def find_lights(self) -> dict[str, tuple[float, ...]]:
-        """Linear light of everything in `look_dtype`."""
-        air = {"horizon": self.horizon, "zenith": self.zenith}
-        lights = {name: tuple((channel / 255.0) ** 2 for channel in color) for name, color in air.items()}
-        return {**lights, "sun": self.sun, "sky": self.sky, "bounce": self.bounce}
+    def find_lights(self) -> tuple[float, ...]:
+        """Sun, sky, bounce, horizon and zenith, in the order of `look_dtype`."""
+        air = (channel / 255.0 for color in (self.horizon, self.zenith) for channel in color)
+        return (*self.sun, *self.sky, *self.bounce, *air)
 
 
 DEFAULT_STYLE = Style()

@@ -3,9 +3,10 @@
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from gsenv.render.spatial.depth import Ray
-from gsenv.render.spatial.primitives import BOX, CAPSULE, CYLINDER, HULL, PLANE
+from gsenv.render.spatial.depth import Ray, find_ray, find_visible
+from gsenv.render.spatial.primitives import BOX, CAPSULE, CYLINDER, PLANE
 from gsenv.render.spatial.records import (
     BLUE,
     DEPTH,
@@ -32,6 +33,10 @@ MIN_BEVEL = f4(1.1)  # px
 STRIPE = f4(0.15)  # half width over a ball's radius
 HUB, SPOKE = f4(0.60), f4(0.085)  # of a cylinder's radius
 QUARTER = f4(0.30)  # strength of the marks on capsules and on the sides of cylinders
+
+Rgb = tuple[Any, Any, Any]
+Coat = tuple[Rgb, Rgb, Rgb, Rgb, Rgb]
+
 SUM_X, SUM_Y, SUM_Z = SCRATCH, SCRATCH + 1, SCRATCH + 2
 
 
@@ -43,80 +48,111 @@ def smooth(x: Any) -> Any:
 
 
 @inline_njit
-def signed(size: Any, sign: Any) -> Any:
-    return size if sign > ZERO else -size
+def beyond(x: Any, size: Any) -> Any:
+    """How far x is outside -size..size, with its sign."""
+    return max(x - size, ZERO) + min(x + size, ZERO)
 
 
 @inline_njit
-def store(lines: FloatArray, j: Any, k: Any, item: Any, x: Any, y: Any, z: Any, mark: Any) -> None:
-    """A local normal of any length, and the share of the mark's colour, where item k shows."""
-    mine = lines[ID, j] == k
-    scale = ONE / np.sqrt(max(x * x + y * y + z * z, TINY * TINY))
+def find_coat(item: Any) -> Coat:
+    """The item's axes, its colour and the way to its marks' colour: read once, or rows do not vectorise."""
+    red, green, blue = item.red, item.green, item.blue
+    return (
+        (item.xx, item.xy, item.xz),
+        (item.yx, item.yy, item.yz),
+        (item.zx, item.zy, item.zz),
+        (red, green, blue),
+        (item.mark_red - red, item.mark_green - green, item.mark_blue - blue),
+    )
+
+
+@inline_njit
+def store(lines: FloatArray, j: Any, k: Any, coat: Coat, x: Any, y: Any, z: Any, mark: Any) -> None:
+    """A local normal of any length, and the share of the mark's colour, where item k shows.
+
+    Added to zeros, as a pixel shows one item only: with a choice instead, the loop would not vectorise.
+    """
+    u, v, w, color, change = coat
+    scale = ONE / np.sqrt(max(x * x + y * y + z * z, f4(1e-30)))
     x, y, z = x * scale, y * scale, z * scale
-    lines[NORMAL_X, j] = item.xx * x + item.yx * y + item.zx * z if mine else lines[NORMAL_X, j]
-    lines[NORMAL_Y, j] = item.xy * x + item.yy * y + item.zy * z if mine else lines[NORMAL_Y, j]
-    lines[NORMAL_Z, j] = item.xz * x + item.yz * y + item.zz * z if mine else lines[NORMAL_Z, j]
-    lines[RED, j] = item.red + mark * (item.mark_red - item.red) if mine else lines[RED, j]
-    lines[GREEN, j] = item.green + mark * (item.mark_green - item.green) if mine else lines[GREEN, j]
-    lines[BLUE, j] = item.blue + mark * (item.mark_blue - item.blue) if mine else lines[BLUE, j]
+    nx = u[0] * x + v[0] * y + w[0] * z
+    ny = u[1] * x + v[1] * y + w[1] * z
+    nz = u[2] * x + v[2] * y + w[2] * z
+    red = color[0] + mark * change[0]
+    green = color[1] + mark * change[1]
+    blue = color[2] + mark * change[2]
+    mine = ONE if lines[ID, j] == k else ZERO
+    lines[NORMAL_X, j] += mine * nx
+    lines[NORMAL_Y, j] += mine * ny
+    lines[NORMAL_Z, j] += mine * nz
+    lines[RED, j] += mine * red
+    lines[GREEN, j] += mine * green
+    lines[BLUE, j] += mine * blue
 
 
 @njit
 def paint_box(lines: FloatArray, first: Any, last: Any, k: Any, item: Any, ray: Ray, pixel: Any) -> None:
     """Faces that turn into one another over a bevel, of a pixel at least: no hard steps inside."""
     ax, ay, az, bx, by, bz = ray
+    ox, oy, oz = item.eye_x, item.eye_y, item.eye_z
+    coat = find_coat(item)
     sx, sy, sz = item.size_x, item.size_y, item.size_z
     least = BEVEL * min(sx, min(sy, sz))
     for j in range(first, last):
         c, t = lines[PIXEL_X, j], lines[DEPTH, j]
-        x, y, z = item.eye_x + t * (ax + c * bx), item.eye_y + t * (ay + c * by), item.eye_z + t * (az + c * bz)
+        x, y, z = ox + t * (ax + c * bx), oy + t * (ay + c * by), oz + t * (az + c * bz)
         bevel = max(least, MIN_BEVEL * pixel * t)
-        ex, ey, ez = abs(x) - sx + bevel, abs(y) - sy + bevel, abs(z) - sz + bevel
-        ex, ey, ez = max(ex, ZERO), max(ey, ZERO), max(ez, ZERO)
+        x, y, z = beyond(x, sx - bevel), beyond(y, sy - bevel), beyond(z, sz - bevel)
+        ex, ey, ez = abs(x), abs(y), abs(z)
         # Half way between two faces both are deep in the bevel: a darker edge line.
         second = max(min(ex, ey), min(max(ex, ey), ez))
-        edge = smooth(second / bevel)
-        store(lines, j, k, item, signed(ex * ex, x), signed(ey * ey, y), signed(ez * ez, z), HALF * edge)
+        store(lines, j, k, coat, x * ex, y * ey, z * ez, HALF * smooth(second / bevel))
 
 
 @njit
 def paint_capsule(lines: FloatArray, first: Any, last: Any, k: Any, item: Any, ray: Ray, pixel: Any) -> None:
     """Stripes round balls, two quarters of another shade on capsules."""
     ax, ay, az, bx, by, bz = ray
+    ox, oy, oz = item.eye_x, item.eye_y, item.eye_z
+    coat = find_coat(item)
     half, radius = item.size_z, item.radius
     ball = ONE if item.ball == 1 and item.mark == 1 else ZERO
     quarter = QUARTER if item.ball == 0 and item.mark == 1 else ZERO
     stripe = STRIPE * radius
     for j in range(first, last):
         c, t = lines[PIXEL_X, j], lines[DEPTH, j]
-        x, y, z = item.eye_x + t * (ax + c * bx), item.eye_y + t * (ay + c * by), item.eye_z + t * (az + c * bz)
+        x, y, z = ox + t * (ax + c * bx), oy + t * (ay + c * by), oz + t * (az + c * bz)
         sharp = ONE / max(TWO * pixel * t, TINY)
         rings = max(smooth((stripe - abs(z)) * sharp + HALF), smooth((stripe - abs(x)) * sharp + HALF))
-        sides = smooth(signed(min(abs(x), abs(y)), x * y) * sharp + HALF)
-        store(lines, j, k, item, x, y, z - min(max(z, -half), half), ball * rings + quarter * sides)
+        nearest = min(abs(x), abs(y))
+        sides = smooth((nearest if x * y > ZERO else -nearest) * sharp + HALF)
+        store(lines, j, k, coat, x, y, z - min(max(z, -half), half), ball * rings + quarter * sides)
 
 
 @njit
 def paint_cylinder(lines: FloatArray, first: Any, last: Any, k: Any, item: Any, ray: Ray, pixel: Any) -> None:
     """A hub with spokes on both ends, quarters of another shade round the side."""
     ax, ay, az, bx, by, bz = ray
+    ox, oy, oz = item.eye_x, item.eye_y, item.eye_z
+    coat = find_coat(item)
     half, radius = item.size_z, item.radius
     least = BEVEL * min(half, radius)
     marked = ONE if item.mark == 1 else ZERO
     for j in range(first, last):
         c, t = lines[PIXEL_X, j], lines[DEPTH, j]
-        x, y, z = item.eye_x + t * (ax + c * bx), item.eye_y + t * (ay + c * by), item.eye_z + t * (az + c * bz)
+        x, y, z = ox + t * (ax + c * bx), oy + t * (ay + c * by), oz + t * (az + c * bz)
         bevel = max(least, MIN_BEVEL * pixel * t)
         rho = np.sqrt(x * x + y * y)
-        side, end = max(rho - radius + bevel, ZERO), max(abs(z) - half + bevel, ZERO)
+        side, z = max(rho - radius + bevel, ZERO), beyond(z, half - bevel)
+        end = abs(z)
         sharp = ONE / max(TWO * pixel * t, TINY)
         nearest = min(abs(x), abs(y))
         hub = smooth((HUB * radius - rho) * sharp + HALF)
         spoke = smooth((SPOKE * radius - nearest) * sharp + HALF) * smooth((f4(0.85) * HUB * radius - rho) * sharp + HALF)
-        quarter = f4(0.10) * smooth(signed(nearest, x * y) * sharp + HALF)
+        quarter = f4(0.10) * smooth((nearest if x * y > ZERO else -nearest) * sharp + HALF)
         mark = hub * (ONE - f4(0.8) * spoke) if end > side else quarter
         flat = side * side / max(rho, TINY)
-        store(lines, j, k, item, x * flat, y * flat, signed(end * end, z), marked * mark)
+        store(lines, j, k, coat, x * flat, y * flat, z * end, marked * mark)
 
 
 @njit
@@ -126,6 +162,7 @@ def paint_hull(
     """The sum of the normals of all faces within a bevel."""
     ax, ay, az, bx, by, bz = ray
     ox, oy, oz = item.eye_x, item.eye_y, item.eye_z
+    coat = find_coat(item)
     least = BEVEL * min(item.size_x, min(item.size_y, item.size_z))
     for j in range(first, last):
         lines[SUM_X, j] = lines[SUM_Y, j] = lines[SUM_Z, j] = ZERO
@@ -141,26 +178,31 @@ def paint_hull(
             lines[SUM_Y, j] += near * near * ny
             lines[SUM_Z, j] += near * near * nz
     for j in range(first, last):
-        store(lines, j, k, item, lines[SUM_X, j], lines[SUM_Y, j], lines[SUM_Z, j], ZERO)
+        store(lines, j, k, coat, lines[SUM_X, j], lines[SUM_Y, j], lines[SUM_Z, j], ZERO)
 
 
 @inline_njit
 def wave(x: Any) -> Any:
     """Integral of the square wave of period 2: a triangle wave, 0 .. 1."""
     x = HALF * x
-    return ONE - TWO * abs(x - np.floor(x) - HALF)
+    whole = f4(np.int32(x))  # towards zero
+    part = x - whole
+    part = part + ONE if part < ZERO else part
+    return ONE - TWO * abs(part - HALF)
 
 
 @njit
 def paint_plane(lines: FloatArray, first: Any, last: Any, k: Any, item: Any, ray: Ray, pixel: Any, cell: Any) -> None:
     """A checker of two shades, box filtered over the pixel's footprint: no moire in the distance."""
     ax, ay, az, bx, by, bz = ray
+    ox, oy = item.eye_x, item.eye_y
+    coat = find_coat(item)
     scale = ONE / cell
     for j in range(first, last):
         c, t = lines[PIXEL_X, j], lines[DEPTH, j]
         dx, dy, dz = ax + c * bx, ay + c * by, az + c * bz
-        t = t if lines[ID, j] == k else ZERO
-        x, y = (item.eye_x + t * dx) * scale, (item.eye_y + t * dy) * scale
+        t = min(t, f4(1e5))
+        x, y = (ox + t * dx) * scale, (oy + t * dy) * scale
         level = ONE / np.sqrt(max(dx * dx + dy * dy, TINY))
         ux, uy = abs(dx * level), abs(dy * level)
         across = f4(1.2) * pixel * t * scale
@@ -169,22 +211,47 @@ def paint_plane(lines: FloatArray, first: Any, last: Any, k: Any, item: Any, ray
         px = (wave(x + HALF * fx) - wave(x - HALF * fx)) / fx
         py = (wave(y + HALF * fy) - wave(y - HALF * fy)) / fy
         mark = HALF - HALF * px * py
-        store(lines, j, k, item, ZERO, ZERO, ONE, mark)
+        store(lines, j, k, coat, ZERO, ZERO, ONE, mark)
 
 
 @njit
-def paint(
-    lines: FloatArray, first: Any, last: Any, index: int, item: Any, ray: Ray, look: Any, faces: FloatArray
+def paint_band(
+    band: FloatArray,
+    start: int,
+    end: int,
+    items: NDArray[np.void],
+    count: int,
+    looks: NDArray[np.void],
+    faces: FloatArray | None,
+    spans: NDArray[np.int64],
 ) -> None:
-    """Normals and colours of item `index`."""
-    k = f4(index)
-    if item.kind == BOX:
-        paint_box(lines, first, last, k, item, ray, look.step)
-    elif item.kind == CAPSULE:
-        paint_capsule(lines, first, last, k, item, ray, look.step)
-    elif item.kind == CYLINDER:
-        paint_cylinder(lines, first, last, k, item, ray, look.step)
-    elif item.kind == PLANE:
-        paint_plane(lines, first, last, k, item, ray, look.step, look.cell)
-    elif item.kind == HULL:
-        paint_hull(lines, first, last, k, item, ray, look.step, faces)
+    """Normals and colours of the rows start..end-1; in `spans` (row, item, 2) where each item shows."""
+    look = looks[0]
+    step = look.step
+    for row in range(start, end):
+        lines = band[row - start]
+        y = look.top - (f4(row) + HALF) * step
+        for line in range(NORMAL_X, BLUE + 1):
+            for j in range(np.uint64(0), np.uint64(lines.shape[1])):
+                lines[line, j] = ZERO
+        for k in range(count):
+            item = items[k]
+            if not item.top <= row < item.bottom:
+                spans[row - start, k, 0] = spans[row - start, k, 1] = 0
+                continue
+            first, last = find_visible(lines, f4(k), item.left, item.right)
+            spans[row - start, k, 0], spans[row - start, k, 1] = first, last
+            if first >= last:
+                continue
+            ray, me = find_ray(item, look, ZERO, y), f4(k)
+            first, last = np.uint64(first), np.uint64(last)
+            if item.kind == BOX:
+                paint_box(lines, first, last, me, item, ray, step)
+            elif item.kind == CAPSULE:
+                paint_capsule(lines, first, last, me, item, ray, step)
+            elif item.kind == CYLINDER:
+                paint_cylinder(lines, first, last, me, item, ray, step)
+            elif item.kind == PLANE:
+                paint_plane(lines, first, last, me, item, ray, step, look.cell)
+            elif faces is not None:
+                paint_hull(lines, first, last, me, item, ray, step, faces)
