@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gsenv.render.spatial.primitives import BOX, CAPSULE, CYLINDER, HULL, PLANE
+from gsenv.render.spatial.primitives import BOX, CAPSULE, CYLINDER, HEIGHTFIELD, HULL, PLANE
 from gsenv.render.spatial.records import (
     FAR,
     HALF,
@@ -17,11 +17,13 @@ from gsenv.render.spatial.records import (
     SCRATCH,
     SKY,
     TINY,
+    TWO,
     ZERO,
     FloatArray,
     f4,
 )
 from gsenv.solver.jit import inline_njit, njit
+from gsenv.solver.spatial.math import cross, dot, sub
 
 # Start and step of a row's rays in an item's frame: d = start + x step, x the pixel's middle.
 Ray = tuple[Any, Any, Any, Any, Any, Any]
@@ -165,6 +167,89 @@ def trace_hull(
         lines[ids, j] = k if hit else lines[ids, j]
 
 
+@inline_njit
+def find_row_form(view_ray: Ray, x: Any, y: Any, z: Any) -> tuple[Any, Any]:
+    """Start and step along a row of the product of its rays with (x, y, z)."""
+    ax, ay, az, bx, by, bz = view_ray
+    return ax * x + ay * y + az * z, bx * x + by * y + bz * z
+
+
+@inline_njit
+def find_extent(v: Any, item: Any, look: Any, bounds: Any) -> Any:
+    """`bounds` (left, right, top, bottom in px, all in front) with a point (m from the eye, item's frame)."""
+    left, right, top, bottom, front = bounds
+    depth = v[0] * item.forward_x + v[1] * item.forward_y + v[2] * item.forward_z
+    scale = ONE / (look.step * max(depth, NEAR))
+    x = (v[0] * item.right_x + v[1] * item.right_y + v[2] * item.right_z) * scale - look.left / look.step
+    y = look.top / look.step - (v[0] * item.up_x + v[1] * item.up_y + v[2] * item.up_z) * scale
+    return min(left, x), max(right, x), min(top, y), max(bottom, y), front and depth > NEAR
+
+
+@njit
+def trace_triangle(
+    band: FloatArray, start: int, end: int, k: Any, item: Any, look: Any, shift: Any, u: Any, v: Any, w: Any, out: Any
+) -> None:
+    """A triangle (m from the eye, item's frame; counter-clockwise seen from outside) in the rows start..end-1.
+
+    The products of the ray with the normals of the planes through the eye and each edge tell what is inside, also
+    for corners behind the eye: Olano and Greer, "Triangle scan conversion using 2D homogeneous coordinates", 1997.
+    """
+    n = cross(sub(v, u), sub(w, u))
+    height = dot(n, u)
+    if height >= ZERO:  # seen from behind
+        return
+    left, right, top, bottom, front = FAR, -FAR, FAR, -FAR, True
+    bounds = (left, right, top, bottom, front)
+    bounds = find_extent(u, item, look, bounds)
+    bounds = find_extent(v, item, look, bounds)
+    bounds = find_extent(w, item, look, bounds)
+    left, right, top, bottom, front = bounds
+    width = f4(band.shape[2])
+    if not front:
+        left, right, top, bottom = ZERO, width, ZERO, f4(end)
+    if right < -ONE or left > width + ONE or bottom < f4(start) - ONE or top > f4(end) + ONE:
+        return
+    first, last = np.uint64(max(left - ONE, ZERO)), np.uint64(min(right + TWO, width))
+    edge_u, edge_v, edge_w = cross(v, w), cross(w, u), cross(u, v)
+    shift_x, shift_y, depth, ids = shift[0], shift[1], out[0], out[1]
+    for row in range(max(start, np.int64(max(top - ONE, ZERO))), min(end, np.int64(bottom) + 2)):
+        ray = find_ray(item, look, shift_x * look.step, look.top - (f4(row) + HALF + shift_y) * look.step)
+        a0, b0 = find_row_form(ray, edge_u[0], edge_u[1], edge_u[2])
+        a1, b1 = find_row_form(ray, edge_v[0], edge_v[1], edge_v[2])
+        a2, b2 = find_row_form(ray, edge_w[0], edge_w[1], edge_w[2])
+        a3, b3 = find_row_form(ray, n[0], n[1], n[2])
+        i = row - start
+        for j in range(first, last):
+            c = band[i, PIXEL_X, j]
+            t = height / min(a3 + c * b3, -TINY)
+            inside = (a0 + c * b0 <= ZERO) & (a1 + c * b1 <= ZERO) & (a2 + c * b2 <= ZERO)
+            old = band[i, depth, j]
+            hit = inside & (t > NEAR) & (t < old)
+            band[i, depth, j] = t if hit else old
+            band[i, ids, j] = k if hit else band[i, ids, j]
+
+
+@njit
+def trace_field(
+    band: FloatArray, start: int, end: int, k: Any, item: Any, look: Any, shift: Any, points: FloatArray, out: Any
+) -> None:
+    """All triangles of a heightfield; a cell's diagonal runs from its lowest to its highest indices."""
+    eye = (item.eye_x, item.eye_y, item.eye_z)
+    columns = item.columns
+    for r in range(item.rows - 1):
+        for c in range(columns - 1):
+            at = item.first + r * columns + c
+            p = sub((points[at, 0], points[at, 1], points[at, 2]), eye)
+            at += 1
+            q = sub((points[at, 0], points[at, 1], points[at, 2]), eye)
+            at += columns
+            s = sub((points[at, 0], points[at, 1], points[at, 2]), eye)
+            at -= 1
+            u = sub((points[at, 0], points[at, 1], points[at, 2]), eye)
+            trace_triangle(band, start, end, k, item, look, shift, p, q, s, out)
+            trace_triangle(band, start, end, k, item, look, shift, p, s, u, out)
+
+
 @njit
 def find_visible(lines: FloatArray, k: Any, left: int, right: int) -> tuple[int, int]:
     """Whole groups of LANES columns that hold all pixels of item k; first >= last: it has none."""
@@ -196,6 +281,7 @@ def trace_band(
     count: int,
     looks: NDArray[np.void],
     faces: FloatArray | None,
+    points: FloatArray | None,
     shift_x: Any,
     shift_y: Any,
     depth: int,
@@ -231,3 +317,8 @@ def trace_band(
                 trace_plane(lines, depth, ids, first, last, me, item, ray)
             elif faces is not None and item.kind == HULL:
                 trace_hull(lines, depth, ids, first, last, me, item, ray, faces)
+    if points is not None:
+        for k in range(count):
+            item = items[k]
+            if item.kind == HEIGHTFIELD and item.top < end and item.bottom > start:
+                trace_field(band, start, end, f4(k), item, look, (shift_x, shift_y), points, (depth, ids))

@@ -60,12 +60,12 @@ def dim_solid(lines: FloatArray, first: Any, last: Any, m: Any, item: Any, ray: 
         sx = sy = ZERO
     elif item.kind == BOX:
         radius = ZERO
-    else:  # a plane: a box without sides below the ground
-        sx = sy = sz = FAR
-    deep = sz if item.kind == PLANE else ZERO
+    mirror = ONE
+    if item.kind == PLANE:  # a box without sides or bottom
+        sx, sy, sz, radius, mirror = FAR, FAR, ZERO, ZERO, ZERO
     for j in range(first, last):
         x, y, z = probe(item, ray, lines, j, reach)
-        x, y, z = abs(x) - sx, abs(y) - sy, abs(z + deep) - sz
+        x, y, z = abs(x) - sx, abs(y) - sy, max(z, -mirror * z) - sz
         ex, ey, ez = max(x, ZERO), max(y, ZERO), max(z, ZERO)
         gap = np.sqrt(ex * ex + ey * ey + ez * ez) + min(max(x, max(y, z)), ZERO) - radius
         close(lines, j, m, gap, reach)

@@ -119,7 +119,8 @@ def light_row(lines: FloatArray, look: Any, ray: Ray) -> None:
         fog = t * length * look.fog
         fog = fog * fog * fog
         fog = fog / (ONE + fog)
-        rise = np.sqrt(min(max(vz * f4(1.6), ZERO), ONE))
+        rise = ONE - min(max(vz * f4(1.5), ZERO), ONE)
+        rise = ONE - rise * rise
         red = light_channel(lines[RED, j], sun, look.sun_red, up, look.sky_red, look.bounce_red, opening)
         green = light_channel(lines[GREEN, j], sun, look.sun_green, up, look.sky_green, look.bounce_green, opening)
         blue = light_channel(lines[BLUE, j], sun, look.sun_blue, up, look.sky_blue, look.bounce_blue, opening)

@@ -11,8 +11,8 @@ from gsenv.render.spatial.dimness import dim_band
 from gsenv.render.spatial.edges import SAMPLE_X, SAMPLE_Y, blend_band
 from gsenv.render.spatial.light import light_band
 from gsenv.render.spatial.pairs import find_pairs
-from gsenv.render.spatial.primitives import Meshes, Primitives, check_primitives, read_meshes
-from gsenv.render.spatial.records import DEPTH, ID, ITEM, LANES, LINE_COUNT, LOOK, OPEN, PAIR, PIXEL_X, SAMPLES, SUB_DEPTH, SUB_ID, VIEW, ZERO
+from gsenv.render.spatial.primitives import HEIGHTFIELD, HULL, Meshes, Primitives, check_primitives, read_meshes
+from gsenv.render.spatial.records import DEPTH, ID, ITEM, LANES, LINE_COUNT, LOOK, OPEN, PAIR, PIXEL_X, SAMPLES, SUB_DEPTH, SUB_ID, VIEW, ZERO, FloatArray
 from gsenv.render.spatial.setup import prepare
 from gsenv.render.spatial.shadow import shade_band
 from gsenv.render.spatial.style import DEFAULT_STYLE, Style
@@ -50,7 +50,6 @@ class PrimitiveRenderer:
         pair_room = 64 if quality == "high" else 1
         self._shadows, self._contacts = as_records(np.zeros(64, PAIR)), as_records(np.zeros(pair_room, PAIR))
         self._view, self._look = as_records(np.zeros(1, VIEW)), as_records(np.zeros(1, LOOK))
-        self._faces = np.zeros((0, 4), np.float32)
 
     def draw(
         self, camera: SpatialCamera, primitives: Primitives, vertices: NDArray[np.void] | None = None
@@ -66,26 +65,28 @@ class PrimitiveRenderer:
         count = self._prepare(primitives, meshes)
         shadow_count, contact_count = self._find_pairs(count)
         image = np.empty((self.height, self.width, 3), np.uint8)
-        faces = self._faces if len(self._faces) else None
+        faces, points = find_meshes(primitives, meshes)
         shadows, contacts = self._shadows[:shadow_count], self._contacts[:contact_count]
         for band in self._bands:
             rows = (self._band, *band)
-            trace_band(*rows, self._items, count, self._look, faces, ZERO, ZERO, DEPTH, ID)
-            paint_band(*rows, self._items, count, self._look, faces, self._spans)
+            trace_band(*rows, self._items, count, self._look, faces, points, ZERO, ZERO, DEPTH, ID)
+            paint_band(*rows, self._items, count, self._look, faces, points, self._spans)
             shade_band(*rows, self._items, shadows, self._look, faces, self._spans)
             if self._colors is not None:
                 dim_band(*rows, self._items, contacts, self._look, faces, self._spans)
             light_band(*rows, self._look, image, self.ids, self._colors)
         if self._colors is not None:
-            self._smooth_edges(image, count, faces)
+            self._smooth_edges(image, count, faces, points)
         return image
 
-    def _smooth_edges(self, image: NDArray[np.uint8], count: int, faces: NDArray[np.float32] | None) -> None:
+    def _smooth_edges(
+        self, image: NDArray[np.uint8], count: int, faces: FloatArray | None, points: FloatArray | None
+    ) -> None:
         for band in self._bands:
             rows = (self._band, *band)
             for s in range(SAMPLES):
                 shift = (SAMPLE_X[s], SAMPLE_Y[s])
-                trace_band(*rows, self._items, count, self._look, faces, *shift, SUB_DEPTH, SUB_ID + s)
+                trace_band(*rows, self._items, count, self._look, faces, points, *shift, SUB_DEPTH, SUB_ID + s)
             blend_band(*rows, self._items, count, image, self.ids, self._colors)
 
     def _set_view(self, camera: SpatialCamera) -> None:
@@ -106,7 +107,6 @@ class PrimitiveRenderer:
         if len(self._items) < len(primitives.kind) or not len(self._items):
             self._items = as_records(np.zeros(len(primitives.kind) + 1, ITEM))
             self._spans = np.zeros((len(self._band), len(primitives.kind) + 1, 2), np.int64)
-        self._faces = np.concatenate([meshes.normal, meshes.offset[:, None]], axis=1).astype(np.float32)
         return prepare(self._items, primitives, meshes, self._view)
 
     def _find_pairs(self, count: int) -> tuple[int, int]:
@@ -117,6 +117,17 @@ class PrimitiveRenderer:
             self._shadows = as_records(np.zeros(max(2 * found[0], 64), PAIR))
             if len(self._contacts) > 1:
                 self._contacts = as_records(np.zeros(max(2 * found[1], 64), PAIR))
+
+
+def find_meshes(primitives: Primitives, meshes: Meshes) -> tuple[FloatArray | None, FloatArray | None]:
+    """Faces of hulls (v, 4) and points of heightfields (v, 3); None where there are none: less to compile."""
+    faces = points = None
+    if len(meshes.point):
+        if (primitives.kind == HULL).any():
+            faces = np.concatenate([meshes.normal, meshes.offset[:, None]], axis=1).astype(np.float32)
+        if (primitives.kind == HEIGHTFIELD).any():
+            points = meshes.point.astype(np.float32)
+    return faces, points
 
 
 def render_primitives(

@@ -14,6 +14,7 @@ Bounds = tuple[float, float, float, float]
 NO_BOUNDS: Bounds = (1e30, -1e30, 1e30, -1e30)  # left, right, bottom, top: x and y of the picture at depth 1
 ALL_BOUNDS: Bounds = (-1e30, 1e30, -1e30, 1e30)
 CONTACT_REACH = 0.8  # of the bounding radius
+GROUND_SHADE, MARK_SHADE = 0.74, 0.62  # linear light of a ground's darker squares, of other darker marks
 
 
 @njit
@@ -210,8 +211,9 @@ def set_colors(item: Any, red: float, green: float, blue: float) -> None:
     """Linear light of the colour and of its marks: white on dark and coloured things, dark on light ones."""
     item.red, item.green, item.blue = red * red, green * green, blue * blue
     light = 0.3 * item.red + 0.6 * item.green + 0.1 * item.blue
-    if item.kind == BOX or item.kind >= HULL or (item.kind == CAPSULE and item.ball == 0):
-        item.mark_red, item.mark_green, item.mark_blue = 0.62 * item.red, 0.62 * item.green, 0.62 * item.blue
+    if item.kind != CYLINDER and item.ball == 0:
+        shade = GROUND_SHADE if item.kind == PLANE or item.kind == HEIGHTFIELD else MARK_SHADE
+        item.mark_red, item.mark_green, item.mark_blue = shade * item.red, shade * item.green, shade * item.blue
     elif light < 0.55:
         item.mark_red, item.mark_green, item.mark_blue = 0.86, 0.86, 0.84
     else:

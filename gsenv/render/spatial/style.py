@@ -5,21 +5,21 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gsenv.render.theme import DEFAULT_THEME, Rgb
+from gsenv.render.theme import Rgb
 
 FloatArray = NDArray[np.float64]
 
-GROUND_COLOR: Rgb = (176, 185, 197)  # lighter squares of a plane; the darker ones follow
+GROUND_COLOR: Rgb = (172, 180, 191)  # lighter squares of a plane; the darker ones follow
 
 
 class Style(NamedTuple):
     """Everything about the look that is not a primitive; lengths in eye-to-target distances."""
 
-    horizon: Rgb = DEFAULT_THEME.sky_bottom
-    zenith: Rgb = (142, 182, 224)
-    sun: tuple[float, float, float] = (1.00, 0.95, 0.86)  # linear light
-    sky: tuple[float, float, float] = (0.42, 0.46, 0.54)
-    bounce: tuple[float, float, float] = (0.17, 0.165, 0.16)
+    horizon: Rgb = (236, 238, 240)
+    zenith: Rgb = (138, 178, 222)
+    sun: tuple[float, float, float] = (0.98, 0.92, 0.82)  # linear light
+    sky: tuple[float, float, float] = (0.44, 0.48, 0.56)
+    bounce: tuple[float, float, float] = (0.24, 0.23, 0.22)
     sun_side: tuple[float, float] = (-0.70, -0.72)
     sun_height: float = 1.35
     softness: float = 0.05  # half the sun's width, in rad

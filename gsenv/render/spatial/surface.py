@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gsenv.render.spatial.depth import Ray, find_ray, find_visible
-from gsenv.render.spatial.primitives import BOX, CAPSULE, CYLINDER, PLANE
+from gsenv.render.spatial.primitives import BOX, CAPSULE, CYLINDER, HEIGHTFIELD, HULL, PLANE
 from gsenv.render.spatial.records import (
     BLUE,
     DEPTH,
@@ -29,7 +29,10 @@ from gsenv.render.spatial.records import (
 from gsenv.solver.jit import inline_njit, njit
 
 BEVEL = f4(0.07)  # of the smallest half extent
+HULL_BEVEL = f4(0.035)
 MIN_BEVEL = f4(1.1)  # px
+FOOTPRINT = f4(1.2)  # px, of the checker's filter
+FARTHEST = f4(1e5)  # m
 STRIPE = f4(0.15)  # half width over a ball's radius
 HUB, SPOKE = f4(0.60), f4(0.085)  # of a cylinder's radius
 QUARTER = f4(0.30)  # strength of the marks on capsules and on the sides of cylinders
@@ -163,7 +166,7 @@ def paint_hull(
     ax, ay, az, bx, by, bz = ray
     ox, oy, oz = item.eye_x, item.eye_y, item.eye_z
     coat = find_coat(item)
-    least = BEVEL * min(item.size_x, min(item.size_y, item.size_z))
+    least = HULL_BEVEL * min(item.size_x, min(item.size_y, item.size_z))
     for j in range(first, last):
         lines[SUM_X, j] = lines[SUM_Y, j] = lines[SUM_Z, j] = ZERO
     for face in range(item.first, item.first + item.count):
@@ -191,27 +194,76 @@ def wave(x: Any) -> Any:
     return ONE - TWO * abs(part - HALF)
 
 
+@inline_njit
+def find_check(x: Any, y: Any, dx: Any, dy: Any, dz: Any, across: Any) -> Any:
+    """Share of the darker squares in the footprint of a pixel at (x, y), all in squares.
+
+    A box filter: no moire in the distance. The pixel is `across` wide, and longer along a flat ray (dx, dy, dz).
+    """
+    level = ONE / np.sqrt(max(dx * dx + dy * dy, TINY))
+    ux, uy = abs(dx * level), abs(dy * level)
+    along = min(across / max(-dz, f4(0.01)), f4(8.0))
+    fx, fy = max(ux * along + uy * across, f4(1e-3)), max(uy * along + ux * across, f4(1e-3))
+    px = (wave(x + HALF * fx) - wave(x - HALF * fx)) / fx
+    py = (wave(y + HALF * fy) - wave(y - HALF * fy)) / fy
+    return HALF - HALF * px * py
+
+
 @njit
 def paint_plane(lines: FloatArray, first: Any, last: Any, k: Any, item: Any, ray: Ray, pixel: Any, cell: Any) -> None:
-    """A checker of two shades, box filtered over the pixel's footprint: no moire in the distance."""
+    """A checker of two shades."""
     ax, ay, az, bx, by, bz = ray
     ox, oy = item.eye_x, item.eye_y
     coat = find_coat(item)
     scale = ONE / cell
     for j in range(first, last):
+        c, t = lines[PIXEL_X, j], min(lines[DEPTH, j], FARTHEST)
+        dx, dy, dz = ax + c * bx, ay + c * by, az + c * bz
+        mark = find_check((ox + t * dx) * scale, (oy + t * dy) * scale, dx, dy, dz, FOOTPRINT * pixel * t * scale)
+        store(lines, j, k, coat, ZERO, ZERO, ONE, mark)
+
+
+@njit
+def paint_field(
+    lines: FloatArray, first: Any, last: Any, k: Any, item: Any, ray: Ray, pixel: Any, cell: Any, points: FloatArray
+) -> None:
+    """Normals from the slopes of the samples around, smooth over the cells; a checker as on planes."""
+    ax, ay, az, bx, by, bz = ray
+    coat = find_coat(item)
+    scale = ONE / cell
+    columns, rows, start = item.columns, item.rows, item.first
+    end = start + columns * rows - 1
+    x0, y0 = points[start, 0], points[start, 1]
+    width, depth = points[end, 0] - x0, points[end, 1] - y0
+    per_x, per_y = f4(columns - 1) / width, f4(rows - 1) / depth
+    for j in range(first, last):
+        if lines[ID, j] != k:
+            continue
         c, t = lines[PIXEL_X, j], lines[DEPTH, j]
         dx, dy, dz = ax + c * bx, ay + c * by, az + c * bz
-        t = min(t, f4(1e5))
-        x, y = (ox + t * dx) * scale, (oy + t * dy) * scale
-        level = ONE / np.sqrt(max(dx * dx + dy * dy, TINY))
-        ux, uy = abs(dx * level), abs(dy * level)
-        across = f4(1.2) * pixel * t * scale
-        along = min(across / max(-dz, f4(0.01)), f4(8.0))
-        fx, fy = max(ux * along + uy * across, f4(1e-3)), max(uy * along + ux * across, f4(1e-3))
-        px = (wave(x + HALF * fx) - wave(x - HALF * fx)) / fx
-        py = (wave(y + HALF * fy) - wave(y - HALF * fy)) / fy
-        mark = HALF - HALF * px * py
-        store(lines, j, k, coat, ZERO, ZERO, ONE, mark)
+        x, y = item.eye_x + t * dx, item.eye_y + t * dy
+        u, v = min(max((x - x0) * per_x, ZERO), f4(columns - 1)), min(max((y - y0) * per_y, ZERO), f4(rows - 1))
+        slope_x, slope_y = find_slopes(points, start, columns, rows, u, v)
+        mark = find_check(x * scale, y * scale, dx, dy, dz, FOOTPRINT * pixel * t * scale)
+        store(lines, j, k, coat, -slope_x * per_x, -slope_y * per_y, ONE, mark)
+
+
+@njit
+def find_slopes(points: FloatArray, start: int, columns: int, rows: int, u: Any, v: Any) -> tuple[Any, Any]:
+    """Slopes (m for each cell) at (u, v) cells: central differences at the four samples, bilinear between them."""
+    i, j = min(np.int64(u), columns - 2), min(np.int64(v), rows - 2)
+    u, v = u - f4(i), v - f4(j)
+    slope_x, slope_y = ZERO, ZERO
+    for corner in range(4):
+        a, b = i + corner % 2, j + corner // 2
+        weight = (u if corner % 2 == 1 else ONE - u) * (v if corner // 2 == 1 else ONE - v)
+        west, east = max(a - 1, 0), min(a + 1, columns - 1)
+        south, north = max(b - 1, 0), min(b + 1, rows - 1)
+        rise_x = points[start + b * columns + east, 2] - points[start + b * columns + west, 2]
+        rise_y = points[start + north * columns + a, 2] - points[start + south * columns + a, 2]
+        slope_x += weight * rise_x / f4(east - west)
+        slope_y += weight * rise_y / f4(north - south)
+    return slope_x, slope_y
 
 
 @njit
@@ -223,6 +275,7 @@ def paint_band(
     count: int,
     looks: NDArray[np.void],
     faces: FloatArray | None,
+    points: FloatArray | None,
     spans: NDArray[np.int64],
 ) -> None:
     """Normals and colours of the rows start..end-1; in `spans` (row, item, 2) where each item shows."""
@@ -253,5 +306,7 @@ def paint_band(
                 paint_cylinder(lines, first, last, me, item, ray, step)
             elif item.kind == PLANE:
                 paint_plane(lines, first, last, me, item, ray, step, look.cell)
-            elif faces is not None:
+            elif faces is not None and item.kind == HULL:
                 paint_hull(lines, first, last, me, item, ray, step, faces)
+            elif points is not None and item.kind == HEIGHTFIELD:
+                paint_field(lines, first, last, me, item, ray, step, look.cell, points)
