@@ -1,0 +1,7 @@
+"""Software rendering in 3D: primitives become a uint8 image, ray by ray."""
+
+from gsenv.render.spatial.camera import SpatialCamera
+from gsenv.render.spatial.primitives import Primitives, make_primitives
+from gsenv.render.spatial.renderer import PrimitiveRenderer, render_primitives
+
+__all__ = ["PrimitiveRenderer", "Primitives", "SpatialCamera", "make_primitives", "render_primitives"]

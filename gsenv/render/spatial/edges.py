@@ -1,0 +1,78 @@
+"""Smooth edges: pixels whose samples see several things."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gsenv.render.spatial.depth import find_columns
+from gsenv.render.spatial.light import to_byte
+from gsenv.render.spatial.records import SAMPLES, SUB_ID, ZERO, FloatArray, f4
+from gsenv.solver.jit import njit
+
+# Places of the samples in a pixel: a rotated grid.
+SAMPLE_X = (f4(-0.125), f4(0.375), f4(-0.375), f4(0.125))
+SAMPLE_Y = (f4(-0.375), f4(-0.125), f4(0.125), f4(0.375))
+
+
+@njit
+def blend_band(
+    band: FloatArray,
+    start: int,
+    end: int,
+    items: NDArray[np.void],
+    count: int,
+    image: NDArray[np.uint8],
+    ids: NDArray[np.int32],
+    colors: FloatArray,
+) -> None:
+    """The rows start..end-1."""
+    for row in range(start, end):
+        first, last = find_columns(items, count, row)
+        blend_row(image, ids, colors, band[row - start], row, first, min(last, image.shape[1]))
+
+
+@njit
+def blend_row(
+    image: NDArray[np.uint8],
+    ids: NDArray[np.int32],
+    colors: FloatArray,
+    lines: FloatArray,
+    row: int,
+    first: int,
+    last: int,
+) -> None:
+    """Pixels whose samples see several things get the mean of the colours of neighbours that show them."""
+    height, width = ids.shape
+    for j in range(first, last):
+        mine = f4(ids[row, j])
+        same = True
+        for s in range(SAMPLES):
+            same &= lines[SUB_ID + s, j] == mine
+        if same:
+            continue
+        red = green = blue = ZERO
+        for s in range(SAMPLES):
+            seen = np.int32(lines[SUB_ID + s, j])
+            at_row, at = find_color(ids, row, j, seen, height, width)
+            red += colors[0, at_row, at]
+            green += colors[1, at_row, at]
+            blue += colors[2, at_row, at]
+        share = f4(1.0 / SAMPLES)
+        image[row, j, 0] = to_byte(red * share)
+        image[row, j, 1] = to_byte(green * share)
+        image[row, j, 2] = to_byte(blue * share)
+
+
+@njit
+def find_color(ids: NDArray[np.int32], row: int, j: int, seen: Any, height: int, width: int) -> tuple[int, int]:
+    """The nearest of the pixel and its eight neighbours that shows `seen`; the pixel itself if none does."""
+    if ids[row, j] == seen:
+        return row, j
+    for ring in range(1, 3):  # sides, then corners
+        for di in range(-1, 2):
+            for dj in range(-1, 2):
+                if abs(di) + abs(dj) == ring and 0 <= row + di < height and 0 <= j + dj < width:
+                    if ids[row + di, j + dj] == seen:
+                        return row + di, j + dj
+    return row, j
