@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -55,7 +54,12 @@ class OverField:
         self.manifold = as_records(np.zeros(1, manifold_dtype()))
 
     def contacts(
-        self, at: Any, rotation: Any = (1.0, 0.0, 0.0, 0.0), margin: float = 0.01, field: Pose | None = None, room: int = ROOM
+        self,
+        at: Any,
+        rotation: Any = (1.0, 0.0, 0.0, 0.0),
+        margin: float = 0.01,
+        field: Pose | None = None,
+        room: int = ROOM,
     ) -> Found:
         out = as_records(np.zeros(room, contact_dtype(3)))
         count = heightfield_contacts(
@@ -79,6 +83,3 @@ def field_over(function: Any, samples: int = 21, size: float = 4.0) -> Heightfie
     line = (np.arange(samples) / (samples - 1) - 0.5) * size
     x, y = np.meshgrid(line, line)
     return Heightfield(heights=function(x, y) + 0.0 * x, size=(size, size))
-
-
-SPACE = SimpleNamespace(flat=field_over(lambda x, y: 0.0))
