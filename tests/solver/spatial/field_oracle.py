@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -91,8 +92,13 @@ def outside_by(shape: Shape, p: Array) -> float:
     if isinstance(shape, Cylinder):
         across, along = np.hypot(p[0], p[1]) - shape.radius, abs(p[2]) - shape.half_length
         return float(min(max(across, along), 0.0) + np.hypot(max(across, 0.0), max(along, 0.0)))
-    planes = ConvexHull(corners_of(shape)).equations
+    planes = _planes(corners_of(shape).tobytes())
     return float((planes[:, :3] @ p + planes[:, 3]).max())
+
+
+@lru_cache
+def _planes(corners: bytes) -> Array:
+    return ConvexHull(np.frombuffer(corners).reshape(-1, 3)).equations
 
 
 def small_hull() -> Hull:

@@ -71,6 +71,17 @@ class OverField:
         parts = (np.array(out[name][:n]) for name in ("point", "normal", "separation", "feature"))
         return Found(*parts, float(self.manifold["separation"][0]))
 
+    def lowered(self, xy: Any, rotation: Any, by: float) -> Array:
+        """Where the shape is `by` m below first contact, coming down over a place."""
+        at = np.array([*xy, 1.0])
+        for _ in range(100):
+            distance = self.contacts(at, rotation, margin=3.0).deepest
+            if distance < 1e-9:
+                break
+            at[2] -= distance
+        at[2] -= by
+        return at
+
     def gap(self, at: Any, rotation: Any = (1.0, 0.0, 0.0, 0.0), margin: float = 1.0) -> tuple[Any, float]:
         return heightfield_gap(
             self.models, self.parameters, self.vertices, 0, 1, pose_at((0, 0, 0)), pose_at(at, rotation), margin,

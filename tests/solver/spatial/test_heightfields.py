@@ -88,7 +88,7 @@ def test_resting_flat_gives_few_spread_points() -> None:
 def test_on_a_ridge() -> None:
     for shape, rotation, height, low, high in (
         (Box(half_extents=(0.3, 0.2, 0.1)), (1, 0, 0, 0), 0.1, -0.15, 0.25),
-        (Cylinder(half_length=0.1, radius=0.2), (1, 0, 0, 0), 0.1, 0.05 - 0.2, 0.05 + 0.2),
+        (Cylinder(half_length=0.1, radius=0.2), (1, 0, 0, 0.2), 0.1, 0.05 - 0.2, 0.05 + 0.2),
         (Cylinder(half_length=0.2, radius=0.1), LYING, 0.1, -0.15, 0.25),
         (Capsule(half_length=0.2, radius=0.1), LYING, 0.1, -0.15, 0.25),
     ):
@@ -156,8 +156,7 @@ def test_normals_stay_between_those_of_the_faces_near(name: str) -> None:
     for _ in range(200):
         rotation = random_rotation(rng) if name != "cylinder" else LYING
         xy = rng.uniform(-1.0, 1.0, 2)
-        height = over.contacts((*xy, 1.0), rotation, margin=2.0).deepest
-        found = over.contacts((*xy, 1.0 - height - 0.002), rotation, margin=0.005)
+        found = over.contacts(over.lowered(xy, rotation, 0.002), rotation, margin=0.005)
         assert found.count > 0
         slope = -found.normal[:, :2] / found.normal[:, 2:]
         assert np.abs(slope + 0.1 * found.point[:, :2]).max() <= 0.1 * 0.1 + 1e-9, "a cell is 0.1 m"
@@ -204,17 +203,18 @@ def test_field_and_shape_moved_together() -> None:
     for name, shape in SHAPES.items():
         over = OverField(field, shape)
         rotation = random_rotation(rng)
-        height = over.contacts((0.1, 0.2, 1.0), rotation, margin=2.0).deepest
-        here = over.contacts((0.1, 0.2, 1.0 - height - 0.003), rotation)
+        place = over.lowered((0.1, 0.2), rotation, 0.003)
+        here = over.contacts(place, rotation)
         assert here.count > 0
         frame = pose_at((3.0, -4.0, 5.0), q := random_rotation(rng))
-        at = to_world(frame, (0.1, 0.2, float(1.0 - height - 0.003)))
+        at = to_world(frame, tuple(place.tolist()))
         there = over.contacts(at, product(q, rotation), field=frame)
         assert there.feature.tolist() == here.feature.tolist(), name
         assert there.separation == pytest.approx(here.separation, abs=1e-12)
         for k in range(here.count):
-            assert there.normal[k] == pytest.approx(rotate(frame, tuple(here.normal[k])), abs=1e-12)
-            assert there.point[k] == pytest.approx(to_world(frame, tuple(here.point[k])), abs=1e-11)
+            exact = 1e-7 if name in ("cylinder", "disc") else 1e-12  # a rim's direction is searched for
+            assert there.normal[k] == pytest.approx(rotate(frame, tuple(here.normal[k])), abs=exact)
+            assert there.point[k] == pytest.approx(to_world(frame, tuple(here.point[k])), abs=10 * exact)
 
 
 def product(p: Any, q: Any) -> Any:
@@ -278,8 +278,9 @@ def test_against_sampled_surfaces(ground: str, name: str) -> None:
             half = 0.5 * found.separation[i] * found.normal[i]
             local = rotation_matrix(rotation).T @ (found.point[i] + half - at)
             out = oracle.outside_by(shape, local)
-            # an end of a capsule may touch within the capsule; a side along a ridge is taken as parallel to 1e-3
-            assert out < 1e-3 if isinstance(shape, (Capsule, Cylinder)) else abs(out) < 1e-3
+            # an end of a capsule may touch within it, a peak in a hull be pushed past the border of a face
+            assert out < max(1e-3, -0.5 * found.separation[i])
+            assert out > -1e-3 or isinstance(shape, Capsule)
             if found.separation[i] > -0.03:
                 assert oracle.distance_to(faces, found.point[i] - half) < 1e-6
 

@@ -187,11 +187,18 @@ def round_on_peak(
     side = distance - body.radius
     beside = abs(high) < body.half_length and distance > 0.0
     d = scaled(out, 1.0 / distance) if distance > 0.0 else axis
-    slack = 0.0 if body.kind == CAPSULE else TILT
-    beside = beside and beyond_peak(vertices, grid, row, column, d) <= slack
+    beside = beside and beyond_peak(vertices, grid, row, column, d) <= 0.0
     if body.kind != CAPSULE:
         end = 1 if high > 0.0 else 0
         gap = abs(high) - body.half_length
+        if side > 0.0 and gap > 0.0:  # beyond the rim
+            away = sub(along(end_of(body, end), -body.radius, d), p)
+            length = norm(away)
+            away = unit(away)
+            if length <= margin and beyond_peak(vertices, grid, row, column, away) <= 0.0:
+                q = along(p, 0.5 * length, away)
+                return offer(scratch, total, q, away, length, feature + RIM + end)
+            return total
         push = scaled(axis, -1.0 if end else 1.0)
         if side <= 0.0 and (gap > side or not beside) and gap <= margin and gap >= -body.extent:
             if beyond_peak(vertices, grid, row, column, push) <= TILT:
