@@ -60,7 +60,7 @@ from gsenv.solver.spatial.narrowphase.spread import CHOSEN, choose, offer
 
 TILT = 0.1  # sine: a peak still holds a face that is tilted so far beyond its neighbours
 CROSSED = 1e-4  # sine: edges that are more parallel touch with their ends
-STEEPEST = 4.0  # a ridge may be so much deeper below an edge of the shape than below a face that is not at that edge
+STEEPEST = 2.0  # a ridge may be so much deeper below an edge of the shape than below a face that is not at that edge
 INDICES = 256  # corners, edges or faces of a shape, in the numbers of features
 SLOTS = 6  # of a sample: two faces, three edges, itself
 
@@ -300,7 +300,7 @@ def edge_on_fold(fold: Fold, body: Body, edge: int, margin: float, feature: int,
     across = uu * ww - uw * uw
     t = (dot(apart, u) * ww - dot(apart, w) * uw) / across  # along the ridge
     s = (dot(apart, u) * uw - dot(apart, w) * uu) / across  # along the shape's edge
-    if not (gap <= margin and gap >= -2.0 * body.extent and t >= 0.0 and t <= 1.0 and s >= 0.0 and s <= 1.0):
+    if not (gap <= margin and gap >= -body.extent and t >= 0.0 and t <= 1.0 and s >= 0.0 and s <= 1.0):
         return total
     on_ridge = along(fold.start, t, u)
     if (
@@ -339,7 +339,7 @@ def peak(
         if height > best and beyond_peak(vertices, grid, row, column, scaled(m, -1.0)) <= TILT:
             best = height
             face = f
-    if face < 0 or not (best <= margin and best >= -2.0 * body.extent):
+    if face < 0 or not (best <= margin and best >= -body.extent):
         return total
     m = vec(scratch[face].normal)
     if highest > 0.0:
