@@ -12,7 +12,23 @@ from gsenv.render.spatial.edges import SAMPLE_X, SAMPLE_Y, blend_band
 from gsenv.render.spatial.light import light_band
 from gsenv.render.spatial.pairs import find_pairs
 from gsenv.render.spatial.primitives import HEIGHTFIELD, HULL, Meshes, Primitives, check_primitives, read_meshes
-from gsenv.render.spatial.records import DEPTH, ID, ITEM, LANES, LINE_COUNT, LOOK, OPEN, PAIR, PIXEL_X, SAMPLES, SUB_DEPTH, SUB_ID, VIEW, ZERO, FloatArray
+from gsenv.render.spatial.records import (
+    DEPTH,
+    ID,
+    ITEM,
+    LANES,
+    LINE_COUNT,
+    LOOK,
+    OPEN,
+    PAIR,
+    PIXEL_X,
+    SAMPLES,
+    SUB_DEPTH,
+    SUB_ID,
+    VIEW,
+    ZERO,
+    FloatArray,
+)
 from gsenv.render.spatial.setup import prepare
 from gsenv.render.spatial.shadow import shade_band
 from gsenv.render.spatial.style import DEFAULT_STYLE, Style

@@ -391,6 +391,7 @@ def _grid(samples: Array) -> Array:
     entries = np.zeros(rows * columns, vertex_dtype())
     entries["position"] = samples.reshape(-1, 3)
     entries["vertex_count"][0] = rows * columns
+    entries["normal"][0] = (samples[..., 2].min(), samples[..., 2].max(), 0.0)  # of a field: its lowest and highest
     entries["columns"][0] = columns
     entries["rows"][0] = rows
     return entries

@@ -70,6 +70,7 @@ def sweep_fast_bodies(
     timestep: float,
     manifolds: Array,
     scratches: Array,
+    field_scratch: Array | None,
 ) -> int:
     """After a step: stop fast dynamic bodies at their time of impact; returns how many.
 
@@ -84,7 +85,7 @@ def sweep_fast_bodies(
         motion = motion_between(start[b], bodies[b], body_parameters[b])
         time = first_hit(
             b, motion, bodies, body_models, body_parameters, shape_models, shape_parameters,
-            vertices, geometry, exclusions, start, manifolds, scratches,
+            vertices, geometry, exclusions, start, manifolds, scratches, field_scratch,
         )  # fmt: skip
         if time < 1.0:
             put_back(bodies[b], start[b], motion, time)
@@ -149,6 +150,7 @@ def first_hit(
     start: Any,
     manifolds: Array,
     scratches: Array,
+    field_scratch: Array | None,
 ) -> float:
     """Part of the step after which a shape of body b hits something; 1 if none does."""
     time = 1.0
@@ -180,7 +182,7 @@ def first_hit(
                 continue
             time = hit_time(
                 shape_models, shape_parameters, vertices, k, other, pose, other_pose, motion, other_motion,
-                body_parameters[b].extent, time, manifolds, scratches,
+                body_parameters[b].extent, time, manifolds, scratches, field_scratch,
             )  # fmt: skip
     return time
 
@@ -200,6 +202,7 @@ def hit_time(
     latest: float,
     manifolds: Array,
     scratches: Array,
+    field_scratch: Array | None,
 ) -> float:
     """When shape a first hits shape b, both moving; `latest` if not before that.
 
@@ -212,7 +215,7 @@ def hit_time(
     for _ in range(MAX_ADVANCES):
         normal, separation = gap(
             shape_models, shape_parameters, vertices, a, b,
-            advanced(pose_a, motion, time), advanced(pose_b, motion_b, time), manifolds, scratches,
+            advanced(pose_a, motion, time), advanced(pose_b, motion_b, time), manifolds, scratches, field_scratch,
         )  # fmt: skip
         if not separation < np.inf:
             return latest
@@ -226,7 +229,7 @@ def hit_time(
             later = time + probe
             _, soon = gap(
                 shape_models, shape_parameters, vertices, a, b,
-                advanced(pose_a, motion, later), advanced(pose_b, motion_b, later), manifolds, scratches,
+                advanced(pose_a, motion, later), advanced(pose_b, motion_b, later), manifolds, scratches, field_scratch,
             )  # fmt: skip
             if (separation - soon) / probe * (1.0 - time) > separation + DEPTH * extent:
                 return time
@@ -252,6 +255,7 @@ def gap(
     pose_b: Pose,
     manifolds: Array,
     scratches: Array,
+    field_scratch: Array | None,
 ) -> tuple[Vec, float]:
     """(normal from a to b, separation in m) of two shapes at any distance."""
     routine = PAIR_TABLE[shape_models[a].kind, shape_models[b].kind]
@@ -259,10 +263,10 @@ def gap(
     if routine != FIELDS and routine != NONE:
         collide(shape_models, shape_parameters, vertices, a, b, pose_a, pose_b, 1e300, m, scratches[0])
         return vec(m.normal), m.separation
-    if vertices is not None:
+    if field_scratch is not None:
         if routine == FIELDS and shape_models[b].kind == HEIGHTFIELD:
             n, separation = heightfield_gap(
-                shape_models, shape_parameters, vertices, b, a, pose_b, pose_a, m, scratches[0]
+                shape_models, shape_parameters, vertices, b, a, pose_b, pose_a, m, field_scratch
             )
             return (-n[0], -n[1], -n[2]), separation
     return (0.0, 0.0, 1.0), np.inf

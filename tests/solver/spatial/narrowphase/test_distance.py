@@ -12,8 +12,22 @@ from gsenv.solver.model import Array
 from gsenv.solver.spatial.kinds import ShapeKind
 from gsenv.solver.spatial.narrowphase.table import FIELDS, NONE, PAIR_TABLE
 from tests.solver.spatial.narrowphase.pairs import (
-    Shape, best_separation, box, box_hull, capsule, contact_of, cylinder, hull, icosahedron, plane, random_hull,
-    reach, rotation, sphere, tetrahedron, turn,
+    Shape,
+    best_separation,
+    box,
+    box_hull,
+    capsule,
+    contact_of,
+    cylinder,
+    hull,
+    icosahedron,
+    plane,
+    random_hull,
+    reach,
+    rotation,
+    sphere,
+    tetrahedron,
+    turn,
 )  # fmt: skip
 
 Rng = np.random.Generator

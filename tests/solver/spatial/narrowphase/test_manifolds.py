@@ -7,8 +7,20 @@ import pytest
 
 from gsenv.solver.spatial.kinds import PLANE
 from tests.solver.spatial.narrowphase.pairs import (
-    Contact, Shape, best_separation, box, box_hull, capsule, contact_of, cylinder, icosahedron, plane, rotation,
-    sphere, tetrahedron, turn,
+    Contact,
+    Shape,
+    best_separation,
+    box,
+    box_hull,
+    capsule,
+    contact_of,
+    cylinder,
+    icosahedron,
+    plane,
+    rotation,
+    sphere,
+    tetrahedron,
+    turn,
 )  # fmt: skip
 
 LYING = turn((1, 0, 0), np.pi / 2)
