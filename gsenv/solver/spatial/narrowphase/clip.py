@@ -15,9 +15,9 @@ from numba import int64
 from numpy.typing import NDArray
 
 from gsenv.solver.jit import njit
-from gsenv.solver.spatial.math import Pose, Vec, add, scaled, tangents
+from gsenv.solver.spatial.math import Pose, Vec, scaled, tangents
 from gsenv.solver.spatial.narrowphase.features import find_feature
-from gsenv.solver.spatial.narrowphase.manifold import MAX_POINTS, add_point, clear_manifold, set_normal
+from gsenv.solver.spatial.narrowphase.manifold import MAX_POINTS, add_point, set_normal
 from gsenv.solver.spatial.narrowphase.scratch import CLIP_MAX
 from gsenv.solver.spatial.narrowphase.solids import Solid
 
@@ -25,7 +25,6 @@ Array = NDArray[Any]
 
 OVERHANG = 1e-6  # of a feature's size: what lies this little beside the other one still counts as on it
 PARALLEL = 0.05  # sine: lines nearer to parallel than this touch in two points
-NEAR = 0.01  # of the extent: a corner this near to the deepest point stands for it
 LEVEL = 5e-4  # of the width: flatter contacts need not hold their deepest point
 DEEP = 200.0  # m of width that a point gives up for 1 m of depth
 WITNESS = 127  # label of a point that is no corner of a feature
@@ -77,31 +76,6 @@ def touch(
         k = scratch.chosen[i]
         add_spot(m, t, s, n, origin, k, base + scratch.spot_label[k], scratch)
     return least
-
-
-@njit
-def touch_or_meet(
-    a: Solid,
-    pose_a: Pose,
-    b: Solid,
-    pose_b: Pose,
-    vertices: Array | None,
-    origin: Vec,
-    n: Vec,
-    separation: float,
-    middle: Vec,
-    margin: float,
-    m: Any,
-    scratch: Any,
-) -> None:
-    """`touch`, and where that finds nothing near the separation: the point `middle` between the nearest points."""
-    if not separation <= margin:
-        clear_manifold(m)
-        return
-    least = touch(a, pose_a, b, pose_b, vertices, origin, n, separation, margin, m, scratch)
-    if not least <= separation + NEAR * min(a.extent, b.extent):
-        m.count = min(m.count, MAX_POINTS - 1)
-        add_point(m, add(origin, middle), separation, int64(WITNESS))
 
 
 @njit

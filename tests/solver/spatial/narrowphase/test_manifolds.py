@@ -102,9 +102,11 @@ def test_points_lie_within_both_shapes_grown_by_the_margin() -> None:
     found = 0
     for a in makers:
         for shape in makers:
-            for _ in range(3):
-                b = shape.placed(0.45 * rng.normal(size=3), rotation(rng))
+            for _ in range(12):
+                b = shape.placed(0.6 * rng.normal(size=3), rotation(rng))
                 contact = contact_of(a, b, margin)
+                if contact.separation < -0.1:  # half-way between surfaces may be beyond the far side of a corner
+                    continue
                 found += contact.count
                 for p, gap in zip(contact.point, contact.gap, strict=True):
                     assert gap <= margin
@@ -112,7 +114,7 @@ def test_points_lie_within_both_shapes_grown_by_the_margin() -> None:
                     # the shapes' features are polygons that stand for discs, hence the slack
                     assert lies_near(p, a, margin + 0.01, rng)
                     assert lies_near(p, b, margin + 0.01, rng)
-    assert found > 100
+    assert found > 50
 
 
 @pytest.mark.nojit
