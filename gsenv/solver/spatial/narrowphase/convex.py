@@ -41,10 +41,11 @@ def face_direction(
 
 @njit
 def core_direction(
-    a: Solid, pose_a: Pose, b: Solid, pose_b: Pose, vertices: Array | None, n: Vec, best: float, scratch: Any
-) -> tuple[Vec, float, Vec]:
+    a: Solid, pose_a: Pose, b: Solid, pose_b: Pose, vertices: Array | None, n: Vec, best: float, margin: float,
+    scratch: Any,
+) -> tuple[Vec, float, Vec]:  # fmt: skip
     """(normal, separation, half-way between the nearest or deepest points); `best` along n where that is no worse."""
-    apart, p, q = nearest_of_cores(a, pose_a, b, pose_b, vertices, n, scratch)
+    apart, p, q = nearest_of_cores(a, pose_a, b, pose_b, vertices, n, margin + a.grown + b.grown, scratch)
     if apart:
         other = unit(sub(q, p))
         separation = separation_along(a, pose_a, b, pose_b, vertices, other)

@@ -118,7 +118,7 @@ def collide_solids(
     if routine == CONVEX:
         if least <= separation + SAME * extent:
             return
-        n, separation, middle = core_direction(a, pose_a, b, pose_b, vertices, n, separation, scratch)
+        n, separation, middle = core_direction(a, pose_a, b, pose_b, vertices, n, separation, margin, scratch)
         if not separation <= margin:
             clear_manifold(m)
             return
