@@ -61,7 +61,7 @@ from gsenv.solver.spatial.narrowphase.spread import CHOSEN, choose, offer
 
 TILT = 0.1  # sine: a peak still holds a face that is tilted so far beyond its neighbours
 CROSSED = 1e-4  # sine: edges that are more parallel touch with their ends
-STEEPEST = 2.0  # a ridge may be so much deeper below an edge of the shape than below a face that is not at that edge
+STEEPEST = 4.0  # a ridge may be so much deeper below an edge of the shape than below a face that is not at that edge
 INDICES = 256  # corners, edges or faces of a shape, in the numbers of features
 SLOTS = 6  # of a sample: two faces, three edges, itself
 
