@@ -29,7 +29,7 @@ class Found(NamedTuple):
     deepest: float
 
     @property
-    def count(self) -> int:
+    def number(self) -> int:
         return len(self.separation)
 
 
@@ -68,8 +68,10 @@ class OverField:
         )  # fmt: skip
         self.total = count
         n = min(count, room)
-        parts = (np.array(out[name][:n]) for name in ("point", "normal", "separation", "feature"))
-        return Found(*parts, float(self.manifold["separation"][0]))
+        point, normal, separation, feature = (
+            np.array(out[f][:n]) for f in ("point", "normal", "separation", "feature")
+        )
+        return Found(point, normal, separation, feature, float(self.manifold["separation"][0]))
 
     def lowered(self, xy: Any, rotation: Any, by: float) -> Array:
         """Where the shape is `by` m below first contact, coming down over a place."""

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from gsenv.solver.spatial.math import rotate, to_world
+from gsenv.solver.spatial.narrowphase.heightfields import STEEPEST
 from gsenv.solver.spatial.shapes import Box, Capsule, Cylinder, Hull, Shape, Sphere, rotation_matrix
 from tests.solver.spatial import field_oracle as oracle
 from tests.solver.spatial.field_scene import OverField, field_over, pose_at
@@ -43,7 +44,7 @@ def test_sphere_on_a_tilted_plane_at_any_place() -> None:
         foot = np.array([*foot, 0.3 * foot[0] - 0.2 * foot[1]])
         gap = rng.uniform(-0.25, 0.009)
         found = over.contacts(foot + n * (0.3 + gap))
-        assert found.count == 1
+        assert found.number == 1
         assert found.normal[0] == pytest.approx(n, abs=1e-12)
         assert found.separation[0] == pytest.approx(gap, abs=1e-12)
         assert found.point[0] == pytest.approx(foot + 0.5 * gap * n, abs=1e-12)
@@ -54,7 +55,7 @@ def test_a_ball_in_a_valley_touches_both_sides() -> None:
     over = OverField(field_over(lambda x, y: 0.5 * abs(x)), Sphere(radius=0.3))
     slope = np.sqrt(1.25)
     found = over.contacts((0.0, 0.05, 0.3 * slope - 0.001))
-    assert found.count == 2
+    assert found.number == 2
     assert np.sort(found.normal[:, 0]) == pytest.approx([-0.5 / slope, 0.5 / slope])
     assert found.separation == pytest.approx([-0.001 / slope] * 2)
 
@@ -72,7 +73,7 @@ def test_resting_flat_gives_few_spread_points() -> None:
     for shape, rotation, height, count, area in cases:
         for gap in (-0.002, 0.0, 0.003):
             found = OverField(FLAT, shape).contacts((0.13, 0.07, height + gap), rotation)
-            assert found.count == count, shape
+            assert found.number == count, shape
             assert found.separation == pytest.approx([gap] * count, abs=1e-12)
             assert np.abs(found.normal - UP).max() < 1e-12
             if area:
@@ -95,23 +96,23 @@ def test_on_a_ridge() -> None:
         for gap in (-0.001, 0.002):
             found = OverField(RIDGE, shape).contacts((0.0, 0.05, height + gap), rotation)
             assert np.abs(found.normal - UP).max() < 1e-9
-            assert found.separation == pytest.approx([gap] * found.count, abs=1e-12)
-            assert found.point[:, 0] == pytest.approx([0.0] * found.count, abs=1e-9)
+            assert found.separation == pytest.approx([gap] * found.number, abs=1e-12)
+            assert found.point[:, 0] == pytest.approx([0.0] * found.number, abs=1e-9)
             assert (found.point[:, 1].min(), found.point[:, 1].max()) == pytest.approx((low, high), abs=1e-9)
     across = OverField(RIDGE, Capsule(half_length=0.2, radius=0.1)).contacts((0.03, 0.05, 0.099), (1, 0, 1, 0))
-    assert across.count == 1
+    assert across.number == 1
     assert across.point[0] == pytest.approx((0.0, 0.05, -0.0005))
 
 
 def test_a_box_standing_on_its_corner_and_on_its_edge() -> None:
     over = OverField(FLAT, Box(half_extents=(0.2, 0.2, 0.2)))
     on_edge = over.contacts((0.03, 0.04, 0.2 * np.sqrt(2.0) - 0.001), (np.cos(np.pi / 8), np.sin(np.pi / 8), 0, 0))
-    assert on_edge.count == 2
+    assert on_edge.number == 2
     assert on_edge.separation == pytest.approx([-0.001] * 2)
     tilt = 0.5 * np.arccos(1.0 / np.sqrt(3.0))
     axis = np.array([1.0, -1.0, 0.0]) / np.sqrt(2.0) * np.sin(tilt)
     on_corner = over.contacts((0.03, 0.04, 0.2 * np.sqrt(3.0) - 0.001), (np.cos(tilt), *axis))
-    assert on_corner.count == 1
+    assert on_corner.number == 1
     assert on_corner.separation[0] == pytest.approx(-0.001)
 
 
@@ -120,11 +121,11 @@ def test_beside_a_cliff() -> None:
     step = field_over(lambda x, y: np.where(x < -1e-9, 1.0, 0.0), samples=401, size=4.0)  # wall from x = -0.01 to 0
     over = OverField(step, Box(half_extents=(0.2, 0.2, 0.2)))
     held = over.contacts((-0.06, 0.003, 1.2 - 0.001))
-    assert held.normal[:, 2] == pytest.approx(np.ones(held.count), abs=1e-9)
-    assert held.separation == pytest.approx([-0.001] * held.count, abs=1e-9)
+    assert held.normal[:, 2] == pytest.approx(np.ones(held.number), abs=1e-9)
+    assert held.separation == pytest.approx([-0.001] * held.number, abs=1e-9)
     assert np.ptp(held.point[:, 0]) == pytest.approx(0.26 - 0.01, abs=1e-9)
     beside = over.contacts((0.2 - 0.001, 0.003, 0.5))
-    assert beside.count > 0
+    assert beside.number > 0
     assert beside.normal[:, 0].min() > 0.99
     assert (beside.separation > -0.011).all()
 
@@ -142,7 +143,7 @@ def test_no_inner_edges_on_flat_ground(name: str) -> None:
         low = over.contacts((0, 0, 0.0), rotation, margin=5.0).separation.min()
         at = (*rng.uniform(-1.4, 1.4, 2), -low - 0.004)
         found = over.contacts(at, rotation)
-        assert found.count > 0
+        assert found.number > 0
         assert np.abs(found.normal - UP).max() < 1e-12
         assert found.deepest == pytest.approx(-0.004, abs=1e-9)
 
@@ -153,11 +154,11 @@ def test_normals_stay_between_those_of_the_faces_near(name: str) -> None:
     field = field_over(lambda x, y: -0.05 * (x * x + y * y), samples=41)
     over = OverField(field, SHAPES[name])
     rng = np.random.default_rng(4)
-    for _ in range(200):
+    for _ in range(60):
         rotation = random_rotation(rng) if name != "cylinder" else LYING
         xy = rng.uniform(-1.0, 1.0, 2)
         found = over.contacts(over.lowered(xy, rotation, 0.002), rotation, margin=0.005)
-        assert found.count > 0
+        assert found.number > 0
         slope = -found.normal[:, :2] / found.normal[:, 2:]
         assert np.abs(slope + 0.1 * found.point[:, :2]).max() <= 0.1 * 0.1 + 1e-9, "a cell is 0.1 m"
 
@@ -166,7 +167,7 @@ def test_outside_of_the_rectangle_is_nothing() -> None:
     for shape in SHAPES.values():
         over = OverField(FLAT, shape)
         for at in ((2.5, 0.0, 0.0), (0.0, -2.6, 0.01), (0.0, 0.0, 0.7), (9.0, 9.0, -1.0)):
-            assert over.contacts(at).count == 0
+            assert over.contacts(at).number == 0
             assert over.gap(at, margin=0.01)[1] == np.inf
 
 
@@ -174,9 +175,9 @@ def test_open_from_behind() -> None:
     """What is wholly below is not pulled up, and what went in a little comes out upwards."""
     for shape in SHAPES.values():
         over = OverField(FLAT, shape)
-        assert over.contacts((0.1, 0.2, -0.6)).count == 0
+        assert over.contacts((0.1, 0.2, -0.6)).number == 0
         slightly = over.contacts((0.1, 0.2, 0.05))
-        assert slightly.count > 0
+        assert slightly.number > 0
         assert (slightly.normal[:, 2] > 0.9).all()
 
 
@@ -184,14 +185,14 @@ def test_over_the_border() -> None:
     """Half of a box beyond the rectangle is carried by the border; nothing pushes it sideways."""
     over = OverField(FLAT, Box(half_extents=(0.3, 0.2, 0.1)))
     found = over.contacts((1.95, 0.05, 0.099))
-    assert found.normal == pytest.approx(np.tile(UP, (found.count, 1)))
+    assert found.normal == pytest.approx(np.tile(UP, (found.number, 1)))
     assert (found.point[:, 0].min(), found.point[:, 0].max()) == pytest.approx((1.65, 2.0))
 
 
 def test_not_a_number_touches_nothing() -> None:
     for shape in SHAPES.values():
         found = OverField(FLAT, shape).contacts((np.nan, 0.0, 0.1))
-        assert found.count == 0
+        assert found.number == 0
 
 
 # ---------------------------------------------------------------- moved, sorted, short of room
@@ -205,13 +206,13 @@ def test_field_and_shape_moved_together() -> None:
         rotation = random_rotation(rng)
         place = over.lowered((0.1, 0.2), rotation, 0.003)
         here = over.contacts(place, rotation)
-        assert here.count > 0
+        assert here.number > 0
         frame = pose_at((3.0, -4.0, 5.0), q := random_rotation(rng))
         at = to_world(frame, tuple(place.tolist()))
         there = over.contacts(at, product(q, rotation), field=frame)
         assert there.feature.tolist() == here.feature.tolist(), name
         assert there.separation == pytest.approx(here.separation, abs=1e-12)
-        for k in range(here.count):
+        for k in range(here.number):
             exact = 1e-7 if name in ("cylinder", "disc") else 1e-12  # a rim's direction is searched for
             assert there.normal[k] == pytest.approx(rotate(frame, tuple(here.normal[k])), abs=exact)
             assert there.point[k] == pytest.approx(to_world(frame, tuple(here.point[k])), abs=10 * exact)
@@ -228,7 +229,7 @@ def test_room_for_fewer_contacts() -> None:
     over = OverField(FLAT, SHAPES["box"])
     whole = over.contacts((0.1, 0.2, 0.149))
     short = over.contacts((0.1, 0.2, 0.149), room=2)
-    assert over.total == whole.count == 4
+    assert over.total == whole.number == 4
     assert short.point.tolist() == whole.point[:2].tolist()
 
 
@@ -238,9 +239,9 @@ def test_features_are_sorted_and_differ(name: str) -> None:
     over = OverField(field_over(lambda x, y: rng.normal(size=x.shape) * 0.05), SHAPES[name])
     for _ in range(100):
         found = over.contacts((*rng.uniform(-1, 1, 2), 0.15), random_rotation(rng), margin=0.05)
-        assert found.count <= 16
+        assert found.number <= 16
         assert (np.diff(found.feature) > 0).all()
-        assert np.linalg.norm(found.normal, axis=1) == pytest.approx(np.ones(found.count))
+        assert np.linalg.norm(found.normal, axis=1) == pytest.approx(np.ones(found.number))
 
 
 # ---------------------------------------------------------------- against sampling
@@ -274,12 +275,12 @@ def test_against_sampled_surfaces(ground: str, name: str) -> None:
             assert found.deepest > 0.0
         bound = over.gap(at, rotation)[1]
         assert bound <= max(deeper, 0.0) + 1e-9, "never more than the fall to the first sample that touches"
-        for i in range(found.count):
+        for i in range(found.number):
             half = 0.5 * found.separation[i] * found.normal[i]
             local = rotation_matrix(rotation).T @ (found.point[i] + half - at)
             out = oracle.outside_by(shape, local)
             # an end of a capsule may touch within it, a peak in a hull be pushed past the border of a face
-            assert out < max(1e-3, -0.5 * found.separation[i])
+            assert out < 1e-3 - (1.0 - 1.0 / STEEPEST) * min(found.separation[i], 0.0)
             assert out > -1e-3 or isinstance(shape, Capsule)
             if found.separation[i] > -0.03:
                 assert oracle.distance_to(faces, found.point[i] - half) < 1e-6

@@ -146,6 +146,8 @@ def rim_on_fold(fold: Fold, body: Body, margin: float, feature: int, scratch: An
     gap_x = rim_gap(fold, body, between(fold, x))[0]
     gap_y = rim_gap(fold, body, between(fold, y))[0]
     for _ in range(SECTIONS):
+        if max(gap_x, gap_y) > margin:  # and the greatest is no less
+            return total
         if gap_x > gap_y:
             high, y, gap_y = y, x, gap_x
             x = high - GOLDEN * (high - low)
