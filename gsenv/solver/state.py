@@ -71,15 +71,16 @@ def _factor_scratch(model: Model) -> tuple[Array, Array]:
 
 
 def narrow_scratch(model: Model) -> tuple[Array | None, ...]:
-    """A manifold, what it is made with, and what heightfields need; of space."""
-    from .spatial.kinds import HEIGHTFIELD
+    """A manifold, what it is made with, what heightfields need, and whether there are curved or many-faced shapes."""
+    from .spatial.kinds import CYLINDER, HEIGHTFIELD, HULL
     from .spatial.narrowphase.manifold import manifold_dtype
     from .spatial.narrowphase.scratch import scratch_dtype
     from .spatial.narrowphase.spread import SCRATCH_SIZE, field_scratch_dtype
 
     fields = bool((model.shapes["kind"] == HEIGHTFIELD).any())
     field = np.zeros(SCRATCH_SIZE, field_scratch_dtype()) if fields else None
-    return np.zeros(1, manifold_dtype()), np.zeros(1, scratch_dtype()), field
+    convex = np.isin(model.shapes["kind"], (CYLINDER, HULL)).any()  # what GJK and EPA are for
+    return np.zeros(1, manifold_dtype()), np.zeros(1, scratch_dtype()), field, np.ones(1) if convex else None
 
 
 class Workspace:

@@ -17,7 +17,8 @@ from .optional import as_records
 from .options import Options
 from .parameters import Parameters
 from .scene import Handle, Scene, find
-from .sensors import ALL_BITS, RayHits, cast_rays, read_sensors
+from .check import ALL_BITS
+from .sensors import RayHits, cast_rays, read_sensors
 from .state import Snapshot, State, Workspace, first_contact_capacity, take_snapshot
 
 _Call = tuple[tuple[int, int], Callable[..., Any], tuple[Any, ...]]

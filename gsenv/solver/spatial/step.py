@@ -67,6 +67,7 @@ def step_world(
     manifold: Any,
     clip: Any,
     field: Any,
+    convex: Any,
 ) -> Any:
     """One step of world ``w``. The arrays are as in step_worlds."""
     dt = options.timestep
@@ -118,6 +119,7 @@ def step_world(
         manifold,
         clip,
         field,
+        convex,
     )
     if found_count > len(found):
         return MORE_CONTACTS, found_count
@@ -219,6 +221,7 @@ def step_world(
             manifold,
             clip,
             field,
+            convex,
         )
     if joint_models is not None:
         release_disabled(bodies[w], body_parameters[w], motions)
@@ -273,6 +276,7 @@ def step_worlds(
     manifold: Any,
     clip: Any,
     field: Any,
+    convex: Any,
 ) -> Any:
     """Step worlds first..last-1 until each has taken ``until[w]`` steps.
 
@@ -326,6 +330,7 @@ def step_worlds(
                 manifold,
                 clip,
                 field,
+                convex,
             )
             if status != OK:
                 return status, needed

@@ -39,11 +39,12 @@ def find_contacts(
     manifolds: Array,
     scratches: Array,
     field_scratch: Array | None,
+    convex: Any,
 ) -> int:
     """Fill `contacts` for the first `pair_count` pairs, sorted as they are; returns how many.
 
     As planar/narrowphase/find.py; `manifolds`, `scratches` (1,) are scratch; `field_scratch`: None in a scene
-    without heightfields.
+    without heightfields, `convex` in one without cylinders and hulls.
     """
     count = int64(0)  # not a literal: callees would be compiled for that as well
     m = manifolds[0]
@@ -65,13 +66,13 @@ def find_contacts(
         else:
             pose_a = pose_in(geometry[a])
             pose_b = pose_in(geometry[b])
-            collide(shape_models, shape_parameters, vertices, a, b, pose_a, pose_b, margin, m, scratch)
+            collide(shape_models, shape_parameters, vertices, a, b, pose_a, pose_b, margin, m, scratch, convex)
             if not m.separation <= margin:
                 continue
             if m.separation > BASE_MARGIN * extent or (m.count == 0 and m.separation > 0.0):
                 look_ahead(
                     bodies, body_models, body_parameters, shape_models, shape_parameters, vertices, a, b, pose_a,
-                    pose_b, gravity, timestep, margin, extent, m, scratch,
+                    pose_b, gravity, timestep, margin, extent, m, scratch, convex,
                 )  # fmt: skip
             count = write_points(m, contacts, count)
         for k in range(start, min(count, len(contacts))):
@@ -99,6 +100,7 @@ def look_ahead(
     extent: float,
     m: Any,
     scratch: Any,
+    convex: Any,
 ) -> None:
     """A manifold to come becomes that of the moment of contact.
 
@@ -111,7 +113,7 @@ def look_ahead(
     near = m.separation <= min(together, extent)
     outcome = predict(
         bodies, body_models, body_parameters, shape_models, shape_parameters, vertices, a, b, pose_a, pose_b,
-        gravity, timestep, margin, TOUCHING * extent, m, scratch,
+        gravity, timestep, margin, TOUCHING * extent, m, scratch, convex,
     )  # fmt: skip
     if outcome == MEET:
         return
@@ -119,7 +121,7 @@ def look_ahead(
     if not near and jointed == 0:
         clear_manifold(m)
     elif outcome == MISS:
-        collide(shape_models, shape_parameters, vertices, a, b, pose_a, pose_b, margin, m, scratch)
+        collide(shape_models, shape_parameters, vertices, a, b, pose_a, pose_b, margin, m, scratch, convex)
 
 
 @njit

@@ -36,6 +36,7 @@ def predict(
     touching: float,
     m: Any,
     scratch: Any,
+    convex: Any,
 ) -> int:
     """Manifold at the time of contact, told for the present: MEET, or MISS, when m is of no use any more.
 
@@ -60,7 +61,7 @@ def predict(
         time += m.separation / speed
         collide(
             shape_models, shape_parameters, vertices, a, b,
-            advanced(pose_a, motion_a, time), advanced(pose_b, motion_b, time), margin, m, scratch,
+            advanced(pose_a, motion_a, time), advanced(pose_b, motion_b, time), margin, m, scratch, convex,
         )  # fmt: skip
         if m.separation <= touching:
             break

@@ -56,12 +56,13 @@ def collide(
     margin: float,
     m: Any,
     scratch: Any,
+    convex: Any,
 ) -> None:
     """Fill the manifold m of shapes a and b at the given poses in the world; not for FIELDS and NONE.
 
     `shape_models`, `shape_parameters` (shape,); `vertices` (vertex,) or None in a scene without hulls and
     heightfields; `margin` in m; m a record of `manifold_dtype`, `scratch` one of `scratch_dtype`.
-    Points come in ascending order of their features.
+    Points come in ascending order of their features. `convex`: None in a scene without cylinders and hulls.
     """
     kind_a = int64(shape_models[a].kind)
     kind_b = int64(shape_models[b].kind)
@@ -77,7 +78,7 @@ def collide(
     if routine == PLANES:
         collide_plane(pose_a, other, pose_b, vertices, margin, m, scratch)
     else:
-        collide_solids(routine, one, pose_a, other, pose_b, vertices, margin, m, scratch)
+        collide_solids(routine, one, pose_a, other, pose_b, vertices, margin, m, scratch, convex)
     if swapped:
         flip_manifold(m)
     if m.count > 1:
@@ -87,7 +88,7 @@ def collide(
 @njit
 def collide_solids(
     routine: int, a: Solid, pose_a: Pose, b: Solid, pose_b: Pose, vertices: Array | None, margin: float,
-    m: Any, scratch: Any,
+    m: Any, scratch: Any, convex: Any,
 ) -> None:  # fmt: skip
     """First the normal, each pair of kinds its own way, then the points, all the same way."""
     origin = pose_a.at  # all counts from here: the world's origin may be far away
@@ -95,11 +96,12 @@ def collide_solids(
     pose_b = from_origin(pose_b, origin)
     extent = min(a.extent, b.extent)
     by_edges, edges, edges_decide = -np.inf, int64(0), False
+    n, separation, middle = pose_a.z, np.inf, pose_a.at
     if routine == BOXES:
         n, separation, by_edges, edges, edges_decide, middle = boxes_direction(a, pose_a, b, pose_b, margin)
     elif routine == ROUND:
         n, separation, middle = round_direction(a, pose_a, b, pose_b)
-    else:
+    elif convex is not None:
         n, separation = face_direction(a, pose_a, b, pose_b, vertices)
         middle = n
     if not max(separation, by_edges) <= margin:
@@ -115,14 +117,15 @@ def collide_solids(
             elif separation <= 0.0:  # deep and beside the faces
                 add_point(m, add(origin, middle), separation, int64(WITNESS))
         return
-    if routine == CONVEX:
-        if least <= separation + SAME * extent:
-            return
-        n, separation, middle = core_direction(a, pose_a, b, pose_b, vertices, n, separation, margin, scratch)
-        if not separation <= margin:
-            clear_manifold(m)
-            return
-        least = touch(a, pose_a, b, pose_b, vertices, origin, n, separation, margin, m, scratch)
+    if convex is not None:
+        if routine == CONVEX:
+            if least <= separation + SAME * extent:
+                return
+            n, separation, middle = core_direction(a, pose_a, b, pose_b, vertices, n, separation, margin, scratch)
+            if not separation <= margin:
+                clear_manifold(m)
+                return
+            least = touch(a, pose_a, b, pose_b, vertices, origin, n, separation, margin, m, scratch)
     if not least <= separation + NEAR * extent:
         m.count = min(m.count, MAX_POINTS - 1)
         add_point(m, add(origin, middle), separation, int64(WITNESS))
