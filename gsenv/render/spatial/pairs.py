@@ -74,7 +74,7 @@ def find_shadow(receiver: Any, occluder: Any, view: Any) -> Bounds:
 def find_vicinity(receiver: Any, occluder: Any, view: Any) -> Bounds:
     """Picture of what lies within the occluder's reach; of a plane, that part of the receiver."""
     bounds = NO_BOUNDS
-    box, reach = occluder, occluder.reach
+    box, reach = occluder, 2.0 * occluder.reach  # from a probe that is itself one reach away
     if occluder.kind == PLANE:
         box = receiver
         nearest = 1e30
