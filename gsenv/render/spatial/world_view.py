@@ -16,7 +16,7 @@ FloatArray = NDArray[np.float64]
 class ShapeTable(NamedTuple):
     """What never changes; (shape,) arrays without the sensors."""
 
-    index: NDArray[np.int64]  # among all shapes
+    number: NDArray[np.int64]  # among all shapes
     kind: NDArray[np.int32]
     body: NDArray[np.int32]
     vertex_first: NDArray[np.int32]
@@ -54,7 +54,7 @@ def read_table(world: Any) -> ShapeTable:
     alone = np.bincount(shapes["body"], minlength=len(world.model.bodies))[body] == 1
     mark = np.where((kind == SPHERE) & ~alone, PLAIN, MARKED)
     return ShapeTable(
-        index=index,
+        number=index,
         kind=np.ascontiguousarray(kind, np.int32),
         body=np.ascontiguousarray(body, np.int32),
         vertex_first=np.ascontiguousarray(shapes["vertex_first"][index], np.int32),
@@ -76,7 +76,7 @@ def find_colors(kind: NDArray[Any], body: NDArray[Any], static: NDArray[np.bool_
 def read_primitives(world: Any, index: int, table: ShapeTable) -> Primitives:
     """Shapes of one world, where they are now."""
     bodies, states = world.parameters.bodies[index], world.state.bodies[index]
-    shapes = world.parameters.shapes[index][table.index]
+    shapes = world.parameters.shapes[index][table.number]
     rotation = states["rotation"][table.body]
     local = shapes["local_position"] - bodies["center"][table.body]
     enabled = (shapes["enabled"] != 0) & (bodies["enabled"] != 0)[table.body]

@@ -1,5 +1,7 @@
 """3D cameras."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -52,7 +54,7 @@ def test_looking_straight_down_works() -> None:
         ({"width": 0}, "at least 1 px"),
     ],
 )
-def test_bad_cameras_get_one_sentence(change: dict[str, object], message: str) -> None:
+def test_bad_cameras_get_one_sentence(change: dict[str, Any], message: str) -> None:
     camera = SpatialCamera((1.0, 0.0, 0.0), (0.0, 0.0, 0.0))._replace(**change)
     with pytest.raises(ValueError, match=message):
         camera.axes()

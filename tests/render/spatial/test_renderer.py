@@ -10,7 +10,6 @@ from gsenv.render.spatial import PrimitiveRenderer, Primitives, SpatialCamera, m
 from gsenv.render.spatial.primitives import BOX, CAPSULE, CYLINDER, HEIGHTFIELD, HULL, PLANE, SPHERE
 from gsenv.render.spatial.renderer import QUALITIES
 from gsenv.render.spatial.style import DEFAULT_STYLE
-
 from tests.render.spatial import oracles
 
 WIDTH, HEIGHT = 150, 110  # no multiple of 8
@@ -138,7 +137,7 @@ def test_the_shadow_of_a_sphere_lies_in_the_sunlight_behind_it(quality: str) -> 
     """On the plane it is the ellipse of points nearer than the radius to the sun's ray through the middle."""
     at, radius = np.array([-0.2, 0.1, 0.8]), 0.4
     ground, _ = draw(make_primitives([PLANE], [(0, 0, 0)]), quality=quality)
-    image, ids = draw(make_primitives([PLANE, SPHERE], [(0, 0, 0), at], radius=[0.0, radius]), quality=quality)
+    image, ids = draw(make_primitives([PLANE, SPHERE], np.stack([0 * at, at]), radius=[0.0, radius]), quality=quality)
     sun = DEFAULT_STYLE.find_sun()
     rays, eye = oracles.find_rays(CAMERA), np.array(CAMERA.eye)
     points = eye - (eye[2] / np.minimum(rays[..., 2], -1e-9))[..., None] * rays
@@ -160,7 +159,8 @@ def test_shadows_are_those_of_the_shapes(kind: int) -> None:
     """Sharp shadows on the plane against the oracle's least distance along the way to the sun."""
     at, vertices = np.array([-0.3, 0.2, 1.1]), oracles.make_octahedron(0.6)
     ground, _ = draw(make_primitives([PLANE], [(0, 0, 0)]))
-    scene = make_primitives([PLANE, kind], [(0, 0, 0), at], [(1, 0, 0, 0), TURN], [SIZE, SIZE], [0.0, 0.4])
+    rotation = np.stack([np.eye(4)[0], TURN])
+    scene = make_primitives([PLANE, kind], np.stack([0 * at, at]), rotation, [SIZE, SIZE], [0.0, 0.4])
     image, ids = draw(scene, vertices)
     rays, eye = oracles.find_rays(CAMERA), np.array(CAMERA.eye)
     points = eye - (eye[2] / np.minimum(rays[..., 2], -1e-9))[..., None] * rays
@@ -200,7 +200,8 @@ def test_edges_are_smooth_only_at_high_quality() -> None:
     """A bright box before the sky: the outline's pixels are mixtures."""
     scene = make_primitives([BOX], [(0, 0, 0.4)], [TURN], [SIZE], color=[(0, 0, 0)])
     camera = CAMERA._replace(target=(0.0, 0.0, 0.4))
-    steps = [np.abs(np.diff(render_primitives(camera, scene, None, q).sum(2).astype(int), axis=1)) for q in QUALITIES]
+    both: tuple[Any, ...] = QUALITIES
+    steps = [np.abs(np.diff(render_primitives(camera, scene, None, q).sum(2).astype(int), axis=1)) for q in both]
     assert (steps[1] > 450).sum() > 1.5 * (steps[0] > 450).sum() > 0
 
 
@@ -280,8 +281,9 @@ def test_many_primitives_outgrow_the_scratch() -> None:
     ],
 )
 def test_bad_primitives_get_one_sentence(change: dict[str, Any], message: str) -> None:
+    arguments: dict[str, Any] = {"kind": [BOX], "position": [(0, 0, 0)]}
     with pytest.raises(ValueError, match=message):
-        make_primitives(**({"kind": [BOX], "position": [(0, 0, 0)]} | change))
+        make_primitives(**(arguments | change))
 
 
 def test_bad_arguments_get_one_sentence() -> None:

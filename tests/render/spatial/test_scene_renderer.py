@@ -20,7 +20,6 @@ from gsenv.solver.model import (
     shape_parameter_dtype,
 )
 from gsenv.solver.spatial.vertices import vertex_dtype
-
 from tests.render.spatial import oracles
 
 CAMERA = SpatialCamera((3.0, -4.0, 2.5), (0.0, 0.0, 0.5), width=90, height=70)
@@ -89,7 +88,8 @@ def test_a_frame_is_the_picture_of_its_primitives() -> None:
     pictures = [renderer.frame(k) for k in range(2)]
     assert (pictures[0] != pictures[1]).any()
     for k, picture in enumerate(pictures):
-        np.testing.assert_array_equal(picture, render_primitives(CAMERA, read_primitives(world, k, table), None, "fast"))
+        primitives = read_primitives(world, k, table)
+        np.testing.assert_array_equal(picture, render_primitives(CAMERA, primitives, None, "fast"))
     assert (renderer.width, renderer.height) == (90, 70)
     other = CAMERA.following((0.5, 0.0, 0.5))
     assert (renderer.frame(0, other) != pictures[0]).any()
