@@ -219,7 +219,8 @@ def hit_time(
     for _ in range(MAX_ADVANCES):
         normal, separation = gap(
             shape_models, shape_parameters, vertices, a, b,
-            advanced(pose_a, motion, time), advanced(pose_b, motion_b, time), manifolds, scratches, field_scratch, convex,
+            advanced(pose_a, motion, time), advanced(pose_b, motion_b, time),
+            manifolds, scratches, field_scratch, convex,
         )  # fmt: skip
         if not separation < np.inf:
             return latest
@@ -235,7 +236,8 @@ def hit_time(
             later = time + probe
             _, soon = gap(
                 shape_models, shape_parameters, vertices, a, b,
-                advanced(pose_a, motion, later), advanced(pose_b, motion_b, later), manifolds, scratches, field_scratch, convex,
+                advanced(pose_a, motion, later), advanced(pose_b, motion_b, later),
+                manifolds, scratches, field_scratch, convex,
             )  # fmt: skip
             if (separation - soon) / probe * (1.0 - time) > separation + DEPTH * extent:
                 return time
