@@ -9,6 +9,7 @@ import sys
 import tempfile
 from collections.abc import Callable
 from time import process_time
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +23,8 @@ from gsenv.render.spatial.style import GROUND_COLOR
 from gsenv.render.theme import PALETTE
 
 SIZES = ((84, 84), (480, 480), (1280, 720))
-TARGETS: dict[Quality, tuple[float | None, ...]] = {"high": (None, 50.0, None), "fast": (1500.0, None, None)}  # frames/s
+# frames/s
+TARGETS: dict[Quality, tuple[float | None, ...]] = {"high": (None, 50.0, None), "fast": (1500.0, None, None)}
 ROUNDS = 5  # the best of so many counts
 SECONDS = 0.4  # in each round
 
@@ -64,14 +66,14 @@ class Builder:
     """Collects rows of primitives."""
 
     def __init__(self) -> None:
-        self.rows: list[tuple[int, FloatArray, FloatArray, tuple[float, ...], float, object, int]] = []
+        self.rows: list[tuple[int, FloatArray, FloatArray, tuple[float, ...], float, Any, int]] = []
 
     def add(
-        self, kind: int, at: object, rotation: FloatArray, size: tuple[float, ...], radius: float, color: object, mark: int
+        self, kind: int, at: Any, rotation: FloatArray, size: tuple[float, ...], radius: float, color: Any, mark: int
     ) -> None:
         self.rows.append((kind, np.asarray(at, float), rotation, size, radius, color, mark))
 
-    def add_capsule(self, a: object, b: object, radius: float, color: object) -> None:
+    def add_capsule(self, a: Any, b: Any, radius: float, color: Any) -> None:
         p, q = np.asarray(a, float), np.asarray(b, float)
         half = 0.5 * float(np.linalg.norm(q - p))
         self.add(CAPSULE, 0.5 * (p + q), turn_z_to(q - p), (0.0, 0.0, half), radius, color, 0)
@@ -124,7 +126,7 @@ def add_figure(scene: Builder, at: FloatArray) -> None:
     )
     for a, b, radius, color in limbs:
         scene.add_capsule(at + a, at + b, radius, color)
-    scene.add(SPHERE, at + [0.02, 0, 1.78], turn((0, 0, 1), 0.0), (0, 0, 0), 0.17, PEACH, 0)
+    scene.add(SPHERE, at + np.array([0.02, 0, 1.78]), turn((0, 0, 1), 0.0), (0, 0, 0), 0.17, PEACH, 0)
 
 
 def measure(function: Callable[[], object]) -> float:

@@ -12,6 +12,9 @@ from numpy.typing import NDArray
 Array = NDArray[Any]
 
 
+ALL_BITS = -1  # every bit of an int64
+
+
 def finite(value: Any, what: str) -> float:
     """A finite float, or ValueError."""
     if isinstance(value, bool):

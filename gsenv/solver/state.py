@@ -70,12 +70,17 @@ def _factor_scratch(model: Model) -> tuple[Array, Array]:
     return factor, np.zeros(BLOCKS_PER_BODY * bodies, block_dtype(model.dim))
 
 
-def narrow_scratch() -> tuple[Array, Array]:
-    """A manifold, and what it is made with; of space."""
+def narrow_scratch(model: Model) -> tuple[Array | None, ...]:
+    """A manifold, what it is made with, what heightfields need, and whether there are curved or many-faced shapes."""
+    from .spatial.kinds import CYLINDER, HEIGHTFIELD, HULL
     from .spatial.narrowphase.manifold import manifold_dtype
     from .spatial.narrowphase.scratch import scratch_dtype
+    from .spatial.narrowphase.spread import SCRATCH_SIZE, field_scratch_dtype
 
-    return np.zeros(1, manifold_dtype()), np.zeros(1, scratch_dtype())
+    fields = bool((model.shapes["kind"] == HEIGHTFIELD).any())
+    field = np.zeros(SCRATCH_SIZE, field_scratch_dtype()) if fields else None
+    convex = np.isin(model.shapes["kind"], (CYLINDER, HULL)).any()  # what GJK and EPA are for
+    return np.zeros(1, manifold_dtype()), np.zeros(1, scratch_dtype()), field, np.ones(1) if convex else None
 
 
 class Workspace:
@@ -94,7 +99,7 @@ class Workspace:
         fast = model.bodies["fast"].any()
         start = dimension(model.dim).sweep_fast.sweep_start_dtype() if fast else None
         self.fast_start = np.zeros(bodies, start) if fast else None
-        self.narrow = narrow_scratch() if model.dim == 3 else ()
+        self.narrow = narrow_scratch(model) if model.dim == 3 else ()
         self.factor, self.blocks = _factor_scratch(model)
         self.tree: Array | None = None
         self.tree_blocks: Array | None = None

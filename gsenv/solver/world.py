@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from . import check, threads
+from .check import ALL_BITS
 from .diagnostics import Contacts, Diagnostics, contacts_of, diagnose
 from .dimension import dimension
 from .jit import entry
@@ -17,7 +18,7 @@ from .optional import as_records
 from .options import Options
 from .parameters import Parameters
 from .scene import Handle, Scene, find
-from .sensors import ALL_BITS, RayHits, cast_rays, read_sensors
+from .sensors import RayHits, cast_rays, read_sensors
 from .state import Snapshot, State, Workspace, first_contact_capacity, take_snapshot
 
 _Call = tuple[tuple[int, int], Callable[..., Any], tuple[Any, ...]]

@@ -3,5 +3,13 @@
 from gsenv.render.spatial.camera import SpatialCamera
 from gsenv.render.spatial.primitives import Primitives, make_primitives
 from gsenv.render.spatial.renderer import PrimitiveRenderer, render_primitives
+from gsenv.render.spatial.scene_renderer import SpatialRenderer
 
-__all__ = ["PrimitiveRenderer", "Primitives", "SpatialCamera", "make_primitives", "render_primitives"]
+__all__ = [
+    "PrimitiveRenderer",
+    "Primitives",
+    "SpatialCamera",
+    "SpatialRenderer",
+    "make_primitives",
+    "render_primitives",
+]

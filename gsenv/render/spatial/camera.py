@@ -101,7 +101,8 @@ def check_camera(camera: SpatialCamera) -> None:
         value = getattr(camera, name)
         if np.shape(value) != (3,) or not all(map(isfinite, value)):
             raise ValueError(f"camera {name} must be three finite numbers, got {value}.")
-    if norm((camera.target[0] - camera.eye[0], camera.target[1] - camera.eye[1], camera.target[2] - camera.eye[2])) < 1e-9:
+    (ex, ey, ez), (tx, ty, tz) = camera.eye, camera.target
+    if norm((tx - ex, ty - ey, tz - ez)) < 1e-9:
         raise ValueError(f"camera eye and target must differ, got {camera.eye} for both.")
     if not norm((camera.up[0], camera.up[1], camera.up[2])) > 0.0:
         raise ValueError("camera up must not be zero.")

@@ -212,7 +212,9 @@ def trace_triangle(
     first, last = np.uint64(max(left - ONE, ZERO)), np.uint64(min(right + TWO, width))
     edge_u, edge_v, edge_w = cross(v, w), cross(w, u), cross(u, v)
     shift_x, shift_y, depth, ids = shift[0], shift[1], out[0], out[1]
-    for row in range(max(start, np.int64(max(top - ONE, ZERO))), min(end, np.int64(bottom) + 2)):
+    top_row: Any = max(start, np.int64(max(top - ONE, ZERO)))
+    end_row: Any = min(end, np.int64(bottom) + 2)
+    for row in range(top_row, end_row):
         ray = find_ray(item, look, shift_x * look.step, look.top - (f4(row) + HALF + shift_y) * look.step)
         a0, b0 = find_row_form(ray, edge_u[0], edge_u[1], edge_u[2])
         a1, b1 = find_row_form(ray, edge_v[0], edge_v[1], edge_v[2])
@@ -251,7 +253,7 @@ def trace_field(
 
 
 @njit
-def find_visible(lines: FloatArray, k: Any, left: int, right: int) -> tuple[int, int]:
+def find_visible(lines: FloatArray, k: Any, left: int, right: int) -> tuple[Any, Any]:
     """Whole groups of LANES columns that hold all pixels of item k; first >= last: it has none."""
     first, last = np.uint64(left), np.uint64(right)
     while first < last and lines[ID, first] != k:

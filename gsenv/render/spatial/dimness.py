@@ -53,33 +53,25 @@ def close(lines: FloatArray, j: Any, m: Any, gap: Any, reach: Any) -> None:
 
 @njit
 def dim_solid(lines: FloatArray, first: Any, last: Any, m: Any, item: Any, ray: Ray) -> None:
-    """Distances from planes, boxes and capsules: that of a box, less a radius."""
+    """Distances from all but hulls: that of a box, less a radius."""
     reach = item.reach
     sx, sy, sz, radius = item.size_x, item.size_y, item.size_z, item.radius
     if item.kind == CAPSULE:
         sx = sy = ZERO
     elif item.kind == BOX:
         radius = ZERO
-    mirror = ONE
-    if item.kind == PLANE:  # a box without sides or bottom
+    turned, mirror = ZERO, ONE
+    if item.kind == CYLINDER:  # a box in the plane of its axis
+        sx, sy, radius, turned = radius, FAR, ZERO, ONE
+    elif item.kind == PLANE:  # a box without sides or bottom
         sx, sy, sz, radius, mirror = FAR, FAR, ZERO, ZERO, ZERO
     for j in range(first, last):
         x, y, z = probe(item, ray, lines, j, reach)
+        x = np.sqrt(x * x + turned * y * y)
+        y = (ONE - turned) * y
         x, y, z = abs(x) - sx, abs(y) - sy, max(z, -mirror * z) - sz
         ex, ey, ez = max(x, ZERO), max(y, ZERO), max(z, ZERO)
         gap = np.sqrt(ex * ex + ey * ey + ez * ez) + min(max(x, max(y, z)), ZERO) - radius
-        close(lines, j, m, gap, reach)
-
-
-@njit
-def dim_cylinder(lines: FloatArray, first: Any, last: Any, m: Any, item: Any, ray: Ray) -> None:
-    reach = item.reach
-    half, radius = item.size_z, item.radius
-    for j in range(first, last):
-        x, y, z = probe(item, ray, lines, j, reach)
-        side, end = np.sqrt(x * x + y * y) - radius, abs(z) - half
-        out_side, out_end = max(side, ZERO), max(end, ZERO)
-        gap = np.sqrt(out_side * out_side + out_end * out_end) + min(max(side, end), ZERO)
         close(lines, j, m, gap, reach)
 
 
@@ -125,9 +117,7 @@ def dim_band(
                 continue
             item = items[pair.occluder]
             ray, m = find_ray(item, look, ZERO, y), f4(pair.receiver)
-            if item.kind == CYLINDER:
-                dim_cylinder(lines, first, last, m, item, ray)
-            elif faces is not None and item.kind == HULL:
-                dim_hull(lines, first, last, m, item, ray, faces)
-            else:
+            if item.kind != HULL:
                 dim_solid(lines, first, last, m, item, ray)
+            elif faces is not None:
+                dim_hull(lines, first, last, m, item, ray, faces)

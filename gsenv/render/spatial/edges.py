@@ -16,55 +16,6 @@ SAMPLE_Y = (f4(-0.375), f4(-0.125), f4(0.125), f4(0.375))
 
 
 @njit
-def blend_band(
-    band: FloatArray,
-    start: int,
-    end: int,
-    items: NDArray[np.void],
-    count: int,
-    image: NDArray[np.uint8],
-    ids: NDArray[np.int32],
-    colors: FloatArray,
-) -> None:
-    """The rows start..end-1."""
-    for row in range(start, end):
-        first, last = find_columns(items, count, row)
-        blend_row(image, ids, colors, band[row - start], row, first, min(last, image.shape[1]))
-
-
-@njit
-def blend_row(
-    image: NDArray[np.uint8],
-    ids: NDArray[np.int32],
-    colors: FloatArray,
-    lines: FloatArray,
-    row: int,
-    first: int,
-    last: int,
-) -> None:
-    """Pixels whose samples see several things get the mean of the colours of neighbours that show them."""
-    height, width = ids.shape
-    for j in range(first, last):
-        mine = f4(ids[row, j])
-        same = True
-        for s in range(SAMPLES):
-            same &= lines[SUB_ID + s, j] == mine
-        if same:
-            continue
-        red = green = blue = ZERO
-        for s in range(SAMPLES):
-            seen = np.int32(lines[SUB_ID + s, j])
-            at_row, at = find_color(ids, row, j, seen, height, width)
-            red += colors[0, at_row, at]
-            green += colors[1, at_row, at]
-            blue += colors[2, at_row, at]
-        share = f4(1.0 / SAMPLES)
-        image[row, j, 0] = to_byte(red * share)
-        image[row, j, 1] = to_byte(green * share)
-        image[row, j, 2] = to_byte(blue * share)
-
-
-@njit
 def find_color(ids: NDArray[np.int32], row: int, j: int, seen: Any, height: int, width: int) -> tuple[int, int]:
     """The nearest of the pixel and its eight neighbours that shows `seen`; the pixel itself if none does."""
     if ids[row, j] == seen:
@@ -76,3 +27,38 @@ def find_color(ids: NDArray[np.int32], row: int, j: int, seen: Any, height: int,
                     if ids[row + di, j + dj] == seen:
                         return row + di, j + dj
     return row, j
+
+
+@njit
+def blend_band(
+    band: FloatArray,
+    start: int,
+    end: int,
+    items: NDArray[np.void],
+    count: int,
+    image: NDArray[np.uint8],
+    ids: NDArray[np.int32],
+    colors: FloatArray,
+) -> None:
+    """Pixels whose samples see several things get the mean of the colours of neighbours that show them."""
+    height, width = ids.shape
+    share = f4(1.0 / SAMPLES)
+    for row in range(start, end):
+        lines = band[row - start]
+        first, last = find_columns(items, count, row)
+        for j in range(first, min(last, width)):
+            mine = f4(ids[row, j])
+            same = True
+            for s in range(SAMPLES):
+                same &= lines[SUB_ID + s, j] == mine
+            if same:
+                continue
+            red = green = blue = ZERO
+            for s in range(SAMPLES):
+                at_row, at = find_color(ids, row, j, np.int32(lines[SUB_ID + s, j]), height, width)
+                red += colors[0, at_row, at]
+                green += colors[1, at_row, at]
+                blue += colors[2, at_row, at]
+            image[row, j, 0] = to_byte(red * share)
+            image[row, j, 1] = to_byte(green * share)
+            image[row, j, 2] = to_byte(blue * share)

@@ -60,6 +60,11 @@ def to_byte(value: Any) -> Any:
     return np.uint8(np.int32(value * f4(255.0) + HALF))
 
 
+@inline_njit
+def light_channel(albedo: Any, sun: Any, sunlight: Any, up: Any, sky: Any, bounce: Any, opening: Any) -> Any:
+    return albedo * (sun * sunlight + opening * (bounce + up * (sky - bounce)))
+
+
 @njit
 def light_band(
     band: FloatArray,
@@ -70,11 +75,53 @@ def light_band(
     ids: NDArray[np.int32],
     colors: FloatArray | None,
 ) -> None:
-    """Light the rows start..end-1 and store them: as bytes, or in `colors` (3, row, column) where edges are to follow."""
+    """Light the rows start..end-1; their colours go into `image`, and 0..1 into `colors` (3, row, column)."""
     look = looks[0]
+    lx, ly, lz = look.sun_x, look.sun_y, look.sun_z
     for row in range(start, end):
         lines = band[row - start]
-        light_row(lines, look, find_world_ray(look, look.top - (f4(row) + HALF) * look.step))
+        ax, ay, az, bx, by, bz = find_world_ray(look, look.top - (f4(row) + HALF) * look.step)
+        for j in range(np.uint64(0), np.uint64(lines.shape[1])):
+            c, t = lines[PIXEL_X, j], lines[DEPTH, j]
+            sky = lines[ID, j] < ZERO
+            dx, dy, dz = ax + c * bx, ay + c * by, az + c * bz
+            length = np.sqrt(dx * dx + dy * dy + dz * dz)
+            scale = ONE / length
+            vx, vy, vz = dx * scale, dy * scale, dz * scale
+            nx, ny, nz = lines[NORMAL_X, j], lines[NORMAL_Y, j], lines[NORMAL_Z, j]
+            facing = nx * lx + ny * ly + nz * lz
+            lit = (ONE - min(lines[SHADOW, j], ONE)) * smooth(facing * TERMINATOR)
+            sun = max(facing, ZERO) * lit
+            up = (HALF + HALF * nz)
+            opening = lines[OPEN, j]
+            seen = max(-(nx * vx + ny * vy + nz * vz), ZERO)
+            graze = ONE - seen
+            graze *= graze
+            sheen = SHEEN * graze * graze * (ONE - seen) * opening * (ONE - nz * nz * nz * nz)
+            hx, hy, hz = lx - vx, ly - vy, lz - vz
+            half = max(nx * hx + ny * hy + nz * hz, ZERO) / np.sqrt(max(hx * hx + hy * hy + hz * hz, f4(1e-6)))
+            half *= half
+            half *= half
+            half *= half
+            half *= half
+            shine = GLOSS * half * half * lit
+            fog = t * length * look.fog
+            fog = fog * fog * fog
+            fog = fog / (ONE + fog)
+            rise = ONE - min(max(vz * f4(1.5), ZERO), ONE)
+            rise = ONE - rise * rise
+            red = light_channel(lines[RED, j], sun, look.sun_red, up, look.sky_red, look.bounce_red, opening)
+            green = light_channel(lines[GREEN, j], sun, look.sun_green, up, look.sky_green, look.bounce_green, opening)
+            blue = light_channel(lines[BLUE, j], sun, look.sun_blue, up, look.sky_blue, look.bounce_blue, opening)
+            air_red = look.horizon_red + rise * (look.zenith_red - look.horizon_red)
+            air_green = look.horizon_green + rise * (look.zenith_green - look.horizon_green)
+            air_blue = look.horizon_blue + rise * (look.zenith_blue - look.horizon_blue)
+            red = tone(red + shine + sheen * look.sky_red)
+            green = tone(green + shine + sheen * look.sky_green)
+            blue = tone(blue + shine + sheen * look.sky_blue)
+            lines[RED, j] = air_red if sky else red + fog * (air_red - red)
+            lines[GREEN, j] = air_green if sky else green + fog * (air_green - green)
+            lines[BLUE, j] = air_blue if sky else blue + fog * (air_blue - blue)
         for j in range(np.uint64(0), np.uint64(image.shape[1])):
             ids[row, j] = np.int32(lines[ID, j])
             image[row, j, 0] = to_byte(lines[RED, j])
@@ -85,56 +132,3 @@ def light_band(
                 colors[0, row, j] = lines[RED, j]
                 colors[1, row, j] = lines[GREEN, j]
                 colors[2, row, j] = lines[BLUE, j]
-
-
-@njit
-def light_row(lines: FloatArray, look: Any, ray: Ray) -> None:
-    """Colours 0..1 of the row, in the lines of the albedo. `ray` is the world's."""
-    ax, ay, az, bx, by, bz = ray
-    lx, ly, lz = look.sun_x, look.sun_y, look.sun_z
-    for j in range(np.uint64(0), np.uint64(lines.shape[1])):
-        c, t = lines[PIXEL_X, j], lines[DEPTH, j]
-        sky = lines[ID, j] < ZERO
-        dx, dy, dz = ax + c * bx, ay + c * by, az + c * bz
-        length = np.sqrt(dx * dx + dy * dy + dz * dz)
-        scale = ONE / length
-        vx, vy, vz = dx * scale, dy * scale, dz * scale
-        nx, ny, nz = lines[NORMAL_X, j], lines[NORMAL_Y, j], lines[NORMAL_Z, j]
-        facing = nx * lx + ny * ly + nz * lz
-        lit = (ONE - min(lines[SHADOW, j], ONE)) * smooth(facing * TERMINATOR)
-        sun = max(facing, ZERO) * lit
-        up = (HALF + HALF * nz)
-        opening = lines[OPEN, j]
-        seen = max(-(nx * vx + ny * vy + nz * vz), ZERO)
-        graze = ONE - seen
-        graze *= graze
-        sheen = SHEEN * graze * graze * (ONE - seen) * opening * (ONE - nz * nz * nz * nz)
-        hx, hy, hz = lx - vx, ly - vy, lz - vz
-        half = max(nx * hx + ny * hy + nz * hz, ZERO) / np.sqrt(max(hx * hx + hy * hy + hz * hz, f4(1e-6)))
-        half *= half
-        half *= half
-        half *= half
-        half *= half
-        shine = GLOSS * half * half * lit
-        fog = t * length * look.fog
-        fog = fog * fog * fog
-        fog = fog / (ONE + fog)
-        rise = ONE - min(max(vz * f4(1.5), ZERO), ONE)
-        rise = ONE - rise * rise
-        red = light_channel(lines[RED, j], sun, look.sun_red, up, look.sky_red, look.bounce_red, opening)
-        green = light_channel(lines[GREEN, j], sun, look.sun_green, up, look.sky_green, look.bounce_green, opening)
-        blue = light_channel(lines[BLUE, j], sun, look.sun_blue, up, look.sky_blue, look.bounce_blue, opening)
-        air_red = look.horizon_red + rise * (look.zenith_red - look.horizon_red)
-        air_green = look.horizon_green + rise * (look.zenith_green - look.horizon_green)
-        air_blue = look.horizon_blue + rise * (look.zenith_blue - look.horizon_blue)
-        red = tone(red + shine + sheen * look.sky_red)
-        green = tone(green + shine + sheen * look.sky_green)
-        blue = tone(blue + shine + sheen * look.sky_blue)
-        lines[RED, j] = air_red if sky else red + fog * (air_red - red)
-        lines[GREEN, j] = air_green if sky else green + fog * (air_green - green)
-        lines[BLUE, j] = air_blue if sky else blue + fog * (air_blue - blue)
-
-
-@inline_njit
-def light_channel(albedo: Any, sun: Any, sunlight: Any, up: Any, sky: Any, bounce: Any, opening: Any) -> Any:
-    return albedo * (sun * sunlight + opening * (bounce + up * (sky - bounce)))

@@ -55,46 +55,27 @@ def find_sweep(receiver: Any, occluder: Any, view: Any) -> tuple[float, float]:
 
 
 @njit
-def find_shadow(receiver: Any, occluder: Any, view: Any) -> Bounds:
-    """Picture of the part of the occluder's shadow that can lie on the receiver."""
-    first, last = find_sweep(receiver, occluder, view)
-    bounds = NO_BOUNDS
-    if first > last:
-        return bounds
-    for k in range(8):
-        x, y, z = corner(occluder, k)
-        for end in range(2):
-            s = first if end == 0 else last
-            radius = view.softness * s + MARGIN
-            bounds = grow(bounds, view, x - s * view.sun_x, y - s * view.sun_y, z - s * view.sun_z, radius)
-    return bounds
+def is_near(receiver: Any, occluder: Any, reach: float) -> bool:
+    """Whether a part of the receiver may lie within reach of the occluder."""
+    x = occluder.center_x - receiver.center_x
+    y = occluder.center_y - receiver.center_y
+    z = occluder.center_z - receiver.center_z
+    room = occluder.bound + receiver.bound + reach
+    if occluder.kind == PLANE:
+        return to_frame(occluder, -x, -y, -z)[2] < receiver.bound + reach
+    if receiver.kind == PLANE:
+        return to_frame(receiver, x, y, z)[2] < occluder.bound + reach
+    return x * x + y * y + z * z < room * room
 
 
 @njit
-def find_vicinity(receiver: Any, occluder: Any, view: Any) -> Bounds:
-    """Picture of what lies within the occluder's reach; of a plane, that part of the receiver."""
+def find_bounds(box: Any, view: Any, first: float, last: float, radius: float) -> Bounds:
+    """Picture of a box swept along the sunlight from `first` to `last` (m), with a margin (m)."""
     bounds = NO_BOUNDS
-    box, reach = occluder, occluder.reach
-    if occluder.kind == PLANE:
-        box = receiver
-        nearest = 1e30
-        for k in range(8):
-            x, y, z = corner(receiver, k)
-            place = to_frame(occluder, x - occluder.at_x, y - occluder.at_y, z - occluder.at_z)
-            nearest = min(nearest, place[2])
-        if nearest > reach:
-            return bounds
-    elif receiver.kind == PLANE:
-        x, y, z = occluder.center_x - receiver.at_x, occluder.center_y - receiver.at_y, occluder.center_z - receiver.at_z
-        if to_frame(receiver, x, y, z)[2] > occluder.bound + reach:
-            return bounds
-    else:
-        x, y, z = occluder.center_x - receiver.center_x, occluder.center_y - receiver.center_y, occluder.center_z - receiver.center_z
-        if x * x + y * y + z * z > (occluder.bound + receiver.bound + reach) ** 2:
-            return bounds
-    for k in range(8):
-        x, y, z = corner(box, k)
-        bounds = grow(bounds, view, x, y, z, reach)
+    for k in range(16):
+        x, y, z = corner(box, k % 8)
+        s = first if k < 8 else last
+        bounds = grow(bounds, view, x - s * view.sun_x, y - s * view.sun_y, z - s * view.sun_z, radius)
     return bounds
 
 
@@ -120,26 +101,25 @@ def find_pairs(
             occluder = items[k]
             if k == r or occluder.kind == HEIGHTFIELD:
                 continue
-            if occluder.kind != PLANE:
+            first, last = (1.0, 0.0) if occluder.kind == PLANE else find_sweep(receiver, occluder, view)
+            if first <= last:
+                bounds = find_bounds(occluder, view, first, last, view.softness * last + MARGIN)
                 pair = shadows[min(shadow_count, len(shadows) - 1)]
-                if store_pair(pair, r, k, receiver, view, find_shadow(receiver, occluder, view)):
-                    shadow_count += 1
-            elif receiver.kind == PLANE:
-                continue
-            if len(contacts) > 1:
+                shadow_count += store_pair(pair, r, k, receiver, view, bounds)
+            reach = 2.0 * occluder.reach  # from a probe that is itself one reach away
+            both = occluder.kind == PLANE and receiver.kind == PLANE
+            if len(contacts) > 1 and not both and is_near(receiver, occluder, reach):
+                bounds = find_bounds(receiver if occluder.kind == PLANE else occluder, view, 0.0, 0.0, reach)
                 pair = contacts[min(contact_count, len(contacts) - 1)]
-                if store_pair(pair, r, k, receiver, view, find_vicinity(receiver, occluder, view)):
-                    contact_count += 1
+                contact_count += store_pair(pair, r, k, receiver, view, bounds)
     return shadow_count, contact_count
 
 
 @njit
-def store_pair(pair: Any, r: int, k: int, receiver: Any, view: Any, bounds: Bounds) -> bool:
-    """Whether the receiver has pixels in `bounds`."""
-    if bounds[0] > bounds[1]:
-        return False
+def store_pair(pair: Any, r: int, k: int, receiver: Any, view: Any, bounds: Bounds) -> int:
+    """1 if the receiver has pixels in `bounds`, else 0."""
     store_bounds(pair, view, bounds)
     pair.receiver, pair.occluder = r, k
     pair.top, pair.bottom = max(pair.top, receiver.top), min(pair.bottom, receiver.bottom)
     pair.left, pair.right = max(pair.left, receiver.left), min(pair.right, receiver.right)
-    return pair.top < pair.bottom and pair.left < pair.right
+    return 1 if pair.top < pair.bottom and pair.left < pair.right else 0

@@ -66,15 +66,16 @@ def pair_dtype() -> np.dtype[Any]:
 
 def view_dtype() -> np.dtype[Any]:
     """Camera and light. Pixel (i, j) has x = left + (j + 1/2) step, y = top - (i + 1/2) step."""
-    names = ("eye_x", "eye_y", "eye_z", "forward_x", "forward_y", "forward_z", "right_x", "right_y", "right_z")
-    names += ("up_x", "up_y", "up_z", "sun_x", "sun_y", "sun_z", "left", "top", "step", "softness", "reach", "cell")
+    names: tuple[str, ...] = ("eye_x", "eye_y", "eye_z", "forward_x", "forward_y", "forward_z")
+    names += ("right_x", "right_y", "right_z", "up_x", "up_y", "up_z", "sun_x", "sun_y", "sun_z")
+    names += ("left", "top", "step", "softness", "reach", "cell")
     return np.dtype([(name, "f8") for name in names] + [("width", "i4"), ("height", "i4")], align=True)
 
 
 def look_dtype() -> np.dtype[Any]:
     """What the row kernels need of `view_dtype`, linear lights, and the screen colours of the air."""
-    names = ("forward_x", "forward_y", "forward_z", "right_x", "right_y", "right_z", "up_x", "up_y", "up_z")
-    names += ("sun_x", "sun_y", "sun_z", "left", "top", "step", "softness", "cell", "fog")
+    names: tuple[str, ...] = ("forward_x", "forward_y", "forward_z", "right_x", "right_y", "right_z")
+    names += ("up_x", "up_y", "up_z", "sun_x", "sun_y", "sun_z", "left", "top", "step", "softness", "cell", "fog")
     for name in ("sun", "sky", "bounce", "horizon", "zenith"):
         names += (f"{name}_red", f"{name}_green", f"{name}_blue")
     return np.dtype([(name, "f4") for name in names], align=True)

@@ -12,7 +12,23 @@ from gsenv.render.spatial.edges import SAMPLE_X, SAMPLE_Y, blend_band
 from gsenv.render.spatial.light import light_band
 from gsenv.render.spatial.pairs import find_pairs
 from gsenv.render.spatial.primitives import HEIGHTFIELD, HULL, Meshes, Primitives, check_primitives, read_meshes
-from gsenv.render.spatial.records import DEPTH, ID, ITEM, LANES, LINE_COUNT, LOOK, OPEN, PAIR, PIXEL_X, SAMPLES, SUB_DEPTH, SUB_ID, VIEW, ZERO, FloatArray
+from gsenv.render.spatial.records import (
+    DEPTH,
+    ID,
+    ITEM,
+    LANES,
+    LINE_COUNT,
+    LOOK,
+    OPEN,
+    PAIR,
+    PIXEL_X,
+    SAMPLES,
+    SUB_DEPTH,
+    SUB_ID,
+    VIEW,
+    ZERO,
+    FloatArray,
+)
 from gsenv.render.spatial.setup import prepare
 from gsenv.render.spatial.shadow import shade_band
 from gsenv.render.spatial.style import DEFAULT_STYLE, Style
@@ -62,10 +78,10 @@ class PrimitiveRenderer:
         meshes = read_meshes(vertices)
         check_primitives(primitives, len(meshes.point))
         self._set_view(camera._replace(width=self.width, height=self.height))
-        count = self._prepare(primitives, meshes)
+        faces, points = find_meshes(primitives, meshes)
+        count = self._prepare(primitives, None if faces is None and points is None else meshes)
         shadow_count, contact_count = self._find_pairs(count)
         image = np.empty((self.height, self.width, 3), np.uint8)
-        faces, points = find_meshes(primitives, meshes)
         shadows, contacts = self._shadows[:shadow_count], self._contacts[:contact_count]
         for band in self._bands:
             rows = (self._band, *band)
@@ -84,6 +100,7 @@ class PrimitiveRenderer:
     ) -> None:
         for band in self._bands:
             rows = (self._band, *band)
+            assert self._colors is not None
             for s in range(SAMPLES):
                 shift = (SAMPLE_X[s], SAMPLE_Y[s])
                 trace_band(*rows, self._items, count, self._look, faces, points, *shift, SUB_DEPTH, SUB_ID + s)
@@ -103,7 +120,7 @@ class PrimitiveRenderer:
         self._view[0] = (*eye, *frame, style.reach * distance, cell, camera.width, camera.height)
         self._look[0] = (*frame, cell, 1.0 / (style.fog * distance), *style.find_lights())
 
-    def _prepare(self, primitives: Primitives, meshes: Meshes) -> int:
+    def _prepare(self, primitives: Primitives, meshes: Meshes | None) -> int:
         if len(self._items) < len(primitives.kind) or not len(self._items):
             self._items = as_records(np.zeros(len(primitives.kind) + 1, ITEM))
             self._spans = np.zeros((len(self._band), len(primitives.kind) + 1, 2), np.int64)
@@ -122,11 +139,10 @@ class PrimitiveRenderer:
 def find_meshes(primitives: Primitives, meshes: Meshes) -> tuple[FloatArray | None, FloatArray | None]:
     """Faces of hulls (v, 4) and points of heightfields (v, 3); None where there are none: less to compile."""
     faces = points = None
-    if len(meshes.point):
-        if (primitives.kind == HULL).any():
-            faces = np.concatenate([meshes.normal, meshes.offset[:, None]], axis=1).astype(np.float32)
-        if (primitives.kind == HEIGHTFIELD).any():
-            points = meshes.point.astype(np.float32)
+    if (primitives.kind == HULL).any():
+        faces = np.concatenate([meshes.normal, meshes.offset[:, None]], axis=1).astype(np.float32)
+    if (primitives.kind == HEIGHTFIELD).any():
+        points = meshes.point.astype(np.float32)
     return faces, points
 
 

@@ -69,7 +69,7 @@ def corner(item: Any, index: int) -> tuple[float, float, float]:
     )
 
 
-@inline_njit
+@njit
 def set_axes(item: Any, w: float, x: float, y: float, z: float) -> None:
     """Axes of a unit quaternion."""
     item.xx, item.xy, item.xz = 1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z), 2.0 * (x * z - w * y)
@@ -172,7 +172,7 @@ def set_plane_origin(item: Any, view: Any) -> None:
 
 
 @njit
-def prepare(items: NDArray[np.void], primitives: Primitives, meshes: Meshes, views: NDArray[np.void]) -> int:
+def prepare(items: NDArray[np.void], primitives: Primitives, meshes: Meshes | None, views: NDArray[np.void]) -> int:
     """Fill `items`; returns how many. Disabled and non-finite primitives are left out: ids skip them."""
     view = views[0]
     count = 0
@@ -190,9 +190,8 @@ def prepare(items: NDArray[np.void], primitives: Primitives, meshes: Meshes, vie
         item.at_x, item.at_y, item.at_z = p[0] - view.eye_x, p[1] - view.eye_y, p[2] - view.eye_z
         set_axes(item, q[0] / norm, q[1] / norm, q[2] / norm, q[3] / norm)
         if kind == HULL or kind == HEIGHTFIELD:
-            if primitives.vertex_first[k] >= len(meshes.point):
-                continue
-            set_mesh_box(item, meshes, primitives.vertex_first[k])
+            if meshes is not None:
+                set_mesh_box(item, meshes, primitives.vertex_first[k])
         elif kind == PLANE:
             set_plane_origin(item, view)
         else:

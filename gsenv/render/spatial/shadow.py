@@ -2,7 +2,7 @@
 
 A shadow ray runs from the visible point to the sun. What counts is how near it comes to the occluder: s, negative
 where it hits, at the distance t. The sun's disc, seen as wide as w, is covered by about 1/2 - s / (2 w t). For
-convex shapes one evaluation gives s, in closed form: no marching, and no shape shadows itself. What several
+convex shapes s has a closed form, or nearly: no marching, and no shape shadows itself. What several
 occluders cover is added up, so that no light falls through the seams of a wall.
 """
 
@@ -31,7 +31,13 @@ from gsenv.render.spatial.surface import beyond, smooth
 from gsenv.solver.jit import inline_njit, njit
 
 ENTER, ENTER_SPEED, LEAVE, LEAVE_SPEED = SCRATCH, SCRATCH + 1, SCRATCH + 2, SCRATCH + 3
+PLACE, GAP = SCRATCH + 4, SCRATCH + 5
 EDGE = f4(0.75)  # px, half width of the sharpest shadow edge
+
+
+@inline_njit
+def sign(x: Any) -> Any:
+    return ONE if x >= ZERO else -ONE
 
 
 @inline_njit
@@ -44,52 +50,52 @@ def cover(lines: FloatArray, j: Any, m: Any, gap: Any, distance: Any, softness: 
 
 
 @inline_njit
-def approach(s: Any, x: Any, y: Any, z: Any, lx: Any, ly: Any, lz: Any, sx: Any, sy: Any, sz: Any) -> Any:
-    """Newton's step towards the least distance of (x, y, z) + s (lx, ly, lz) from a box."""
-    ex, ey, ez = beyond(x + s * lx, sx), beyond(y + s * ly, sy), beyond(z + s * lz, sz)
-    bend_x = lx * lx if ex != ZERO else ZERO
-    bend_y = ly * ly if ey != ZERO else ZERO
-    bend_z = lz * lz if ez != ZERO else ZERO
-    slope = lx * ex + ly * ey + lz * ez
-    return max(s - slope / max(bend_x + bend_y + bend_z, f4(1e-4)), ZERO)
+def find_strip(a: Any, b: Any) -> tuple[Any, Any, Any]:
+    """Of two slabs with these speeds: 1 / h, 1 / h^2 with h^2 = a^2 + b^2, and FAR if both stand still."""
+    h = np.sqrt(a * a + b * b)
+    still = FAR if h < f4(1e-3) else ZERO
+    h = max(h, f4(1e-3))
+    return ONE / h, ONE / (h * h), still
+
+
+@inline_njit
+def cover_strip(
+    enter_a: Any, leave_a: Any, enter_b: Any, leave_b: Any, a: Any, b: Any, strip: Any, softness: Any, edge: Any
+) -> Any:
+    """Share of the sun behind the strip between two parallel edges of a box: in slab a and slab b at once.
+
+    The edge where the ray enters a and leaves b is passed at the gap (enter_a b - leave_b a) / h.
+    """
+    inverse, square, still = strip
+    gap = (enter_a * b - leave_b * a) * inverse - still
+    width = max(softness * (a * enter_a + b * leave_b) * square, edge)
+    first = smooth(HALF - HALF * gap / width)
+    gap = (enter_b * a - leave_a * b) * inverse - still
+    width = max(softness * (b * enter_b + a * leave_a) * square, edge)
+    return max(first + smooth(HALF - HALF * gap / width) - ONE, ZERO)
 
 
 @njit
 def shade_box(lines: FloatArray, first: Any, last: Any, m: Any, item: Any, ray: Ray, softness: Any, step: Any) -> None:
-    """The gap between the latest entry into a slab and the earliest leave; two steps of Newton's where it misses.
+    """The product over the three pairs of slabs: half a shadow on an edge, a quarter at a right corner.
 
-    The squared distance along the ray is convex and piecewise quadratic.
+    `enter` and `leave` are distances times the slab's speed, so that nothing is divided by a speed.
     """
     ax, ay, az, bx, by, bz = ray
     ox, oy, oz = item.eye_x, item.eye_y, item.eye_z
     sx, sy, sz = item.size_x, item.size_y, item.size_z
-    lx, ly, lz = nonzero(item.sun_x), nonzero(item.sun_y), nonzero(item.sun_z)
-    ix, iy, iz = ONE / lx, ONE / ly, ONE / lz
-    vx, vy, vz = abs(lx), abs(ly), abs(lz)
-    wx, wy, wz = abs(ix) * sx, abs(iy) * sy, abs(iz) * sz
+    tx, ty, tz = sign(item.sun_x), sign(item.sun_y), sign(item.sun_z)
+    u, v, w = abs(item.sun_x), abs(item.sun_y), abs(item.sun_z)
+    xy, yz, zx = find_strip(u, v), find_strip(v, w), find_strip(w, u)
     for j in range(first, last):
         c, t = lines[PIXEL_X, j], lines[DEPTH, j]
-        x, y, z = ox + t * (ax + c * bx), oy + t * (ay + c * by), oz + t * (az + c * bz)
-        mx, my, mz = -x * ix, -y * iy, -z * iz
-        ex, ey, ez = mx - wx, my - wy, mz - wz
-        enter, u = max(ex, ey), vx if ex > ey else vy
-        u = u if enter > ez else vz  # the speed into the slab that it enters last
-        enter = max(enter, ez)
-        ex, ey, ez = mx + wx, my + wy, mz + wz
-        leave, v = min(ex, ey), vx if ex < ey else vy
-        v = v if leave < ez else vz
-        leave = min(leave, ez)
-        depth = (enter - leave) * u * v / (u + v)
-        u, v = u * u, v * v
-        s = max((u * enter + v * leave) / (u + v), ZERO)
-        s = approach(s, x, y, z, lx, ly, lz, sx, sy, sz)
-        s = approach(s, x, y, z, lx, ly, lz, sx, sy, sz)
-        ex, ey, ez = beyond(x + s * lx, sx), beyond(y + s * ly, sy), beyond(z + s * lz, sz)
-        away = np.sqrt(ex * ex + ey * ey + ez * ez)
-        hit = (enter < leave) & (leave > ZERO)
-        near = max(enter, ZERO)
-        gap, place = depth if hit else away, near if hit else s
-        cover(lines, j, m, gap, place, softness, EDGE * step * t)
+        x, y, z = -tx * (ox + t * (ax + c * bx)), -ty * (oy + t * (ay + c * by)), -tz * (oz + t * (az + c * bz))
+        edge = EDGE * step * t
+        part = cover_strip(x - sx, x + sx, y - sy, y + sy, u, v, xy, softness, edge)
+        part *= cover_strip(y - sy, y + sy, z - sz, z + sz, v, w, yz, softness, edge)
+        part *= cover_strip(z - sz, z + sz, x - sx, x + sx, w, u, zx, softness, edge)
+        ahead = min(min(x + sx, y + sy), z + sz) > ZERO
+        lines[SHADOW, j] += part if (lines[ID, j] == m) & ahead else ZERO
 
 
 @njit
@@ -177,11 +183,20 @@ def shade_hull(
                 lines[LEAVE, j] = s if sooner else lines[LEAVE, j]
                 lines[LEAVE_SPEED, j] = speed if sooner else lines[LEAVE_SPEED, j]
     for j in range(first, last):
-        enter, leave = lines[ENTER, j], lines[LEAVE, j]
         u, v = lines[ENTER_SPEED, j], lines[LEAVE_SPEED, j]
-        gap = (enter - leave) * u * v / (u + v)
-        s = enter if leave > ZERO else ZERO
-        cover(lines, j, m, gap, s, softness, EDGE * step * lines[DEPTH, j])
+        s = (u * lines[ENTER, j] + v * lines[LEAVE, j]) / (u + v)
+        lines[PLACE, j] = s if lines[LEAVE, j] > ZERO else ZERO
+        lines[GAP, j] = -FAR
+    for face in range(item.first, item.first + item.count):
+        nx, ny, nz = faces[face, 0], faces[face, 1], faces[face, 2]
+        height = nx * item.eye_x + ny * item.eye_y + nz * item.eye_z - faces[face, 3]
+        start, slope = nx * ax + ny * ay + nz * az, nx * bx + ny * by + nz * bz
+        speed = nx * item.sun_x + ny * item.sun_y + nz * item.sun_z
+        for j in range(first, last):
+            away = height + lines[DEPTH, j] * (start + lines[PIXEL_X, j] * slope) + lines[PLACE, j] * speed
+            lines[GAP, j] = max(lines[GAP, j], away)
+    for j in range(first, last):
+        cover(lines, j, m, lines[GAP, j], lines[PLACE, j], softness, EDGE * step * lines[DEPTH, j])
 
 
 @njit

@@ -151,7 +151,8 @@ def paint_cylinder(lines: FloatArray, first: Any, last: Any, k: Any, item: Any, 
         sharp = ONE / max(TWO * pixel * t, TINY)
         nearest = min(abs(x), abs(y))
         hub = smooth((HUB * radius - rho) * sharp + HALF)
-        spoke = smooth((SPOKE * radius - nearest) * sharp + HALF) * smooth((f4(0.85) * HUB * radius - rho) * sharp + HALF)
+        spoke = smooth((SPOKE * radius - nearest) * sharp + HALF)
+        spoke *= smooth((f4(0.85) * HUB * radius - rho) * sharp + HALF)
         quarter = f4(0.10) * smooth((nearest if x * y > ZERO else -nearest) * sharp + HALF)
         mark = hub * (ONE - f4(0.8) * spoke) if end > side else quarter
         flat = side * side / max(rho, TINY)
@@ -251,7 +252,8 @@ def paint_field(
 @njit
 def find_slopes(points: FloatArray, start: int, columns: int, rows: int, u: Any, v: Any) -> tuple[Any, Any]:
     """Slopes (m for each cell) at (u, v) cells: central differences at the four samples, bilinear between them."""
-    i, j = min(np.int64(u), columns - 2), min(np.int64(v), rows - 2)
+    i: Any = min(np.int64(u), columns - 2)
+    j: Any = min(np.int64(v), rows - 2)
     u, v = u - f4(i), v - f4(j)
     slope_x, slope_y = ZERO, ZERO
     for corner in range(4):

@@ -1,4 +1,4 @@
-"""Kinds of spatial shapes, by name and as plain ints, which numba compares faster."""
+"""Kinds of spatial shapes."""
 
 from __future__ import annotations
 
@@ -15,4 +15,5 @@ class ShapeKind(IntEnum):
     HEIGHTFIELD = 6
 
 
+# plain ints: numba compares them faster than enum members
 SPHERE, BOX, CAPSULE, CYLINDER, HULL, PLANE, HEIGHTFIELD = (int(kind) for kind in ShapeKind)

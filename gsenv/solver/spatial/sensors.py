@@ -12,6 +12,8 @@ from .authored import turned_by
 if TYPE_CHECKING:
     from ..world import World
 
+POSE, VELOCITY, CONTACT = 0, 1, 2  # of sensors.SensorKind
+
 
 def read_into(out: Array, world: World, sensors: Array) -> None:
     """Fill ``out`` (world, number) with the readings of ``sensors``, side by side.
@@ -20,8 +22,6 @@ def read_into(out: Array, world: World, sensors: Array) -> None:
     rad/s; contact: touching (0 or 1) and the mean force on it over the step, N; joint: mean force N
     and torque N m on body_b at its anchor.
     """
-    from ..sensors import CONTACT, POSE, VELOCITY
-
     state = world.state
     for sensor in sensors:
         first = int(sensor["column"] - sensors[0]["column"])

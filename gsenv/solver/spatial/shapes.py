@@ -40,6 +40,7 @@ __all__ = [
 ]  # fmt: skip
 
 ALL_BITS = -1  # every bit of an int64
+MAX_SAMPLES = 1_000_000  # of a heightfield: numbers of features have 31 bits
 
 # the kernels' own arithmetic, without compiling it
 _pose_of = getattr(pose_of, "py_func", pose_of)
@@ -233,6 +234,9 @@ def height_samples(shape: Heightfield) -> Array:
     if heights.ndim != 2 or min(heights.shape) < 2:
         got = f"shape {heights.shape}" if heights.size else "something else"
         raise ValueError(f"Heightfield heights must be an array (rows, columns) of at least 2 x 2, got {got}")
+    if heights.size > MAX_SAMPLES:
+        got = f"{heights.shape[0]} x {heights.shape[1]}"
+        raise ValueError(f"Heightfield may have {MAX_SAMPLES} heights at most, got {got}")
     if not np.isfinite(heights).all():
         row, column = np.argwhere(~np.isfinite(heights))[0].tolist()
         raise ValueError(f"Heightfield heights must be finite, got {heights[row, column]} at [{row}, {column}]")
@@ -391,6 +395,7 @@ def _grid(samples: Array) -> Array:
     entries = np.zeros(rows * columns, vertex_dtype())
     entries["position"] = samples.reshape(-1, 3)
     entries["vertex_count"][0] = rows * columns
+    entries["normal"][0] = (samples[..., 2].min(), samples[..., 2].max(), 0.0)  # of a field: its lowest and highest
     entries["columns"][0] = columns
     entries["rows"][0] = rows
     return entries

@@ -66,6 +66,8 @@ def step_world(
     tree_blocks: Any,
     manifold: Any,
     clip: Any,
+    field: Any,
+    convex: Any,
 ) -> Any:
     """One step of world ``w``. The arrays are as in step_worlds."""
     dt = options.timestep
@@ -116,6 +118,8 @@ def step_world(
         found,
         manifold,
         clip,
+        field,
+        convex,
     )
     if found_count > len(found):
         return MORE_CONTACTS, found_count
@@ -216,6 +220,8 @@ def step_world(
             dt,
             manifold,
             clip,
+            field,
+            convex,
         )
     if joint_models is not None:
         release_disabled(bodies[w], body_parameters[w], motions)
@@ -269,6 +275,8 @@ def step_worlds(
     tree_blocks: Any,
     manifold: Any,
     clip: Any,
+    field: Any,
+    convex: Any,
 ) -> Any:
     """Step worlds first..last-1 until each has taken ``until[w]`` steps.
 
@@ -321,6 +329,8 @@ def step_worlds(
                 tree_blocks,
                 manifold,
                 clip,
+                field,
+                convex,
             )
             if status != OK:
                 return status, needed

@@ -70,6 +70,8 @@ def sweep_fast_bodies(
     timestep: float,
     manifolds: Array,
     scratches: Array,
+    field_scratch: Array | None,
+    convex: Any,
 ) -> int:
     """After a step: stop fast dynamic bodies at their time of impact; returns how many.
 
@@ -84,7 +86,7 @@ def sweep_fast_bodies(
         motion = motion_between(start[b], bodies[b], body_parameters[b])
         time = first_hit(
             b, motion, bodies, body_models, body_parameters, shape_models, shape_parameters,
-            vertices, geometry, exclusions, start, manifolds, scratches,
+            vertices, geometry, exclusions, start, manifolds, scratches, field_scratch, convex,
         )  # fmt: skip
         if time < 1.0:
             put_back(bodies[b], start[b], motion, time)
@@ -149,6 +151,8 @@ def first_hit(
     start: Any,
     manifolds: Array,
     scratches: Array,
+    field_scratch: Array | None,
+    convex: Any,
 ) -> float:
     """Part of the step after which a shape of body b hits something; 1 if none does."""
     time = 1.0
@@ -180,7 +184,7 @@ def first_hit(
                 continue
             time = hit_time(
                 shape_models, shape_parameters, vertices, k, other, pose, other_pose, motion, other_motion,
-                body_parameters[b].extent, time, manifolds, scratches,
+                body_parameters[b].extent, time, manifolds, scratches, field_scratch, convex,
             )  # fmt: skip
     return time
 
@@ -200,6 +204,8 @@ def hit_time(
     latest: float,
     manifolds: Array,
     scratches: Array,
+    field_scratch: Array | None,
+    convex: Any,
 ) -> float:
     """When shape a first hits shape b, both moving; `latest` if not before that.
 
@@ -207,16 +213,20 @@ def hit_time(
     sliding, and is dealt with by contacts.
     """
     time = 0.0
+    field = PAIR_TABLE[shape_models[a].kind, shape_models[b].kind] == FIELDS
     spins = norm(motion.spin) + norm(motion_b.spin)
     swing = norm(motion.spin) * motion.swing + norm(motion_b.spin) * motion_b.swing
     for _ in range(MAX_ADVANCES):
         normal, separation = gap(
             shape_models, shape_parameters, vertices, a, b,
-            advanced(pose_a, motion, time), advanced(pose_b, motion_b, time), manifolds, scratches,
+            advanced(pose_a, motion, time), advanced(pose_b, motion_b, time),
+            manifolds, scratches, field_scratch, convex,
         )  # fmt: skip
         if not separation < np.inf:
             return latest
-        speed = swing + dot(normal, sub(motion.velocity, motion_b.velocity))
+        relative = sub(motion.velocity, motion_b.velocity)
+        # to a field the distance is known, but not its direction
+        speed = swing + (norm(relative) if field else dot(normal, relative))
         if speed * (latest - time) <= max(separation, 0.0):
             return latest
         if separation <= TOUCHING * extent:
@@ -226,7 +236,8 @@ def hit_time(
             later = time + probe
             _, soon = gap(
                 shape_models, shape_parameters, vertices, a, b,
-                advanced(pose_a, motion, later), advanced(pose_b, motion_b, later), manifolds, scratches,
+                advanced(pose_a, motion, later), advanced(pose_b, motion_b, later),
+                manifolds, scratches, field_scratch, convex,
             )  # fmt: skip
             if (separation - soon) / probe * (1.0 - time) > separation + DEPTH * extent:
                 return time
@@ -252,17 +263,19 @@ def gap(
     pose_b: Pose,
     manifolds: Array,
     scratches: Array,
+    field_scratch: Array | None,
+    convex: Any,
 ) -> tuple[Vec, float]:
     """(normal from a to b, separation in m) of two shapes at any distance."""
     routine = PAIR_TABLE[shape_models[a].kind, shape_models[b].kind]
     m = manifolds[0]
     if routine != FIELDS and routine != NONE:
-        collide(shape_models, shape_parameters, vertices, a, b, pose_a, pose_b, 1e300, m, scratches[0])
+        collide(shape_models, shape_parameters, vertices, a, b, pose_a, pose_b, 1e300, m, scratches[0], convex)
         return vec(m.normal), m.separation
-    if vertices is not None:
+    if field_scratch is not None:
         if routine == FIELDS and shape_models[b].kind == HEIGHTFIELD:
             n, separation = heightfield_gap(
-                shape_models, shape_parameters, vertices, b, a, pose_b, pose_a, m, scratches[0]
+                shape_models, shape_parameters, vertices, b, a, pose_b, pose_a, 1e300, field_scratch
             )
             return (-n[0], -n[1], -n[2]), separation
     return (0.0, 0.0, 1.0), np.inf

@@ -15,7 +15,7 @@ def vertex_dtype() -> np.dtype[Any]:
     return np.dtype(
         [
             ("position", "f8", (3,)),  # m, vertex or sample in the shape's frame
-            ("normal", "f8", (3,)),  # unit, outward, of the face
+            ("normal", "f8", (3,)),  # unit, outward, of the face; in the first of a heightfield: lowest, highest
             ("offset", "f8"),  # m, normal . x of the face
             ("face_edge", "i4"),  # a half-edge of the face; they go round counter-clockwise seen from outside
             ("vertex_edge", "i4"),  # a half-edge that starts at the vertex

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -30,7 +29,7 @@ class Found(NamedTuple):
     deepest: float
 
     @property
-    def count(self) -> int:
+    def number(self) -> int:
         return len(self.separation)
 
 
@@ -55,7 +54,12 @@ class OverField:
         self.manifold = as_records(np.zeros(1, manifold_dtype()))
 
     def contacts(
-        self, at: Any, rotation: Any = (1.0, 0.0, 0.0, 0.0), margin: float = 0.01, field: Pose | None = None, room: int = ROOM
+        self,
+        at: Any,
+        rotation: Any = (1.0, 0.0, 0.0, 0.0),
+        margin: float = 0.01,
+        field: Pose | None = None,
+        room: int = ROOM,
     ) -> Found:
         out = as_records(np.zeros(room, contact_dtype(3)))
         count = heightfield_contacts(
@@ -64,8 +68,21 @@ class OverField:
         )  # fmt: skip
         self.total = count
         n = min(count, room)
-        parts = (np.array(out[name][:n]) for name in ("point", "normal", "separation", "feature"))
-        return Found(*parts, float(self.manifold["separation"][0]))
+        point, normal, separation, feature = (
+            np.array(out[f][:n]) for f in ("point", "normal", "separation", "feature")
+        )
+        return Found(point, normal, separation, feature, float(self.manifold["separation"][0]))
+
+    def lowered(self, xy: Any, rotation: Any, by: float) -> Array:
+        """Where the shape is `by` m below first contact, coming down over a place."""
+        at = np.array([*xy, 1.0])
+        for _ in range(100):
+            distance = self.contacts(at, rotation, margin=3.0).deepest
+            if distance < 1e-9:
+                break
+            at[2] -= distance
+        at[2] -= by
+        return at
 
     def gap(self, at: Any, rotation: Any = (1.0, 0.0, 0.0, 0.0), margin: float = 1.0) -> tuple[Any, float]:
         return heightfield_gap(
@@ -79,6 +96,3 @@ def field_over(function: Any, samples: int = 21, size: float = 4.0) -> Heightfie
     line = (np.arange(samples) / (samples - 1) - 0.5) * size
     x, y = np.meshgrid(line, line)
     return Heightfield(heights=function(x, y) + 0.0 * x, size=(size, size))
-
-
-SPACE = SimpleNamespace(flat=field_over(lambda x, y: 0.0))

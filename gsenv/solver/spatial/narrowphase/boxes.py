@@ -9,16 +9,13 @@ from typing import Any
 
 import numpy as np
 from numba import int64
-from numpy.typing import NDArray
 
 from gsenv.solver.jit import njit
 from gsenv.solver.spatial.math import Pose, Vec, add, along, cross, dot, rotate, scaled, sub, unrotate
-from gsenv.solver.spatial.narrowphase.clip import FEATURES, LABELS, WITNESS, touch
+from gsenv.solver.spatial.narrowphase.clip import FEATURES, LABELS, WITNESS
 from gsenv.solver.spatial.narrowphase.features import EDGE_ID
-from gsenv.solver.spatial.narrowphase.manifold import add_point, clear_manifold, set_normal
-from gsenv.solver.spatial.narrowphase.solids import Solid, support
-
-Array = NDArray[Any]
+from gsenv.solver.spatial.narrowphase.manifold import add_point, set_normal
+from gsenv.solver.spatial.narrowphase.solids import Solid
 
 FACE_BIAS = 0.01  # of the extent: a face of b, or edges, must be this much better, or two would alternate
 EDGE_BIAS = 0.05  # of the depth, likewise
@@ -98,11 +95,14 @@ def axis_of(pose: Pose, i: int) -> Vec:
 
 
 @njit
-def collide_boxes(
-    a: Solid, pose_a: Pose, b: Solid, pose_b: Pose, vertices: Array | None, origin: Vec, margin: float, m: Any,
-    scratch: Any,
-) -> None:  # fmt: skip
-    """Poses count from `origin`."""
+def boxes_direction(
+    a: Solid, pose_a: Pose, b: Solid, pose_b: Pose, margin: float
+) -> tuple[Vec, float, float, int, bool, Vec]:
+    """Which faces or edges part the boxes best.
+
+    (normal of the face, separation along it, along the best edges' normal, these edges as in best_edges,
+    whether they decide, half-way under the corner that is deepest behind the face)
+    """
     d = sub(pose_b.at, pose_a.at)
     local = unrotate(pose_a, d)
     x = unrotate(pose_a, pose_b.x)
@@ -110,34 +110,33 @@ def collide_boxes(
     z = unrotate(pose_a, pose_b.z)
     bias = FACE_BIAS * min(a.extent, b.extent)
     best, face = best_face(local, x, y, z, a.half, b.half, bias)
+    n = axis_of(pose_a, face) if face < 3 else axis_of(pose_b, face - 3)
+    if dot(n, d) < 0.0:
+        n = scaled(n, -1.0)
     if not best <= margin:
-        clear_manifold(m)
-        return
+        return n, best, -np.inf, int64(0), False, n
     by_edges, pair = best_edges(local, x, y, z, a.half, b.half)
-    if not by_edges <= margin:
-        clear_manifold(m)
-        return
-    if not by_edges > best + max(bias, EDGE_BIAS * abs(best)):
-        n = axis_of(pose_a, face) if face < 3 else axis_of(pose_b, face - 3)
-        if dot(n, d) < 0.0:
-            n = scaled(n, -1.0)
-        least = touch(a, pose_a, b, pose_b, vertices, origin, n, best, margin, m, scratch)
-        if least < np.inf or (by_edges <= best and best > 0.0):
-            return
-        if by_edges <= best:  # deep and beside the faces
-            corner = support(b, vertices, pose_b, scaled(n, -1.0)) if face < 3 else support(a, vertices, pose_a, n)
-            middle = along(corner, (-0.5 if face < 3 else 0.5) * best, n)
-            add_point(m, add(origin, middle), best, int64(WITNESS))
-            return
-    cross_edges(a, pose_a, b, pose_b, origin, by_edges, pair, d, margin, m)
+    corner = box_corner(b.half, pose_b, scaled(n, -1.0)) if face < 3 else box_corner(a.half, pose_a, n)
+    middle = along(corner, (-0.5 if face < 3 else 0.5) * best, n)
+    return n, best, by_edges, pair, by_edges > best + max(bias, EDGE_BIAS * abs(best)), middle
+
+
+@njit
+def box_corner(half: Vec, pose: Pose, d: Vec) -> Vec:
+    """The corner farthest along d."""
+    look = unrotate(pose, d)
+    x = half[0] if look[0] >= 0.0 else -half[0]
+    y = half[1] if look[1] >= 0.0 else -half[1]
+    z = half[2] if look[2] >= 0.0 else -half[2]
+    return add(pose.at, rotate(pose, (x, y, z)))
 
 
 @njit
 def cross_edges(
-    a: Solid, pose_a: Pose, b: Solid, pose_b: Pose, origin: Vec, separation: float, pair: int, d: Vec,
-    margin: float, m: Any,
-) -> None:  # fmt: skip
-    """The edges that look at each other along the normal to both; no point where they pass by."""
+    a: Solid, pose_a: Pose, b: Solid, pose_b: Pose, origin: Vec, separation: float, pair: int, m: Any
+) -> None:
+    """Fill m: the edges that look at each other along the normal to both; no point where they pass by."""
+    d = sub(pose_b.at, pose_a.at)
     i = pair // 3
     j = pair - 3 * i
     e = axis_of(pose_a, i)

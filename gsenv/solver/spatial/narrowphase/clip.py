@@ -15,9 +15,9 @@ from numba import int64
 from numpy.typing import NDArray
 
 from gsenv.solver.jit import njit
-from gsenv.solver.spatial.math import Pose, Vec, add, scaled, tangents
+from gsenv.solver.spatial.math import Pose, Vec, scaled, tangents
 from gsenv.solver.spatial.narrowphase.features import find_feature
-from gsenv.solver.spatial.narrowphase.manifold import MAX_POINTS, add_point, clear_manifold, set_normal
+from gsenv.solver.spatial.narrowphase.manifold import MAX_POINTS, add_point, set_normal
 from gsenv.solver.spatial.narrowphase.scratch import CLIP_MAX
 from gsenv.solver.spatial.narrowphase.solids import Solid
 
@@ -25,7 +25,7 @@ Array = NDArray[Any]
 
 OVERHANG = 1e-6  # of a feature's size: what lies this little beside the other one still counts as on it
 PARALLEL = 0.05  # sine: lines nearer to parallel than this touch in two points
-NEAR = 0.01  # of the extent: a corner this near to the deepest point stands for it
+LEVEL = 5e-4  # of the width: flatter contacts need not hold their deepest point
 DEEP = 200.0  # m of width that a point gives up for 1 m of depth
 WITNESS = 127  # label of a point that is no corner of a feature
 LABELS = 128
@@ -79,31 +79,6 @@ def touch(
 
 
 @njit
-def touch_or_meet(
-    a: Solid,
-    pose_a: Pose,
-    b: Solid,
-    pose_b: Pose,
-    vertices: Array | None,
-    origin: Vec,
-    n: Vec,
-    separation: float,
-    middle: Vec,
-    margin: float,
-    m: Any,
-    scratch: Any,
-) -> None:
-    """`touch`, and where that finds nothing near the separation: the point `middle` between the nearest points."""
-    if not separation <= margin:
-        clear_manifold(m)
-        return
-    least = touch(a, pose_a, b, pose_b, vertices, origin, n, separation, margin, m, scratch)
-    if not least <= separation + NEAR * min(a.extent, b.extent):
-        m.count = min(m.count, MAX_POINTS - 1)
-        add_point(m, add(origin, middle), separation, int64(WITNESS))
-
-
-@njit
 def add_spot(m: Any, t: Vec, s: Vec, n: Vec, origin: Vec, k: int, feature: int, scratch: Any) -> None:
     u = scratch.spot[k, 0]
     v = scratch.spot[k, 1]
@@ -113,7 +88,7 @@ def add_spot(m: Any, t: Vec, s: Vec, n: Vec, origin: Vec, k: int, feature: int, 
         origin[1] + (u * t[1] + v * s[1] + h * n[1]),
         origin[2] + (u * t[2] + v * s[2] + h * n[2]),
     )
-    add_point(m, p, scratch.spot[k, 3], feature)
+    add_point(m, p, max(scratch.spot[k, 3], m.separation), feature)
 
 
 @njit
@@ -325,27 +300,33 @@ def choose_spots(count: int, least: float, scratch: Any) -> int:
         return count
     best = -np.inf
     first = int64(0)
+    lowest = int64(0)
     for i in range(count):
         # a place in a fixed odd direction settles ties, or rounding would
         score = 0.9063 * scratch.spot[i, 0] + 0.4226 * scratch.spot[i, 1] - DEEP * (scratch.spot[i, 3] - least)
         if score > best:
             best = score
             first = int64(i)
+        if scratch.spot[i, 3] < scratch.spot[lowest, 3]:
+            lowest = int64(i)
+    second, width = farthest_spot(count, first, scratch)
+    if scratch.spot[first, 3] - least > LEVEL * width:
+        first = lowest
+        second, width = farthest_spot(count, first, scratch)
     u0, v0 = scratch.spot[first, 0], scratch.spot[first, 1]
-    second = farthest_spot(count, u0, v0, scratch)
     du, dv = scratch.spot[second, 0] - u0, scratch.spot[second, 1] - v0
     left = first
     right = first
     most = 0.0
-    lowest = 0.0
-    slack = 1e-9 * (du * du + dv * dv)  # of equal ones the first
+    least_area = 0.0
+    slack = 1e-9 * width * width  # of equal ones the first
     for i in range(count):
         area = du * (scratch.spot[i, 1] - v0) - dv * (scratch.spot[i, 0] - u0)
         if area > most + slack:
             most = area
             left = int64(i)
-        elif area < lowest - slack:
-            lowest = area
+        elif area < least_area - slack:
+            least_area = area
             right = int64(i)
     scratch.chosen[0] = first
     scratch.chosen[1] = second
@@ -360,16 +341,18 @@ def choose_spots(count: int, least: float, scratch: Any) -> int:
 
 
 @njit
-def farthest_spot(count: int, u: float, v: float, scratch: Any) -> int:
-    far = -1.0
-    index = int64(0)
+def farthest_spot(count: int, start: int, scratch: Any) -> tuple[int, float]:
+    """(number, distance in m) of the spot farthest from another; of equal ones the first."""
+    u, v = scratch.spot[start, 0], scratch.spot[start, 1]
+    far = 0.0
+    index = start
     for i in range(count):
         du, dv = scratch.spot[i, 0] - u, scratch.spot[i, 1] - v
         distance = du * du + dv * dv
         if distance > far * (1.0 + 1e-9):
             far = distance
             index = int64(i)
-    return index
+    return index, np.sqrt(far)
 
 
 @njit

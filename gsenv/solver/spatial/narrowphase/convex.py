@@ -15,11 +15,9 @@ from numpy.typing import NDArray
 
 from gsenv.solver.jit import njit
 from gsenv.solver.spatial.kinds import BOX, CYLINDER, HULL
-from gsenv.solver.spatial.math import Pose, Vec, add, along, dot, norm, rotate, scaled, sub, to_local, unit, vec
-from gsenv.solver.spatial.narrowphase.clip import touch, touch_or_meet
+from gsenv.solver.spatial.math import Pose, Vec, add, along, dot, rotate, scaled, sub, to_local, unit, vec
 from gsenv.solver.spatial.narrowphase.epa import overlap_of_cores
 from gsenv.solver.spatial.narrowphase.gjk import nearest_of_cores
-from gsenv.solver.spatial.narrowphase.manifold import clear_manifold
 from gsenv.solver.spatial.narrowphase.segments import lines_direction
 from gsenv.solver.spatial.narrowphase.solids import Solid, separation_along, support
 
@@ -31,34 +29,30 @@ FACE_BIAS = 0.01  # of the extent: another direction must part the shapes this m
 
 
 @njit
-def collide_convex(
-    a: Solid, pose_a: Pose, b: Solid, pose_b: Pose, vertices: Array | None, origin: Vec, margin: float,
-    m: Any, scratch: Any,
-) -> None:  # fmt: skip
-    """Poses count from `origin`."""
-    extent = min(a.extent, b.extent)
+def face_direction(
+    a: Solid, pose_a: Pose, b: Solid, pose_b: Pose, vertices: Array | None
+) -> tuple[Vec, float]:
+    """(unit normal, separation along it) of the face, or pair of axes, that parts the shapes best."""
     d = sub(pose_b.at, pose_a.at)
-    n = unit(d)
-    best = -np.inf
-    n, best = axes_normal(a, pose_a, b, pose_b, vertices, d, n, best)
+    n, best = axes_normal(a, pose_a, b, pose_b, vertices, d, unit(d), -np.inf)
     n, best = best_face_of(a, pose_a, b, pose_b, vertices, d, 1.0, n, best)
-    n, best = best_face_of(b, pose_b, a, pose_a, vertices, scaled(d, -1.0), -1.0, n, best)
-    if not best <= margin:
-        clear_manifold(m)
-        return
-    if best > -SHALLOW * extent:
-        least = touch(a, pose_a, b, pose_b, vertices, origin, n, best, margin, m, scratch)
-        if least <= best + SAME * extent:
-            return
-    apart, p, q = nearest_of_cores(a, pose_a, b, pose_b, vertices, n, scratch)
+    return best_face_of(b, pose_b, a, pose_a, vertices, scaled(d, -1.0), -1.0, n, best)
+
+
+@njit
+def core_direction(
+    a: Solid, pose_a: Pose, b: Solid, pose_b: Pose, vertices: Array | None, n: Vec, best: float, margin: float,
+    scratch: Any,
+) -> tuple[Vec, float, Vec]:  # fmt: skip
+    """(normal, separation, half-way between the nearest or deepest points); `best` along n where that is no worse."""
+    apart, p, q = nearest_of_cores(a, pose_a, b, pose_b, vertices, n, margin + a.grown + b.grown, scratch)
     if apart:
-        other = sub(q, p)
-        other = scaled(other, 1.0 / norm(other))
+        other = unit(sub(q, p))
         separation = separation_along(a, pose_a, b, pose_b, vertices, other)
     else:
         found, other, separation, p, q = overlap_of_cores(a, pose_a, b, pose_b, vertices, scratch)
         separation -= a.grown + b.grown
-        if not found or separation <= best + FACE_BIAS * extent:
+        if not found or separation <= best + FACE_BIAS * min(a.extent, b.extent):
             other = n
             separation = best
     if separation < best:
@@ -66,8 +60,7 @@ def collide_convex(
         separation = best
     p = along(p, a.grown, other)
     q = along(q, -b.grown, other)
-    middle = scaled(add(p, q), 0.5)
-    touch_or_meet(a, pose_a, b, pose_b, vertices, origin, other, separation, middle, margin, m, scratch)
+    return other, separation, scaled(add(p, q), 0.5)
 
 
 @njit

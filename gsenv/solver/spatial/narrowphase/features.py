@@ -75,15 +75,18 @@ def put_plane(f: Vec, p: Vec, t: Vec, s: Vec, n: Vec, side: int, scratch: Any) -
 @njit
 def put_line(p: Vec, q: Vec, t: Vec, s: Vec, n: Vec, side: int, scratch: Any) -> None:
     """A segment as the whole feature, with its heights; a point where it is seen end on."""
-    put_corner(p, int64(0), t, s, side, scratch)
     e = sub(q, p)
     u = dot(t, e)
     v = dot(s, e)
     length2 = u * u + v * v
+    thin = not length2 > 1e-4 * dot(e, e)
+    if thin and (dot(n, e) > 0.0) == (side == 0):
+        p = q  # the end that reaches farther
+    put_corner(p, int64(0), t, s, side, scratch)
     scratch.face_plane[side, 0] = dot(n, p)
     scratch.face_plane[side, 1] = 0.0
     scratch.face_plane[side, 2] = 0.0
-    if length2 > 1e-4 * dot(e, e):
+    if not thin:
         put_corner(q, int64(1), t, s, side, scratch)
         k = dot(n, e) / length2
         scratch.face_plane[side, 1] = k * u
@@ -95,14 +98,9 @@ def put_line(p: Vec, q: Vec, t: Vec, s: Vec, n: Vec, side: int, scratch: Any) ->
 def line_feature(solid: Solid, pose: Pose, d: Vec, t: Vec, s: Vec, n: Vec, side: int, scratch: Any) -> None:
     """Of a sphere or capsule: its core, pushed out to the surface."""
     middle = along(pose.at, solid.grown, d)
-    p = along(middle, -solid.half[2], pose.z)
-    q = along(middle, solid.half[2], pose.z)
-    if dot(pose.z, d) > 0.0:  # the end that reaches farther stands for a line that is seen end on
-        p, q = q, p
-    put_line(p, q, t, s, n, side, scratch)
-    if dot(pose.z, d) > 0.0:
-        scratch.face_label[side, 0] = 1
-        scratch.face_label[side, 1] = 0
+    put_line(
+        along(middle, -solid.half[2], pose.z), along(middle, solid.half[2], pose.z), t, s, n, side, scratch
+    )
     scratch.face_id[side] = EDGE_ID
     scratch.face_bend[side] = solid.grown
 

@@ -15,7 +15,7 @@ from gsenv.solver.spatial.narrowphase.spread import offer
 
 TILT = 0.1  # sine: a ridge still holds the flat end of a cylinder that is tilted so far beyond its faces
 CROSSED = 1e-4  # sine: lines that are more parallel touch with their ends
-ALONG = 0.05  # sine: a ridge so nearly along a cylinder carries it at both ends
+ALONG = 1e-3  # sine: a ridge so nearly along a cylinder carries it at both ends
 SECTIONS = 40  # of the golden section: 0.618^40 < 1e-8
 GOLDEN = 0.6180339887498949
 # numbers of features: 0 the side, 1 and 2 its ends, 3 and 4 the rims, from 5 on the flat ends
@@ -116,7 +116,7 @@ def end_on_fold(fold: Fold, body: Body, end: int, margin: float, feature: int, s
     for k in range(2):
         t = last if k else first
         gap = start_out + t * way_out
-        if gap <= margin and gap >= -2.0 * body.half_length and gap >= -2.0 * body.extent:
+        if gap <= margin and gap >= -2.0 * body.half_length and gap >= -body.extent:
             on_ridge = along(fold.start, t, way)
             total = offer(scratch, total, along(on_ridge, 0.5 * gap, d), d, gap, feature + k)
     return total
@@ -146,6 +146,8 @@ def rim_on_fold(fold: Fold, body: Body, margin: float, feature: int, scratch: An
     gap_x = rim_gap(fold, body, between(fold, x))[0]
     gap_y = rim_gap(fold, body, between(fold, y))[0]
     for _ in range(SECTIONS):
+        if max(gap_x, gap_y) > margin:  # and the greatest is no less
+            return total
         if gap_x > gap_y:
             high, y, gap_y = y, x, gap_x
             x = high - GOLDEN * (high - low)
@@ -162,7 +164,7 @@ def rim_on_fold(fold: Fold, body: Body, margin: float, feature: int, scratch: An
         return total
     way = sub(fold.end, fold.start)
     t = dot(sub(p, fold.start), way)
-    if not (gap <= margin and gap >= -2.0 * body.extent and t >= 0.0 and t <= dot(way, way)):
+    if not (gap <= margin and gap >= -body.extent and t >= 0.0 and t <= dot(way, way)):
         return total
     end = 0 if dot(d, body.pose.z) > 0.0 else 1
     return offer(scratch, total, along(p, -0.5 * gap, d), d, gap, feature + end)
@@ -187,13 +189,20 @@ def round_on_peak(
     side = distance - body.radius
     beside = abs(high) < body.half_length and distance > 0.0
     d = scaled(out, 1.0 / distance) if distance > 0.0 else axis
-    slack = 0.0 if body.kind == CAPSULE else TILT
-    beside = beside and beyond_peak(vertices, grid, row, column, d) <= slack
+    beside = beside and beyond_peak(vertices, grid, row, column, d) <= 0.0
     if body.kind != CAPSULE:
         end = 1 if high > 0.0 else 0
         gap = abs(high) - body.half_length
+        if side > 0.0 and gap > 0.0:  # beyond the rim
+            away = sub(along(end_of(body, end), -body.radius, d), p)
+            length = norm(away)
+            away = unit(away)
+            if length <= margin and beyond_peak(vertices, grid, row, column, away) <= 0.0:
+                q = along(p, 0.5 * length, away)
+                return offer(scratch, total, q, away, length, feature + RIM + end)
+            return total
         push = scaled(axis, -1.0 if end else 1.0)
-        if side <= 0.0 and (gap > side or not beside) and gap <= margin and gap >= -2.0 * body.extent:
+        if side <= 0.0 and (gap > side or not beside) and gap <= margin and gap >= -body.extent:
             if beyond_peak(vertices, grid, row, column, push) <= TILT:
                 return offer(scratch, total, along(p, 0.5 * gap, push), push, gap, feature + END + end)
     if beside and side <= margin and side >= -2.0 * body.radius:

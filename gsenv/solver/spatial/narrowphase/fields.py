@@ -170,6 +170,28 @@ def has_edge(grid: Grid, row: int, column: int, k: int) -> bool:
 
 
 @njit
+def is_ridge(vertices: Any, grid: Grid, row: int, column: int, k: int) -> bool:
+    """False if an edge that the sample has is surely flat or hollow; cheap.
+
+    Seen from above, the ends of an inner edge and the far corners of its two triangles make a parallelogram.
+    """
+    last_row, last_column = grid.rows - 1, grid.columns - 1
+    if k != 2 and (row == 0 or row == last_row if k == 0 else column == 0 or column == last_column):
+        return True
+    here = grid.first + row * grid.columns + column
+    beyond = here + grid.columns + 1
+    if k == 2:
+        end, one, other = beyond, here + 1, beyond - 1
+    elif k == 0:
+        end, one, other = here + 1, beyond, here - grid.columns
+    else:
+        end, one, other = beyond - 1, beyond, here - 1
+    ends = vertices[here].position[2] + vertices[end].position[2]
+    sides = vertices[one].position[2] + vertices[other].position[2]
+    return ends - sides > 1e-2 * FLAT * min(grid.width, grid.depth)
+
+
+@njit
 def fold_of(vertices: Any, grid: Grid, row: int, column: int, k: int) -> Fold:
     """Edge k of a sample that has it."""
     start = sample(vertices, grid, row, column)

@@ -13,7 +13,8 @@ from gsenv.solver.spatial.geometry import BASE_MARGIN
 from gsenv.solver.spatial.kinds import HEIGHTFIELD
 from gsenv.solver.spatial.math import Pose, norm, pose_of, quaternion, sub, vec
 from gsenv.solver.spatial.narrowphase.heightfields import heightfield_contacts
-from gsenv.solver.spatial.narrowphase.predict import predict
+from gsenv.solver.spatial.narrowphase.manifold import clear_manifold
+from gsenv.solver.spatial.narrowphase.predict import MEET, MISS, predict
 from gsenv.solver.spatial.narrowphase.table import FIELDS, PAIR_TABLE, collide
 
 Array = NDArray[Any]
@@ -37,10 +38,13 @@ def find_contacts(
     contacts: Array,
     manifolds: Array,
     scratches: Array,
+    field_scratch: Array | None,
+    convex: Any,
 ) -> int:
     """Fill `contacts` for the first `pair_count` pairs, sorted as they are; returns how many.
 
-    As planar/narrowphase/find.py; `manifolds`, `scratches` (1,) are scratch.
+    As planar/narrowphase/find.py; `manifolds`, `scratches` (1,) are scratch; `field_scratch`: None in a scene
+    without heightfields, `convex` in one without cylinders and hulls.
     """
     count = int64(0)  # not a literal: callees would be compiled for that as well
     m = manifolds[0]
@@ -55,20 +59,20 @@ def find_contacts(
         )  # fmt: skip
         start = count
         if routine == FIELDS:
-            if vertices is not None:
+            if field_scratch is not None:
                 count = find_field_contacts(
-                    shape_models, shape_parameters, vertices, geometry, a, b, margin, contacts, count, m, scratch
+                    shape_models, shape_parameters, vertices, geometry, a, b, margin, contacts, count, m, field_scratch
                 )
         else:
             pose_a = pose_in(geometry[a])
             pose_b = pose_in(geometry[b])
-            collide(shape_models, shape_parameters, vertices, a, b, pose_a, pose_b, margin, m, scratch)
+            collide(shape_models, shape_parameters, vertices, a, b, pose_a, pose_b, margin, m, scratch, convex)
             if not m.separation <= margin:
                 continue
             if m.separation > BASE_MARGIN * extent or (m.count == 0 and m.separation > 0.0):
                 look_ahead(
                     bodies, body_models, body_parameters, shape_models, shape_parameters, vertices, a, b, pose_a,
-                    pose_b, gravity, timestep, margin, TOUCHING * extent, m, scratch,
+                    pose_b, gravity, timestep, margin, extent, m, scratch, convex,
                 )  # fmt: skip
             count = write_points(m, contacts, count)
         for k in range(start, min(count, len(contacts))):
@@ -93,21 +97,31 @@ def look_ahead(
     gravity: Array,
     timestep: float,
     margin: float,
-    touching: float,
+    extent: float,
     m: Any,
     scratch: Any,
+    convex: Any,
 ) -> None:
     """A manifold to come becomes that of the moment of contact.
 
-    Where joints bend paths, free flight may miss; then the present manifold stays.
+    Where joints bend paths, free flight may miss: then the present manifold stays. So it does where the two
+    fly on together, but would meet if one of them were stopped: a heap that lands layer on layer.
     """
-    predict(
+    body_a = bodies[shape_models[a].body]
+    body_b = bodies[shape_models[b].body]
+    together = min(norm(vec(body_a.velocity)), norm(vec(body_b.velocity))) * timestep
+    near = m.separation <= min(together, extent)
+    outcome = predict(
         bodies, body_models, body_parameters, shape_models, shape_parameters, vertices, a, b, pose_a, pose_b,
-        gravity, timestep, margin, touching, m, scratch,
+        gravity, timestep, margin, TOUCHING * extent, m, scratch, convex,
     )  # fmt: skip
+    if outcome == MEET:
+        return
     jointed = body_models[shape_models[a].body].jointed | body_models[shape_models[b].body].jointed
-    if m.count == 0 and jointed != 0:
-        collide(shape_models, shape_parameters, vertices, a, b, pose_a, pose_b, margin, m, scratch)
+    if not near and jointed == 0:
+        clear_manifold(m)
+    elif outcome == MISS:
+        collide(shape_models, shape_parameters, vertices, a, b, pose_a, pose_b, margin, m, scratch, convex)
 
 
 @njit
@@ -133,12 +147,15 @@ def pose_in(entry: Any) -> Pose:
 def pair_scale(
     one: Any, other: Any, body_a: Any, body_b: Any, sensor: int, timestep: float
 ) -> tuple[float, float]:
-    """(extent, margin) of a pair in m; see planar/narrowphase/find.py."""
+    """(extent, margin) of a pair in m; see planar/narrowphase/find.py, and ``look_ahead`` for ``together``."""
     extent = min(one.extent, other.extent)
     if sensor != 0:
         return extent, 0.0
-    speed = norm(sub(vec(body_b.velocity), vec(body_a.velocity)))
-    return extent, BASE_MARGIN * extent + timestep * speed + one.reach + other.reach
+    va = vec(body_a.velocity)
+    vb = vec(body_b.velocity)
+    together = min(timestep * min(norm(va), norm(vb)), extent)
+    speed = norm(sub(vb, va))
+    return extent, BASE_MARGIN * extent + max(timestep * speed, together) + one.reach + other.reach
 
 
 @inline_njit
@@ -168,7 +185,7 @@ def label_contact(
 def find_field_contacts(
     shape_models: Array,
     shape_parameters: Array,
-    vertices: Array,
+    vertices: Array | None,
     geometry: Array,
     a: int,
     b: int,
@@ -176,7 +193,7 @@ def find_field_contacts(
     contacts: Array,
     count: int,
     m: Any,
-    scratch: Any,
+    scratch: Array,
 ) -> int:
     """Contacts of a pair of which one is a heightfield, normals from a to b."""
     field = a

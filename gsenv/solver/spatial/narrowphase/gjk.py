@@ -40,9 +40,12 @@ def put_support(
 
 @njit
 def nearest_of_cores(
-    a: Solid, pose_a: Pose, b: Solid, pose_b: Pose, vertices: Array | None, start: Vec, scratch: Any
+    a: Solid, pose_a: Pose, b: Solid, pose_b: Pose, vertices: Array | None, start: Vec, reach: float, scratch: Any
 ) -> tuple[bool, Vec, Vec]:
-    """(whether the cores are apart, nearest point of a, of b).  `start`: some direction from a to b."""
+    """(whether the cores are apart, nearest point of a, of b).  `start`: some direction from a to b.
+
+    Of cores farther apart than `reach`, two points between which lies a gap that says so.
+    """
     simplex = scratch.simplex
     v = put_support(a, pose_a, b, pose_b, vertices, start, simplex[0])
     scratch.weight[0] = 1.0
@@ -55,7 +58,10 @@ def nearest_of_cores(
         if not vv > TOUCHING * TOUCHING * scale2:
             return False, p, q
         w = put_support(a, pose_a, b, pose_b, vertices, scaled(v, -1.0), simplex[count])
-        if vv - dot(v, w) <= EXACT * vv or is_known(w, count, scratch):
+        bound = dot(v, w)
+        if vv - bound <= EXACT * vv or is_known(w, count, scratch):
+            return True, p, q
+        if bound > 0.0 and bound > reach * np.sqrt(vv):
             return True, p, q
         count = nearest_of_simplex(count + 1, scratch)
         closer = weighted(count, int64(0), scratch)

@@ -50,6 +50,7 @@ from gsenv.solver.spatial.narrowphase.fields import (
     height_above,
     is_over,
     is_peak,
+    is_ridge,
     normal_of,
     sample,
     span_of,
@@ -113,13 +114,15 @@ def candidates(vertices: Any, grid: Grid, body: Body, margin: float, scratch: An
         return total
     for index in range(body.points):
         total = corner(vertices, grid, body, index, margin, scratch, total)
+    if body.kind == SPHERE:
+        return total
     for row in range(span.row, span.row_end + 1):
         for column in range(span.column, span.column_end + 1):
             if row < grid.rows - 1 and column < grid.columns - 1 and body.kind == CYLINDER:
                 if cell_top(vertices, grid, row, column) >= low[2]:
                     total = cylinder_on_cell(vertices, grid, body, row, column, margin, scratch, total)
             for k in range(3):
-                if has_edge(grid, row, column, k):
+                if has_edge(grid, row, column, k) and is_ridge(vertices, grid, row, column, k):
                     total = ridge(vertices, grid, body, row, column, k, low, high, margin, scratch, total)
             p = sample(vertices, grid, row, column)
             if is_within(p, low, high) and is_peak(vertices, grid, row, column):
@@ -184,7 +187,7 @@ def corner_beside(
 ) -> int:  # fmt: skip
     """Against the ridges that a sample owns, and the sample, where the corner is between the faces' normals."""
     for k in range(3):
-        if not has_edge(grid, row, column, k):
+        if not has_edge(grid, row, column, k) or not is_ridge(vertices, grid, row, column, k):
             continue
         fold = fold_of(vertices, grid, row, column, k)
         if fold.turn <= FLAT:
@@ -263,8 +266,6 @@ def ridge(
     low: Vec, high: Vec, margin: float, scratch: Any, total: int,
 ) -> int:  # fmt: skip
     """An edge of the field against the edges and the round side of the shape."""
-    if body.kind == SPHERE:
-        return total
     fold = fold_of(vertices, grid, row, column, k)
     if fold.turn <= FLAT or max(fold.start[2], fold.end[2]) < low[2] or min(fold.start[2], fold.end[2]) > high[2]:
         return total
@@ -300,7 +301,7 @@ def edge_on_fold(fold: Fold, body: Body, edge: int, margin: float, feature: int,
     across = uu * ww - uw * uw
     t = (dot(apart, u) * ww - dot(apart, w) * uw) / across  # along the ridge
     s = (dot(apart, u) * uw - dot(apart, w) * uu) / across  # along the shape's edge
-    if not (gap <= margin and gap >= -2.0 * body.extent and t >= 0.0 and t <= 1.0 and s >= 0.0 and s <= 1.0):
+    if not (gap <= margin and gap >= -body.extent and t >= 0.0 and t <= 1.0 and s >= 0.0 and s <= 1.0):
         return total
     on_ridge = along(fold.start, t, u)
     if (
@@ -326,8 +327,6 @@ def peak(
 ) -> int:
     """A sample against the face that it has entered least, of those that its neighbours let touch it."""
     feature = number(grid, row, column, 5, 0)
-    if body.kind == SPHERE:
-        return total
     if body.kind == CAPSULE or body.kind == CYLINDER:
         return round_on_peak(vertices, grid, body, row, column, p, margin, feature, scratch, total)
     best, highest = -np.inf, -np.inf
@@ -339,7 +338,7 @@ def peak(
         if height > best and beyond_peak(vertices, grid, row, column, scaled(m, -1.0)) <= TILT:
             best = height
             face = f
-    if face < 0 or not (best <= margin and best >= -2.0 * body.extent):
+    if face < 0 or not (best <= margin and best >= -body.extent):
         return total
     m = vec(scratch[face].normal)
     if highest > 0.0:

@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 
 from gsenv.solver.jit import njit
 from gsenv.solver.spatial.math import Pose, Vec, add, dot, norm, scaled, sub, vec
-from gsenv.solver.spatial.narrowphase.manifold import clear_manifold
 from gsenv.solver.spatial.narrowphase.motion import Motion, advanced, motion_of, velocity_of
 from gsenv.solver.spatial.narrowphase.table import collide
 
 Array = NDArray[Any]
 
 MAX_ADVANCES = 12
+APART, MISS, MEET = 0, 1, 2
 
 
 @njit
@@ -36,10 +36,12 @@ def predict(
     touching: float,
     m: Any,
     scratch: Any,
-) -> None:
-    """Manifold at the time of contact, told for the present; without points if there is none.
+    convex: Any,
+) -> int:
+    """Manifold at the time of contact, told for the present: MEET, or MISS, when m is of no use any more.
 
-    `m` holds the manifold at the present poses; a gap of `touching` m counts as contact.
+    `m` holds the manifold at the present poses, and still does if they can't meet in the step at all (APART);
+    a gap of `touching` m counts as contact.
     """
     body_a = shape_models[a].body
     body_b = shape_models[b].body
@@ -51,21 +53,20 @@ def predict(
     time = 0.0
     for _ in range(MAX_ADVANCES):
         if not m.separation < np.inf:
-            clear_manifold(m)
-            return
+            return MISS
         # the gap closes no faster
         speed = swing + dot(vec(m.normal), sub(motion_a.velocity, motion_b.velocity))
         if not speed * (timestep - time) > m.separation:
-            clear_manifold(m)
-            return
+            return APART if time == 0.0 else MISS
         time += m.separation / speed
         collide(
             shape_models, shape_parameters, vertices, a, b,
-            advanced(pose_a, motion_a, time), advanced(pose_b, motion_b, time), margin, m, scratch,
+            advanced(pose_a, motion_a, time), advanced(pose_b, motion_b, time), margin, m, scratch, convex,
         )  # fmt: skip
         if m.separation <= touching:
             break
     bring_back(m, motion_a, motion_b, parameter_a.inv_mass, parameter_b.inv_mass, time)
+    return MEET
 
 
 @njit

@@ -2,14 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-from numpy.typing import NDArray
-
 from gsenv.solver.jit import njit
 from gsenv.solver.spatial.kinds import BOX, CYLINDER, SPHERE
 from gsenv.solver.spatial.math import Pose, Vec, along, cross, dot, norm, rotate, scaled, sub, unit, unrotate
-from gsenv.solver.spatial.narrowphase.clip import touch_or_meet
 from gsenv.solver.spatial.narrowphase.segments import (
     lines_direction,
     point_box,
@@ -18,17 +13,15 @@ from gsenv.solver.spatial.narrowphase.segments import (
 )
 from gsenv.solver.spatial.narrowphase.solids import Solid
 
-Array = NDArray[Any]
-
 FACE_BIAS = 0.01  # of the extent: an edge must part the shapes this much better than a face
 
 
 @njit
-def collide_round(
-    a: Solid, pose_a: Pose, b: Solid, pose_b: Pose, vertices: Array | None, origin: Vec, margin: float, m: Any,
-    scratch: Any,
-) -> None:  # fmt: skip
-    """b is a sphere or capsule; a the same, a box, or, with a sphere, a cylinder.  Poses count from `origin`."""
+def round_direction(a: Solid, pose_a: Pose, b: Solid, pose_b: Pose) -> tuple[Vec, float, Vec]:
+    """(normal, separation, point half-way between the nearest points).
+
+    b is a sphere or capsule; a the same, a box, or, with a sphere, a cylinder.
+    """
     d = sub(pose_b.at, pose_a.at)
     t = 0.0  # b's nearest point along its axis, m from its middle
     if a.kind == BOX or a.kind == CYLINDER:
@@ -44,7 +37,7 @@ def collide_round(
         n, distance, _, t = lines_direction(d, pose_a.z, a.half[2], pose_b.z, b.half[2])
     separation = distance - a.grown - b.grown
     middle = along(along(pose_b.at, t, pose_b.z), -b.grown - 0.5 * separation, n)
-    touch_or_meet(a, pose_a, b, pose_b, vertices, origin, n, separation, middle, margin, m, scratch)
+    return n, separation, middle
 
 
 @njit

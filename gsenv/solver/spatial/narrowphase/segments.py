@@ -113,12 +113,13 @@ def segment_box(p: Vec, d: Vec, half: Vec) -> tuple[float, float]:
     The slope of the squared distance is piecewise linear and never falls, with a kink where the line
     crosses the plane of a face: the kinks next to its zero are found, and between them the zero.
     """
-    return slope_zero(p, d, half, True), slope_zero(p, d, half, False)
+    return slope_zero(p, d, half, 0.0), slope_zero(p, d, half, 1.0)
 
 
 @njit
-def slope_zero(p: Vec, d: Vec, half: Vec, first: bool) -> float:
-    """The first or last zero of segment_slope in [-1, 1], or the end nearest to one."""
+def slope_zero(p: Vec, d: Vec, half: Vec, last: float) -> float:
+    """The first (`last` = 0) or last (1) zero of segment_slope in [-1, 1], or the end nearest to one."""
+    first = last == 0.0
     low = -1.0
     high = 1.0
     slope_low = segment_slope(p, d, half, low)

@@ -17,6 +17,7 @@ from gsenv.solver.spatial.narrowphase.scratch import scratch_dtype
 from gsenv.solver.spatial.narrowphase.table import collide
 from gsenv.solver.spatial.vertices import vertex_dtype
 
+CONVEX = np.ones(1)  # these scenes have all kinds
 KINDS = {"sphere": SPHERE, "box": BOX, "capsule": CAPSULE, "cylinder": CYLINDER, "hull": HULL, "plane": PLANE}
 
 
@@ -215,7 +216,7 @@ def contact_of(a: Shape, b: Shape, margin: float = 0.1) -> Contact:
     models, parameters, vertices = arrays_of(a, b)
     manifold, scratch = room()
     m = manifold[0]
-    collide(models, parameters, vertices, 0, 1, a.pose(), b.pose(), margin, m, scratch[0])
+    collide(models, parameters, vertices, 0, 1, a.pose(), b.pose(), margin, m, scratch[0], CONVEX)
     k = int(m["count"])
     contact = Contact(
         np.array(m["normal"]), float(m["separation"]), np.array(m["point"])[:k], np.array(m["gap"])[:k],

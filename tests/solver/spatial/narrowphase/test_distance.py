@@ -8,12 +8,25 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from gsenv.solver.model import Array
 from gsenv.solver.spatial.kinds import ShapeKind
 from gsenv.solver.spatial.narrowphase.table import FIELDS, NONE, PAIR_TABLE
 from tests.solver.spatial.narrowphase.pairs import (
-    Shape, best_separation, box, box_hull, capsule, contact_of, cylinder, hull, icosahedron, plane, random_hull,
-    reach, rotation, sphere, tetrahedron, turn,
+    Shape,
+    best_separation,
+    box,
+    box_hull,
+    capsule,
+    contact_of,
+    cylinder,
+    hull,
+    icosahedron,
+    plane,
+    random_hull,
+    reach,
+    rotation,
+    sphere,
+    tetrahedron,
+    turn,
 )  # fmt: skip
 
 Rng = np.random.Generator
@@ -155,7 +168,8 @@ def test_far_from_the_origin_and_in_any_frame(names: tuple[str, str]) -> None:
         shift = 1e4 * rng.normal(size=3)
         moved = contact_of(a.moved(frame, shift), b.moved(frame, shift), 1e300)
         assert moved.separation == pytest.approx(contact.separation, abs=1e-8)
-        np.testing.assert_allclose(moved.normal, frame @ contact.normal, atol=1e-6)
+        slack = 1e-5 if "cylinder" in names else 1e-7  # round both ways: the depth has a flat minimum
+        np.testing.assert_allclose(moved.normal, frame @ contact.normal, atol=slack)
 
 
 @pytest.mark.parametrize("names", PAIRS, ids="-".join)
@@ -206,10 +220,6 @@ def test_a_hull_of_many_faces() -> None:
         contact = contact_of(a, b, 1e300)
         oracle = best_separation(a, b, rng, 1000)
         assert contact.separation >= oracle - (1e-9 if oracle > 0 else FACE_BIAS * a.extent)
-
-
-def normals_of(shape: Shape) -> Array:
-    return np.concatenate([shape.rotation.T, -shape.rotation.T])
 
 
 def test_face_contacts_take_the_face_exactly() -> None:

@@ -1,0 +1,98 @@
+"""SpatialRenderer: a 3D World to uint8 pictures. Reads the simulation, never writes to it."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gsenv.render.spatial.camera import SpatialCamera
+from gsenv.render.spatial.primitives import BOX, HEIGHTFIELD, HULL, PLANE, Primitives, read_meshes
+from gsenv.render.spatial.renderer import PrimitiveRenderer, Quality
+from gsenv.render.spatial.style import DEFAULT_STYLE, Style
+from gsenv.render.spatial.world_view import ShapeTable, read_primitives, read_table, read_vertices
+
+FloatArray = NDArray[np.float64]
+
+
+class SpatialRenderer:
+    """Renders 3D worlds of one model at one size.
+
+    world: the World to show
+    width, height: px
+    camera: None fits the moving bodies at the first picture
+    quality: "high" for films, "fast" for pixel observations
+    """
+
+    def __init__(
+        self,
+        world: Any,
+        width: int = 640,
+        height: int = 480,
+        camera: SpatialCamera | None = None,
+        quality: Quality = "high",
+        *,
+        style: Style = DEFAULT_STYLE,
+    ) -> None:
+        self.world = world
+        self.camera = camera
+        self._renderer = PrimitiveRenderer(width, height, quality, style)
+        self._table = read_table(world)
+
+    @property
+    def width(self) -> int:
+        """px"""
+        return self._renderer.width
+
+    @property
+    def height(self) -> int:
+        """px"""
+        return self._renderer.height
+
+    def frame(self, world_index: int = 0, camera: SpatialCamera | None = None) -> NDArray[np.uint8]:
+        """New (height, width, 3) RGB picture of one world, by `camera` or the renderer's own."""
+        primitives = read_primitives(self.world, world_index, self._table)
+        vertices = read_vertices(self.world, world_index)
+        if camera is None:
+            if self.camera is None:
+                lower, upper = find_bounds(primitives, vertices, self._table)
+                self.camera = SpatialCamera.look_at_bounds(lower, upper, self.width, self.height)
+            camera = self.camera
+        return self._renderer.draw(camera, primitives, vertices)
+
+
+def find_bounds(
+    primitives: Primitives, vertices: NDArray[np.void] | None, table: ShapeTable
+) -> tuple[FloatArray, FloatArray]:
+    """Lower and upper corner (3,) in m of what moves; of all that has an end where nothing does."""
+    shown = primitives.enabled & (primitives.kind != PLANE)
+    for wanted in (shown & ~table.static, shown):
+        if wanted.any():
+            lower, upper = find_boxes(primitives, vertices, np.flatnonzero(wanted))
+            return lower.min(axis=0), upper.max(axis=0)
+    return np.full(3, -1.0), np.full(3, 1.0)
+
+
+def find_boxes(
+    primitives: Primitives, vertices: NDArray[np.void] | None, index: NDArray[np.int64]
+) -> tuple[FloatArray, FloatArray]:
+    """World bounding boxes (k, 3) in m of the primitives `index`."""
+    w, x, y, z = primitives.rotation[index].T
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    turn = np.moveaxis(np.array(rows), 2, 0)
+    kind, radius = primitives.kind[index], primitives.radius[index]
+    middle = np.zeros((len(index), 3))
+    half = primitives.size[index] + np.where(kind == BOX, 0.0, radius)[:, None]
+    meshes = read_meshes(vertices)
+    for i in np.flatnonzero((kind == HULL) | (kind == HEIGHTFIELD)):
+        first = primitives.vertex_first[index[i]]
+        counts = meshes.counts[first]
+        points = meshes.point[first : first + (counts[0] if kind[i] == HULL else counts[2] * counts[3])]
+        lower, upper = points.min(axis=0), points.max(axis=0)
+        middle[i], half[i] = 0.5 * (lower + upper), 0.5 * (upper - lower)
+    center = primitives.position[index] + (turn @ middle[:, :, None])[:, :, 0]
+    reach = (np.abs(turn) @ half[:, :, None])[:, :, 0]
+    return center - reach, center + reach

@@ -1,0 +1,105 @@
+"""The only place in 3D that knows how a World stores what a picture needs."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gsenv.render.spatial.primitives import HEIGHTFIELD, MARKED, PLAIN, PLANE, SPHERE, Primitives
+from gsenv.render.spatial.style import GROUND_COLOR
+from gsenv.render.theme import PALETTE, STATIC_COLOR
+from gsenv.solver.model import BodyKind
+
+FloatArray = NDArray[np.float64]
+
+
+class ShapeTable(NamedTuple):
+    """What never changes; (shape,) arrays without the sensors."""
+
+    number: NDArray[np.int64]  # among all shapes
+    kind: NDArray[np.int32]
+    body: NDArray[np.int32]
+    vertex_first: NDArray[np.int32]
+    color: NDArray[np.uint8]  # (shape, 3)
+    mark: NDArray[np.int32]
+    static: NDArray[np.bool_]
+
+
+def rotate(rotation: FloatArray, vectors: FloatArray) -> FloatArray:
+    """(..., 3) vectors turned by (..., 4) unit quaternions: v + 2 w (u x v) + 2 u x (u x v)."""
+    u = rotation[..., 1:]
+    t = 2.0 * np.cross(u, vectors)
+    turned: FloatArray = vectors + rotation[..., :1] * t + np.cross(u, t)
+    return turned
+
+
+def multiply(p: FloatArray, q: FloatArray) -> FloatArray:
+    """(..., 4) quaternions: first q, then p."""
+    w = p[..., :1] * q[..., :1] - (p[..., 1:] * q[..., 1:]).sum(-1, keepdims=True)
+    v = p[..., :1] * q[..., 1:] + q[..., :1] * p[..., 1:] + np.cross(p[..., 1:], q[..., 1:])
+    return np.concatenate([w, v], axis=-1)
+
+
+def read_table(world: Any) -> ShapeTable:
+    """Shapes of a 3D World that are drawn: all but sensors."""
+    if world.model.dim != 3:
+        raise ValueError(f"a SpatialRenderer draws 3D worlds, got one with dim {world.model.dim}.")
+    shapes = world.model.shapes
+    index = np.flatnonzero(shapes["sensor"] == 0)
+    kind, body = shapes["kind"][index], shapes["body"][index]
+    static = (world.model.bodies["kind"] == BodyKind.STATIC)[body]
+    colors = world.model.shape_colors
+    color = find_colors(kind, body, static) if colors is None else np.asarray(colors)[index]
+    # Stripes on balls that are bodies of their own; a head or a joint's ball stays plain.
+    alone = np.bincount(shapes["body"], minlength=len(world.model.bodies))[body] == 1
+    mark = np.where((kind == SPHERE) & ~alone, PLAIN, MARKED)
+    return ShapeTable(
+        number=index,
+        kind=np.ascontiguousarray(kind, np.int32),
+        body=np.ascontiguousarray(body, np.int32),
+        vertex_first=np.ascontiguousarray(shapes["vertex_first"][index], np.int32),
+        color=np.ascontiguousarray(color, np.uint8),
+        mark=np.ascontiguousarray(mark, np.int32),
+        static=static,
+    )
+
+
+def find_colors(kind: NDArray[Any], body: NDArray[Any], static: NDArray[np.bool_]) -> NDArray[np.uint8]:
+    """(shape, 3): grounds and static things grey, moving bodies through the palette in turn."""
+    order = np.cumsum(np.bincount(body[~static], minlength=int(body.max(initial=0)) + 1) > 0) - 1
+    color = PALETTE[order[body] % len(PALETTE)]
+    color[static] = STATIC_COLOR
+    color[(kind == PLANE) | (kind == HEIGHTFIELD)] = GROUND_COLOR
+    return color
+
+
+def read_primitives(world: Any, index: int, table: ShapeTable) -> Primitives:
+    """Shapes of one world, where they are now."""
+    bodies, states = world.parameters.bodies[index], world.state.bodies[index]
+    shapes = world.parameters.shapes[index][table.number]
+    rotation = states["rotation"][table.body]
+    local = shapes["local_position"] - bodies["center"][table.body]
+    enabled = (shapes["enabled"] != 0) & (bodies["enabled"] != 0)[table.body]
+    return Primitives(
+        kind=table.kind,
+        position=np.ascontiguousarray(states["position"][table.body] + rotate(rotation, local)),
+        rotation=multiply(rotation, shapes["local_rotation"]),
+        size=np.ascontiguousarray(shapes["size"]),
+        radius=np.ascontiguousarray(shapes["radius"]),
+        color=table.color,
+        enabled=enabled,
+        vertex_first=table.vertex_first,
+        mark=table.mark,
+    )
+
+
+def read_vertices(world: Any, index: int) -> NDArray[np.void]:
+    """Entries of `vertex_dtype` of one world."""
+    vertices: NDArray[np.void] = world.parameters.vertices[index]
+    return vertices
+
+
+def read_body_positions(world: Any, index: int) -> FloatArray:
+    """(body, 3) m, centres of mass."""
+    positions: FloatArray = world.state.bodies[index]["position"]
+    return positions
