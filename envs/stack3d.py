@@ -136,11 +136,10 @@ class Stack3DTask(Task):
 
         record = self.records[world]
         top = 1.75 + 2.0 * float(record["half_height"][1]) * max(int(record["blocks"]) - 3, 0)
-        middle = 0.40 * top
-        away = 2.1 + 1.30 * top
-        return SpatialCamera(
-            (0.62 * away, -0.78 * away, middle + 0.33 * away), (0.0, 0.0, middle), width=width, height=height
-        )
+        middle = 0.42 * top
+        away = 1.2 + 1.30 * top
+        eye = (0.62 * away, -0.78 * away, middle + 0.40 * away)
+        return SpatialCamera(eye, (0.0, 0.0, middle), width=width, height=height)
 
     def captions(self, world: int) -> Sequence[str]:
         record = self.records[world]

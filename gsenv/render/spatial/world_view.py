@@ -48,8 +48,10 @@ def read_table(world: Any) -> ShapeTable:
     index = np.flatnonzero(shapes["sensor"] == 0)
     kind, body = shapes["kind"][index], shapes["body"][index]
     static = (world.model.bodies["kind"] == BodyKind.STATIC)[body]
-    colors = world.model.shape_colors
-    color = find_colors(kind, body, static) if colors is None else np.asarray(colors)[index]
+    color = find_colors(kind, body, static)
+    if world.model.shape_colors is not None:
+        given = world.model.shape_colors[index]
+        color = np.where(given.any(axis=1)[:, None], given, color)  # black: none given, as in 2D
     # Stripes on balls that are bodies of their own; a head or a joint's ball stays plain.
     alone = np.bincount(shapes["body"], minlength=len(world.model.bodies))[body] == 1
     mark = np.where((kind == SPHERE) & ~alone, PLAIN, MARKED)
