@@ -27,6 +27,9 @@ class EnvEntry:
 ENVS = (
     EnvEntry("GStack-v0", "stack:StackEnv", "stack:StackVectorEnv", 600, "2D: build a tower of blocks that stands"),
     EnvEntry("GCar-v0", "car:CarEnv", "car:CarVectorEnv", 1000, "2D: drive a car over hills, bridges and see-saws"),
+    EnvEntry(
+        "GStack3D-v0", "stack3d:Stack3DEnv", "stack3d:Stack3DVectorEnv", 600, "3D: build a tower of blocks that stands"
+    ),
 )
 
 

@@ -341,10 +341,10 @@ class Painter:
         self._renderer: Any = None
 
     def paint(self, task: Task, world: int) -> Frame:
-        from gsenv.render import SceneRenderer
+        from gsenv.render import make_renderer
 
         if self._renderer is None or self._renderer.world is not task.world:
-            self._renderer = SceneRenderer(task.world, self.width, self.height)
+            self._renderer = make_renderer(task.world, self.width, self.height)
         camera = task.camera(world, self.width, self.height)
         if camera is not None:
             self._renderer.camera = camera

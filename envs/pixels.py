@@ -37,10 +37,10 @@ class Pixels:
         self._renderer: Any = None
 
     def draw(self, task: Task, world: int) -> NDArray[np.uint8]:
-        from gsenv.render import SceneRenderer
+        from gsenv.render import make_renderer
 
         if self._renderer is None or self._renderer.world is not task.world:
-            self._renderer = SceneRenderer(task.world, SIDE, SIDE)
+            self._renderer = make_renderer(task.world, SIDE, SIDE, small=True)
         camera = task.camera(world, SIDE, SIDE)
         if camera is not None:
             self._renderer.camera = camera

@@ -19,6 +19,7 @@ from gsenv.envs import stack_scene
 from gsenv.envs.car_driver import drive
 from gsenv.envs.mlp import MlpPolicy
 from gsenv.envs.stack import StackTask
+from gsenv.envs.stack3d_policy import build_tower as build_tower_in_space
 
 Observations = NDArray[np.float32]
 Actions = NDArray[np.float32]
@@ -141,4 +142,8 @@ def _slow(seen: dict[str, NDArray[np.float32]]) -> NDArray[np.bool_]:
     return np.hypot(seen["block_vx"], seen["block_vy"]) < _CALM
 
 
-_SCRIPTED: dict[str, BatchPolicy] = {"GStack-v0": build_tower, "GCar-v0": drive}
+_SCRIPTED: dict[str, BatchPolicy] = {
+    "GStack-v0": build_tower,
+    "GStack3D-v0": build_tower_in_space,
+    "GCar-v0": drive,
+}

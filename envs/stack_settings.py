@@ -29,14 +29,19 @@ LIMITS = {
 }
 
 Range = tuple[float, float]
+Limits = tuple[float, float]
 
 
-def check_blocks(blocks: Any) -> int:
-    """Levels of the goal, 1 to 8, or ValueError."""
-    whole = isinstance(blocks, (int, np.integer)) and not isinstance(blocks, bool)
-    if not whole or not 1 <= blocks <= scene.MAX_BLOCKS:
-        raise ValueError(f"blocks must be a whole number from 1 to {scene.MAX_BLOCKS}, got {blocks!r}.")
-    return int(blocks)
+def blocks_setting(default: int, least: int, most: int) -> Setting:
+    """`blocks`, a whole number."""
+
+    def check(blocks: Any) -> int:
+        whole = isinstance(blocks, (int, np.integer)) and not isinstance(blocks, bool)
+        if not whole or not least <= blocks <= most:
+            raise ValueError(f"blocks must be a whole number from {least} to {most}, got {blocks!r}.")
+        return int(blocks)
+
+    return Setting("blocks", default, check, f"levels of the tower, {least} to {most}")
 
 
 def _number(value: Any) -> float | None:
@@ -45,8 +50,9 @@ def _number(value: Any) -> float | None:
     return float(value) if real and math.isfinite(value) else None
 
 
-def _number_setting(name: str, default: float, text: str) -> Setting:
-    low, high = LIMITS[name]
+def number_setting(name: str, default: float, text: str, limits: Limits) -> Setting:
+    """A number within limits."""
+    low, high = limits
 
     def check(given: Any) -> float:
         value = _number(given)
@@ -57,8 +63,9 @@ def _number_setting(name: str, default: float, text: str) -> Setting:
     return Setting(name, default, check, f"{text}, within {low:g} to {high:g}")
 
 
-def _range_setting(name: str, default: Range, text: str) -> Setting:
-    least, most = LIMITS[name]
+def range_setting(name: str, default: Range, text: str, limits: Limits) -> Setting:
+    """Two numbers within limits, the lower first."""
+    least, most = limits
 
     def check(given: Any) -> Range:
         values = [_number(value) for value in given] if isinstance(given, (tuple, list, np.ndarray)) else []
@@ -91,26 +98,30 @@ def weights_setting(defaults: Mapping[str, float]) -> Setting:
 
 
 BLOCK_SETTINGS = (
-    _range_setting("half_width", scene.HALF_WIDTH, "m, of blocks"),
-    _range_setting("half_height", scene.HALF_HEIGHT, "m, of blocks"),
-    _range_setting("mass", scene.MASS, "kg, of blocks"),
-    _range_setting("friction", scene.FRICTION, "coefficient, of blocks"),
-    _number_setting("grasp_offset", scene.GRASP_OFFSET, "how far off its middle a block is held, of its half-width"),
-    _number_setting("grasp_tilt", scene.GRASP_TILT, "rad, how far a block is tilted in the gripper"),
-    _number_setting("success_time", SUCCESS_TIME, "s that the whole tower must stand"),
-)
+    range_setting("half_width", scene.HALF_WIDTH, "m, of blocks", LIMITS["half_width"]),
+    range_setting("half_height", scene.HALF_HEIGHT, "m, of blocks", LIMITS["half_height"]),
+    range_setting("mass", scene.MASS, "kg, of blocks", LIMITS["mass"]),
+    range_setting("friction", scene.FRICTION, "coefficient, of blocks", LIMITS["friction"]),
+    number_setting(
+        "grasp_offset", scene.GRASP_OFFSET, "how far off its middle a block is held, of its half-width",
+        LIMITS["grasp_offset"],
+    ),
+    number_setting(
+        "grasp_tilt", scene.GRASP_TILT, "rad, how far a block is tilted in the gripper", LIMITS["grasp_tilt"]
+    ),
+    number_setting("success_time", SUCCESS_TIME, "s that the whole tower must stand", LIMITS["success_time"]),
+)  # fmt: skip
 
-SETTINGS = (
-    Setting("blocks", 5, check_blocks, f"levels of the tower, 1 to {scene.MAX_BLOCKS}"),
-    *BLOCK_SETTINGS,
-    weights_setting(REWARD_WEIGHTS),
-)
+SETTINGS = (blocks_setting(5, 1, scene.MAX_BLOCKS), *BLOCK_SETTINGS, weights_setting(REWARD_WEIGHTS))
+
+_ELSEWHERE = ("success_time", "reward_weights")
 
 
 def write_settings(records: NDArray[Any], worlds: NDArray[Any], settings: Mapping[str, Any]) -> None:
     """Checked settings into the records of worlds whose episodes begin."""
-    for name in ("blocks", "half_width", "half_height", "mass", "friction", "grasp_offset", "grasp_tilt"):
-        records[name][worlds] = settings[name]
+    for name, value in settings.items():
+        if name not in _ELSEWHERE:
+            records[name][worlds] = value
     # 1e-9: one second is 30 steps, whatever the last bit says
     records["stand_steps"][worlds] = math.ceil(settings["success_time"] * CONTROL_RATE - 1e-9)
     for name, weight in settings["reward_weights"].items():

@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
     from rich.progress import Progress
 
-    from gsenv.render import SceneRenderer
     from gsenv.render.video import VideoWriter
     from gsenv.scenes import SceneSpec
     from gsenv.train.evaluate import Actor
@@ -37,8 +36,7 @@ if TYPE_CHECKING:
     Policy = Callable[[gymnasium.Env[Any, Any]], Any]
 
 SCENE_PREFIX = "scene:"
-SCENE_FPS = 60.0
-"""Frames per second of a recorded scene, at most: a scene with a shorter timestep skips steps."""
+SCENE_FPS = 60.0  # of a recorded scene, at most: one with a shorter timestep skips steps
 
 POLICY_HELP = "random, scripted, trained, or a trained policy's .npz or .zip file"
 
@@ -436,14 +434,14 @@ def _frame(env: "gymnasium.Env[Any, Any]") -> "Frame":
 
 
 def _scene_footage(options: argparse.Namespace) -> _Footage:
-    from gsenv.render import SceneRenderer
+    from gsenv.render import make_renderer
     from gsenv.render.video import GIF_MAX_FPS
     from gsenv.scenes import SCENES, make_world
 
     name = options.target.removeprefix(SCENE_PREFIX)
     world = make_world(name)
     width, height = options.size or (640, 480)
-    renderer = SceneRenderer(world, width=width, height=height)
+    renderer = make_renderer(world, width, height)
     _aim(renderer, SCENES[name])
     fps_limit = min(SCENE_FPS, GIF_MAX_FPS) if options.out.suffix.lower() == ".gif" else SCENE_FPS
     steps_per_frame = ceil(1 / (fps_limit * world.timestep) - 1e-9)  # 1e-9: 1/60 s is one step at 60 fps
@@ -459,11 +457,15 @@ def _scene_footage(options: argparse.Namespace) -> _Footage:
     return _Footage(1 / (steps_per_frame * world.timestep), 1 + step_count // steps_per_frame, frames())
 
 
-def _aim(renderer: "SceneRenderer", spec: "SceneSpec") -> None:
+def _aim(renderer: Any, spec: "SceneSpec") -> None:
     """Where the scene says so, a camera that follows a body or shows a part of the world."""
     from gsenv.render.camera import Bounds, Camera, FollowCamera
 
-    if spec.follow is not None:
+    if spec.camera is not None:
+        from gsenv.render.spatial import SpatialCamera
+
+        renderer.camera = SpatialCamera(*spec.camera, width=renderer.width, height=renderer.height)
+    elif spec.follow is not None:
         renderer.camera = FollowCamera([renderer.world.model.body_names.index(spec.follow)])
     elif spec.view is not None:
         renderer.camera = Camera.fit(Bounds(*spec.view), renderer.width, renderer.height, margin=0.0)

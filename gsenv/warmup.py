@@ -89,9 +89,9 @@ def _run_jointed_terrain() -> None:
 
 
 def _run_scene(name: str) -> None:
-    from gsenv.render import SceneRenderer
+    from gsenv.render import make_renderer
     from gsenv.scenes import make_world
 
     world = make_world(name)
     world.step()
-    SceneRenderer(world, width=64, height=48).render()
+    make_renderer(world, 64, 48).render()

@@ -287,7 +287,7 @@ def test_scene_is_recorded_at_its_own_pace(
             return np.full(self.shape, self.world.steps, np.uint8)
 
     monkeypatch.setattr(scenes, "make_world", lambda name: World())
-    monkeypatch.setattr(gsenv.render, "SceneRenderer", Renderer)
+    monkeypatch.setattr(gsenv.render, "make_renderer", Renderer)
     assert cli.main(["record", "scene:stack", "--out", out, "--steps", "12", "--size", "64x48"]) == 0
     assert [int(frame[0, 0, 0]) for frame in writer().frames] == shown
     assert writer().fps == pytest.approx(fps)

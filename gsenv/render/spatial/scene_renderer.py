@@ -1,10 +1,12 @@
 """SpatialRenderer: a 3D World to uint8 pictures. Reads the simulation, never writes to it."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gsenv.render.hud import draw_hud
 from gsenv.render.spatial.camera import SpatialCamera
 from gsenv.render.spatial.primitives import BOX, HEIGHTFIELD, HULL, PLANE, Primitives, read_meshes
 from gsenv.render.spatial.renderer import PrimitiveRenderer, Quality
@@ -58,6 +60,13 @@ class SpatialRenderer:
                 self.camera = SpatialCamera.look_at_bounds(lower, upper, self.width, self.height)
             camera = self.camera
         return self._renderer.draw(camera, primitives, vertices)
+
+    def render(self, world_index: int = 0, hud: Sequence[str] = ()) -> NDArray[np.uint8]:
+        """As `frame`, by the renderer's own camera; `hud` lines go to the top left."""
+        image = self.frame(world_index)
+        if hud:
+            draw_hud(image, tuple(hud))
+        return image
 
 
 def find_bounds(
