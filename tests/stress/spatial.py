@@ -24,7 +24,7 @@ CATEGORIES = (
     "friction", "targets", "kinematic", "pushed", "mixed",
 )  # fmt: skip
 DRIVEN = ("targets", "kinematic", "pushed")
-TURNING = 0.0  # share of materials with torsional and rolling friction
+TURNING = 0.2  # share of bodies with torsional and rolling friction
 SOLID = ("sphere", "box", "capsule", "cylinder", "hull")
 
 
@@ -243,12 +243,12 @@ def _random_joint(build: SpatialBuild, name: str, a: str, b: str, middle: Array,
     kind = str(rng.choice(["weld", "distance"] if soft else ["ball", "ball", "weld", "rod", "rope"]))
     # not by frequency: that spring is as stiff as the turning bodies' mass in it asks for, and stores no fixed energy
     stiffness = 20.0 * build.size**3 * log_uniform(rng, 0.5, 30.0) ** 2
-    spring = {"stiffness": stiffness, "damping": stiffness * log_uniform(rng, 1e-3, 0.1)} if soft else {}
+    spring = (stiffness, stiffness * log_uniform(rng, 1e-3, 0.1)) if soft else (None, 0.0)
     joint = build.scene.add_joint
     if kind == "ball":
         joint(name, "ball", a, b, anchor=middle)
     elif kind in ("weld", "distance"):
-        joint(name, kind, a, b, anchor=middle if kind == "weld" else None, **spring)
+        joint(name, kind, a, b, anchor=middle if kind == "weld" else None, stiffness=spring[0], damping=spring[1])
     elif kind == "rod":
         joint(name, "distance", a, b)
     else:

@@ -34,7 +34,7 @@ def test_gravity_by_world() -> None:
     world.parameters.set(gravity=[[0, 0, -1], [2, 1, 0]], worlds=[0, 2])
     world.parameters.set("crate", gravity_scale=0.5, worlds=2)
     world.step(60)
-    assert_allclose(world.linear_velocity[:, 0], [[0, 0, -1], [0, 0, -G], [1, 0.5, 0]], rtol=1e-13)
+    assert_allclose(world.linear_velocity[:, 0], np.array([[0, 0, -1], [0, 0, -G], [1, 0.5, 0]]), rtol=1e-13)
     assert_allclose(world.position[:, 0], [[0, 0, -0.5], [0, 0, -G / 2], [0.5, 0.25, 0]], rtol=1e-12)
 
 
