@@ -5,11 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numba import int64
 from numpy.typing import NDArray
 
 from gsenv.solver.broadphase import may_touch
 from gsenv.solver.jit import njit
-from gsenv.solver.spatial.geometry import DYNAMIC, bounding_box
+from gsenv.solver.spatial.geometry import DYNAMIC, KINEMATIC, bounding_box
 from gsenv.solver.spatial.integrate import turn_body
 from gsenv.solver.spatial.kinds import HEIGHTFIELD
 from gsenv.solver.spatial.math import (
@@ -30,7 +31,7 @@ from gsenv.solver.spatial.math import (
     vec,
 )
 from gsenv.solver.spatial.narrowphase.heightfields import heightfield_gap
-from gsenv.solver.spatial.narrowphase.motion import Motion, advanced, at_rest, swing_of
+from gsenv.solver.spatial.narrowphase.motion import Motion, advanced, at_rest, swing_of, velocity_of
 from gsenv.solver.spatial.narrowphase.table import FIELDS, NONE, PAIR_TABLE, collide
 
 Array = NDArray[Any]
@@ -85,12 +86,14 @@ def sweep_fast_bodies(
         if body_parameters[b].enabled == 0 or bodies[b].asleep != 0:
             continue
         motion = motion_between(start[b], bodies[b], body_parameters[b])
-        time = first_hit(
+        time, hit = first_hit(
             b, motion, bodies, body_models, body_parameters, shape_models, shape_parameters,
             vertices, geometry, exclusions, start, manifolds, scratches, field_scratch, convex,
         )  # fmt: skip
         if time < 1.0:
             put_back(bodies[b], start[b], motion, time)
+            if body_models[hit].kind == KINEMATIC:  # goes on, and would pass through what waits for it
+                ride_on(bodies[b], motion_between(start[hit], bodies[hit], body_parameters[hit]), 1.0 - time)
             lost = (1.0 - time) * timestep  # it has not lived through this time: no fall, no speed
             for axis in range(3):
                 bodies[b].velocity[axis] -= lost * motions[b].acceleration[axis]
@@ -117,6 +120,14 @@ def put_back(body: Any, start: Any, motion: Motion, time: float) -> None:
     for d in range(3):
         body.position[d] = at[d]
         body.velocity[3 + d] = spin[d]
+
+
+@njit
+def ride_on(body: Any, motion: Motion, rest: float) -> None:
+    """Move with another body for the ``rest`` of the step."""
+    way = velocity_of(motion, vec(body.position), 1.0 - rest)
+    for d in range(3):
+        body.position[d] += rest * way[d]
 
 
 @njit
@@ -159,9 +170,10 @@ def first_hit(
     scratches: Array,
     field_scratch: Array | None,
     convex: Any,
-) -> float:
-    """Part of the step after which a shape of body b hits something; 1 if none does."""
+) -> tuple[float, int]:
+    """Part of the step after which a shape of body b hits something, 1 if none does; and which body."""
     time = 1.0
+    hit = int64(b)
     model = body_models[b]
     for k in range(model.shape_first, model.shape_first + model.shape_count):
         if geometry[k].active == 0 or shape_models[k].sensor != 0:
@@ -188,11 +200,14 @@ def first_hit(
                 continue
             if high[0] < lower[0] or high[1] < lower[1] or high[2] < lower[2]:
                 continue
+            before = time
             time = hit_time(
                 shape_models, shape_parameters, vertices, k, other, pose, other_pose, motion, other_motion,
                 body_parameters[b].extent, time, manifolds, scratches, field_scratch, convex,
             )  # fmt: skip
-    return time
+            if time < before:
+                hit = int64(body)
+    return time, hit
 
 
 @njit

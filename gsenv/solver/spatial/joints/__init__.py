@@ -38,7 +38,7 @@ _VELOCITY = int(ActuatorMode.VELOCITY)
 _POSITION = int(ActuatorMode.POSITION)
 SWING_PER_SUBSTEP = 1.5  # rad: how far a taut link may swing in a substep
 TURN_PER_SUBSTEP = 0.15  # rad: how far a body that is held off its centre may turn in a substep
-NUTATION_PER_SUBSTEP = 0.85  # rad: how far a top's own inertia may turn the motion of its arm in a substep
+NUTATION_PER_SUBSTEP = 0.85  # rad: how far a top's own inertia may turn the motion of its arm in one of two substeps
 OFF_CENTER = 0.1  # of the radius: wheels turn about their centres and need no more substeps
 
 
@@ -236,6 +236,7 @@ def substeps_for(
     T / L (1/m_a + 1/m_b); the explicit step follows it for omega h < 2.
     """
     fastest = 0.0
+    fastest_top = 0.0
     spin = 0.0
     for k in range(len(indices)):
         j = indices[k]
@@ -254,14 +255,17 @@ def substeps_for(
             square += length * _swing_inverse(masses, reach, length)
             if length > OFF_CENTER * masses.radius:
                 swing, nutation = _swing_speeds(bodies[i], masses, arm(bodies[i], masses, anchor), length)
-                spin = max(spin, max(swing, nutation * TURN_PER_SUBSTEP / NUTATION_PER_SUBSTEP))
+                spin = max(spin, swing)
+                fastest_top = max(fastest_top, nutation)
         if model.kind == _DISTANCE and parameters.length > 0.0:
             square += (body_parameters[model.body_a].inv_mass + body_parameters[model.body_b].inv_mass) / (
                 parameters.length
             )
         fastest = max(fastest, tension * square)
     needed = max(dt * fastest**0.5 / SWING_PER_SUBSTEP, dt * spin / TURN_PER_SUBSTEP)
-    return min(max(least, int(np.ceil(min(needed, 1e6)))), max(least, most))
+    count = min(max(least, int(np.ceil(min(needed, 1e6)))), max(least, most))
+    tops = 0.5 * least * dt * fastest_top / NUTATION_PER_SUBSTEP  # finer where more substeps are asked for
+    return max(count, min(int(np.ceil(min(tops, 1e6))), max(most, 2 * least)))
 
 
 @njit
