@@ -148,7 +148,7 @@ def test_the_next_block_arrives_in_the_gripper_and_only_where_there_is_room(env:
     assert rise > 0.0
     before = float(read(observation, "gripper_z")[0])
     while not read(observation, "holding"):
-        observation = env.step([0, 0, 0.5, 0, -1])[0]
+        observation = env.step(np.array([0, 0, 0.5, 0, -1], np.float32))[0]
     assert read(observation, "gripper_z")[0] - before == pytest.approx(rise, abs=0.03)  # a step is 25 mm
     motion = env.task.world.state.bodies["velocity"][0]
     np.testing.assert_allclose(motion[FIRST_BLOCK + 1], motion[GRIPPER_BODY], atol=1e-9)

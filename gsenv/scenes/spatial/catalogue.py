@@ -28,7 +28,7 @@ SPATIAL: dict[str, SceneSpec] = {
                                 (3.0, -5.0, 2.5), (0.0, 0.0, 1.0)),
     "block_overhang": _spatial(lambda: block_overhang(5, 1.01), "blocks 1 % beyond the limit topple, in space", 4.0,
                                (3.0, -9.0, 3.0), (1.0, 0.0, 0.0)),
-    "wall": _spatial(brick_wall, "a wall of bricks stands", 4.0, (3.0, -5.0, 2.0), (0.0, 0.0, 0.7)),
+    "wall": _spatial(brick_wall, "a wall of bricks stands", 4.0, (3.0, -7.0, 2.4), (0.2, 0.0, 0.8)),
     "wall_hit": _spatial(brick_wall_hit, "a heavy ball flies into a wall", 4.0, (4.5, -5.5, 3.0), (0.0, 1.0, 0.5)),
     "cube_rain": _spatial(cube_rain, "sixty boxes of all sizes fall into a bin, in space", 5.0,
                           (5.0, -7.0, 6.0), (0.0, 0.0, 1.5)),
