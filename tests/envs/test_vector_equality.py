@@ -49,9 +49,12 @@ def test_equals_them_after_partial_resets(env_id: str, mode: AutoresetMode) -> N
     expected = np.array([env.reset(seed=7 + i)[0] for i, env in enumerate(singles)])
     np.testing.assert_array_equal(observations, expected)
     rng = np.random.default_rng(3)
+    age = np.zeros(count, int)  # steps at the end of the round: 12 are too few to end an episode
     for k in range(12):
         mask = rng.random(count) < 0.5
         mask[k % count] = True
+        mask |= age == 12
+        age = np.where(mask, 4, age + 4)
         choices: list[list[int | None] | None] = [None, [None] * count, [100 * k + i for i in range(count)]]
         seeds = choices[k % 3]
         options = {"reset_mask": mask}
@@ -63,7 +66,7 @@ def test_equals_them_after_partial_resets(env_id: str, mode: AutoresetMode) -> N
             expected[i] = singles[i].reset(seed=None if seeds is None else seeds[i])[0]
         np.testing.assert_array_equal(observations, expected)
         np.testing.assert_array_equal(infos["_reward_terms"], mask)
-        for actions in random_actions(env_id, k, 4, count):  # too few to end an episode
+        for actions in random_actions(env_id, k, 4, count):
             observations, rewards, terminated, _, _ = vector.step(actions)
             results = [env.step(action) for env, action in zip(singles, actions, strict=True)]
             assert not terminated.any()

@@ -17,7 +17,7 @@ def bin_walls(scene: Scene, half: float, height: float, friction: float = 0.3) -
     """Four walls around a square of 2 ``half`` m."""
     thick = 0.2
     for name, x, y in (("left", -1, 0), ("right", 1, 0), ("front", 0, -1), ("back", 0, 1)):
-        extents = (thick if x else half + 2 * thick, thick if y else half + 2 * thick, 0.5 * height)
+        extents = (thick if x else half, thick if y else half + 2 * thick, 0.5 * height)  # no two overlap
         wall = Box(half_extents=extents, friction=friction)
         position = (x * (half + thick), y * (half + thick), 0.5 * height)
         scene.add_body(f"wall_{name}", kind="static", shapes=[wall], position=position)
