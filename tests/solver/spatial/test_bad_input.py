@@ -176,6 +176,8 @@ def test_things_of_space_are_refused_in_the_plane(case: str) -> None:
 
 ACTS: dict[str, Callable[[Any], Any]] = {
     "force of two": lambda w: w.apply_force("ball_0", (1, 2)),
+    "inertia of no body": lambda w: w.parameters.set("ball_0", friction=0.9, inertia=(1, 1, 5)),
+    "spin of one": lambda w: w.set_velocity("ball_0", (1, 0, 0), [1.0]),
     "force NaN": lambda w: w.apply_force("ball_0", (1, NAN, 2)),
     "force's point of two": lambda w: w.apply_force("ball_0", (1, 0, 0), point=(0, 0)),
     "torque of two": lambda w: w.apply_force("ball_0", (1, 0, 0), torque=(1, 2)),

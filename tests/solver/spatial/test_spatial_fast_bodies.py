@@ -73,9 +73,10 @@ def test_nothing_passes_a_plate_that_can_move(name: str, mass: float) -> None:
         np.testing.assert_allclose(world.diagnostics().momentum, momentum, atol=1e-8 * abs(momentum).max())
 
 
-@pytest.mark.parametrize(("name", "velocity"), [("sphere", -30.0), *((name, 30.0) for name in SHAPES)])
+@pytest.mark.parametrize("velocity", [-30.0, -3.0, 30.0])
+@pytest.mark.parametrize("name", SHAPES)
 def test_nothing_passes_a_moving_plate(name: str, velocity: float) -> None:
-    """Kinematic, towards a ball and away from all."""
+    """Kinematic, towards the shot or away from it."""
     for speed in SPEEDS:
         world = shot(SHAPES[name], speed, 0.3, kind="kinematic", linear_velocity=(velocity, 0, 0))
         assert beyond(world, 12) < 0.0
