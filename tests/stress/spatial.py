@@ -243,7 +243,9 @@ def _random_joint(build: SpatialBuild, name: str, a: str, b: str, middle: Array,
     kind = str(rng.choice(["weld", "distance"] if soft else ["ball", "ball", "weld", "rod", "rope"]))
     # not by frequency: that spring is as stiff as the turning bodies' mass in it asks for, and stores no fixed energy
     stiffness = 20.0 * build.size**3 * log_uniform(rng, 0.5, 30.0) ** 2
-    spring = {"stiffness": stiffness, "damping": stiffness * log_uniform(rng, 1e-3, 0.1)} if soft else {}
+    spring: dict[str, Any] = (
+        {"stiffness": stiffness, "damping": stiffness * log_uniform(rng, 1e-3, 0.1)} if soft else {}
+    )
     joint = build.scene.add_joint
     if kind == "ball":
         joint(name, "ball", a, b, anchor=middle)
