@@ -140,7 +140,7 @@ def random_spatial_case(seed: int, category: str | None = None) -> Case:
     pushes = log_uniform(rng, 1.0, 300.0) if category == "pushed" else 0.0
     if pushes:
         drive = 2.0 * PUSHED * options.timestep * pushes
-    overlapping = category in ("overlap", "chains", "springs")
+    overlapping = category in ("overlap", "field", "chains", "springs")  # a bowl's rim may reach into bodies
     driven = category in DRIVEN
     return Case(seed, category, complete(build.scene), options, driven, overlapping, drive, slack, pushes)
 
