@@ -140,7 +140,7 @@ def random_spatial_case(seed: int, category: str | None = None) -> Case:
     pushes = log_uniform(rng, 1.0, 300.0) if category == "pushed" else 0.0
     if pushes:
         drive = 2.0 * PUSHED * options.timestep * pushes
-    overlapping = category in ("overlap", "chains", "springs")
+    overlapping = category in ("overlap", "field", "chains", "springs")  # a bowl's rim may reach into bodies
     driven = category in DRIVEN
     return Case(seed, category, complete(build.scene), options, driven, overlapping, drive, slack, pushes)
 
@@ -243,12 +243,14 @@ def _random_joint(build: SpatialBuild, name: str, a: str, b: str, middle: Array,
     kind = str(rng.choice(["weld", "distance"] if soft else ["ball", "ball", "weld", "rod", "rope"]))
     # not by frequency: that spring is as stiff as the turning bodies' mass in it asks for, and stores no fixed energy
     stiffness = 20.0 * build.size**3 * log_uniform(rng, 0.5, 30.0) ** 2
-    spring = (stiffness, stiffness * log_uniform(rng, 1e-3, 0.1)) if soft else (None, 0.0)
+    spring: dict[str, Any] = (
+        {"stiffness": stiffness, "damping": stiffness * log_uniform(rng, 1e-3, 0.1)} if soft else {}
+    )
     joint = build.scene.add_joint
     if kind == "ball":
         joint(name, "ball", a, b, anchor=middle)
     elif kind in ("weld", "distance"):
-        joint(name, kind, a, b, anchor=middle if kind == "weld" else None, stiffness=spring[0], damping=spring[1])
+        joint(name, kind, a, b, anchor=middle if kind == "weld" else None, **spring)
     elif kind == "rod":
         joint(name, "distance", a, b)
     else:

@@ -228,7 +228,7 @@ def test_spring_sags_by_its_stiffness() -> None:
 
 @pytest.mark.parametrize("kind", ["ball", "weld", "distance"])
 def test_a_hanging_weight_pulls_with_m_g(kind: str) -> None:
-    anchors = {} if kind == "distance" else {"anchor": (0, 0, 0)}
+    anchors: dict[str, Any] = {} if kind == "distance" else {"anchor": (0, 0, 0)}
     world = full_world(hung(kind, mass=3.0, **anchors))
     world.step(60)
     assert_allclose(world.joint_reaction("joint")[0], (0, 0, 3.0 * G, 0, 0, 0), atol=1e-4)
@@ -269,7 +269,8 @@ def test_doubled_joints_stay_calm(kinds: tuple[str, str]) -> None:
 @pytest.mark.parametrize("kind", ["ball", "weld", "distance"])
 def test_contradictory_joints_stay_calm(kind: str) -> None:
     """Held at two places 0.2 m apart: no explosion, and it settles between them."""
-    scene = hung(kind, place=(0, 0, -1), **({} if kind == "distance" else {"anchor": (0, 0, -1)}))
+    anchors: dict[str, Any] = {} if kind == "distance" else {"anchor": (0, 0, -1)}
+    scene = hung(kind, place=(0, 0, -1), **anchors)
     scene.add_body("other", "static", position=(0.2, 0, 0))
     if kind == "distance":
         scene.add_body("third", "static", position=(0, 0, -2.2))

@@ -34,8 +34,8 @@ def test_gravity_by_world() -> None:
     world.parameters.set(gravity=[[0, 0, -1], [2, 1, 0]], worlds=[0, 2])
     world.parameters.set("crate", gravity_scale=0.5, worlds=2)
     world.step(60)
-    assert_allclose(world.linear_velocity[:, 0], np.array([[0, 0, -1], [0, 0, -G], [1, 0.5, 0]]), rtol=1e-13)
-    assert_allclose(world.position[:, 0], [[0, 0, -0.5], [0, 0, -G / 2], [0.5, 0.25, 0]], rtol=1e-12)
+    assert_allclose(world.linear_velocity[:, 0], [[0.0, 0.0, -1.0], [0.0, 0.0, -G], [1.0, 0.5, 0.0]], rtol=1e-13)
+    assert_allclose(world.position[:, 0], [[0.0, 0.0, -0.5], [0.0, 0.0, -G / 2], [0.5, 0.25, 0.0]], rtol=1e-12)
 
 
 def test_mass_and_inertia_by_world() -> None:
@@ -43,7 +43,9 @@ def test_mass_and_inertia_by_world() -> None:
     world.parameters.set("crate", mass=[1.0, 10.0], worlds=[0, 2])
     world.parameters.set("crate", inertia=(4.0, 5.0, 6.0), worlds=1)
     assert_array_equal(world.parameters.mass[:, 0], [1, 2, 10])
-    assert_array_equal(world.parameters.inertia[:, 0], [MOMENTS, (4, 5, 6), MOMENTS])  # was given, so it stays
+    assert_array_equal(
+        world.parameters.inertia[:, 0], [list(MOMENTS), [4.0, 5.0, 6.0], list(MOMENTS)]
+    )  # was given, so it stays
     assert_allclose(world.parameters.bodies["inv_inertia"][1, 0], (1 / 4, 1 / 5, 1 / 6), rtol=1e-15)
     world.apply_force("crate", (1, 0, 0), torque=(0, 0, 2.0))
     world.step()
