@@ -1,6 +1,6 @@
 """How the time of a step grows with the number of bodies, and what sleeping bodies cost.
 
-    taskset -c 0 python -m benchmarks.scaling [--quick] [--output docs]
+    taskset -c 0 python -m benchmarks.scaling [--dim 3] [--quick] [--output docs]
 
 Awake: scenes of 10 to 5,000 boxes at a fixed number of sweeps (tolerance 0, sleeping off), from the
 same settled and slightly shaken state for each solver.  Asleep: the same scenes at default options,
@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import math
 import os
 import statistics
 import time
@@ -32,8 +31,10 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
 
-from gsenv.solver import Box, HalfPlane, Options, Scene, World
+from gsenv.solver import Options, Scene, World
 from gsenv.solver.jit import mute_compile_notice
+
+from .scaling_scenes import FAMILIES, Families, with_awake_tower
 
 SIZES = (10, 30, 100, 300, 1000, 3000, 5000)
 QUICK_SIZES = (10, 100, 1000)
@@ -47,6 +48,9 @@ STEPS = 10  # of a timed call
 ROUNDS = 5
 BUDGET = 0.02  # CPU s of a round: small scenes are timed more than once in it
 SLEEPING = 5000  # bodies
+NAMES = {2: "scaling", 3: "scaling3d"}
+IN_SPACE = {2: "", 3: ", in space"}
+COMMAND = {2: "", 3: " --dim 3"}
 COLORS = {"towers": "#1f77b4", "row": "#17a2a2", "tower": "#7a4fbf", "wall": "#d1701f", "pile": "#c0392b"}
 
 
@@ -92,84 +96,6 @@ class Rest:
         return (self.beside - self.tower) / self.awake
 
 
-# ------------------------------------------------------------------- scenes
-
-
-def grounded() -> Scene:
-    scene = Scene()
-    scene.add_body("ground", kind="static", shapes=[HalfPlane(normal=(0, 1), friction=0.5)])
-    return scene
-
-
-def add_box(scene: Scene, x: float, y: float, half: tuple[float, float] = (0.5, 0.5), angle: float = 0.0) -> None:
-    name = f"box_{len(scene.bodies)}"
-    scene.add_body(name, shapes=[Box(half_extents=half, friction=0.5)], position=(x, y), angle=angle)
-
-
-def towers(count: int, pitch: float = 2.0) -> Scene:
-    """Towers of ten, apart: one island each."""
-    scene = grounded()
-    for k in range(count):
-        add_box(scene, pitch * (k // 10), 0.5 + k % 10)
-    return scene
-
-
-def row(count: int) -> Scene:
-    """The same, side by side and touching: one island, ten high and as long as it takes."""
-    return towers(count, 1.0)
-
-
-def tower(count: int) -> Scene:
-    """One on the other."""
-    scene = grounded()
-    for k in range(count):
-        add_box(scene, 0.0, 0.5 + k)
-    return scene
-
-
-def wall(count: int) -> Scene:
-    """Bricks in running bond, as many side by side as on each other, at most 50."""
-    scene = grounded()
-    width = min(50, round(math.sqrt(count)))
-    for k in range(count):
-        course = k // width
-        add_box(scene, k % width + 0.5 * (course % 2), 0.25 + 0.5 * course, (0.5, 0.25))
-    return scene
-
-
-def pile(count: int) -> Scene:
-    """Boxes of all sizes and angles, dropped between two walls."""
-    random = np.random.default_rng(count)
-    scene = grounded()
-    width = max(4, round(math.sqrt(2 * count)))
-    for x in (-1.0, width + 0.0):
-        wall_box = Box(half_extents=(0.5, 2.0 * width), friction=0.5)
-        scene.add_body(f"side_{x:g}", kind="static", shapes=[wall_box], position=(x, 2.0 * width))
-    for k in range(count):
-        x, y = k % width + random.uniform(-0.05, 0.05), k // width + 0.7
-        half_x, half_y = random.uniform(0.15, 0.45, 2)
-        add_box(scene, x, y, (half_x, half_y), random.uniform(0.0, math.pi) if half_x + half_y < 0.6 else 0.0)
-    return scene
-
-
-FAMILIES: dict[str, tuple[Callable[[int], Scene], int]] = {  # scene, steps to settle
-    "towers": (towers, 10),
-    "row": (row, 10),
-    "tower": (tower, 10),
-    "wall": (wall, 10),
-    "pile": (pile, 200),
-}
-
-
-def with_awake_tower(scene: Scene) -> Scene:
-    """Add a tower of ten, far away, on a plate that creeps along: it can't fall asleep."""
-    plate = Box(half_extents=(2.0, 0.25), friction=0.5)
-    scene.add_body("plate", kind="kinematic", shapes=[plate], position=(-30.0, 2.0), linear_velocity=(1e-3, 0.0))
-    for k in range(10):
-        add_box(scene, -30.0, 2.75 + k)
-    return scene
-
-
 # ---------------------------------------------------------------- measuring
 
 
@@ -192,14 +118,15 @@ def boxes_of(world: World) -> np.ndarray[Any, np.dtype[np.intp]]:
 class Settled:
     """A scene of a family, and the state that each timing starts from."""
 
-    def __init__(self, family: str, count: int) -> None:
-        build, settle = FAMILIES[family]
+    def __init__(self, families: Families, family: str, count: int) -> None:
+        build, settle = families[family]
         self.world = World(build(count), options=SETTLING)
         self.world.step(settle)
         self.count = count
         self.snapshot = self.world.save()
         self.boxes = boxes_of(self.world)
-        self.shake = SHAKE * np.random.default_rng(0).uniform(-1.0, 1.0, (count, 3))
+        ndof = self.world.state.bodies["velocity"].shape[-1]
+        self.shake = SHAKE * np.random.default_rng(0).uniform(-1.0, 1.0, (count, ndof))
 
     def time(self, solver: str) -> float:
         """CPU s a step: the median of more than one call where a scene is small."""
@@ -213,9 +140,11 @@ class Settled:
         return statistics.median(times)
 
 
-def time_awake(family: str, sizes: tuple[int, ...], advance: Callable[[int], object]) -> Iterator[Timing]:
+def time_awake(
+    families: Families, family: str, sizes: tuple[int, ...], advance: Callable[[int], object]
+) -> Iterator[Timing]:
     """All sizes in turn, several times: a machine that is slow for a while is slow for all of them."""
-    scenes = [Settled(family, n) for n in sizes]
+    scenes = [Settled(families, family, n) for n in sizes]
     for solver in SOLVERS:
         times: dict[int, list[float]] = {n: [] for n in sizes}
         for _ in range(ROUNDS):
@@ -240,9 +169,9 @@ def put_to_sleep(world: World) -> None:
     world.state.bodies["velocity"][0, boxes] = 0.0
 
 
-def time_asleep(family: str, count: int, alone: float) -> Rest:
+def time_asleep(families: Families, family: str, count: int, alone: float) -> Rest:
     """The scene awake, asleep, and asleep beside a tower that is awake."""
-    build, settle = FAMILIES[family]
+    build, settle = families[family]
     world = World(build(count), options=SETTLING)
     world.step(settle)
     awake = microseconds(world, STEPS)
@@ -259,30 +188,31 @@ def time_asleep(family: str, count: int, alone: float) -> Rest:
     return Rest(family, count, awake, asleep, alone, both)
 
 
-def awake_tower_alone() -> float:
-    world = World(with_awake_tower(Scene()))
+def awake_tower_alone(dim: int) -> float:
+    world = World(with_awake_tower(Scene(dim)))
     world.step(20)
     return microseconds(world, 10 * STEPS)
 
 
-def measure(sizes: tuple[int, ...], console: Console) -> tuple[list[Timing], list[Rest]]:
+def measure(dim: int, sizes: tuple[int, ...], console: Console) -> tuple[list[Timing], list[Rest]]:
     timings: list[Timing] = []
     rests: list[Rest] = []
     sleeping = [n for n in (BASE, 1000, SLEEPING) if n <= max(sizes)]
-    families = ("towers", "wall", "pile")
+    all_families = FAMILIES[dim]
+    resting = ("towers", "wall", "pile")
     with Progress(console=console) as progress:
-        total = sum(sizes) * len(FAMILIES) * len(SOLVERS) * ROUNDS + sum(sleeping) * len(families) * 10
+        total = sum(sizes) * len(all_families) * len(SOLVERS) * ROUNDS + sum(sleeping) * len(resting) * 10
         task = progress.add_task("compiling", total=total)
-        World(tower(2), options=FIXED).step()
-        World(towers(200), options=FIXED).step()
-        for family in FAMILIES:
+        World(all_families["tower"][0](2), options=FIXED).step()
+        World(all_families["towers"][0](200), options=FIXED).step()
+        for family in all_families:
             progress.update(task, description=family)
-            timings += time_awake(family, sizes, partial(progress.advance, task))
-        alone = awake_tower_alone()
-        for family in families:
+            timings += time_awake(all_families, family, sizes, partial(progress.advance, task))
+        alone = awake_tower_alone(dim)
+        for family in resting:
             for n in sleeping:
                 progress.update(task, description=f"{family} of {n}, sleeping")
-                rests.append(time_asleep(family, n, alone))
+                rests.append(time_asleep(all_families, family, n, alone))
                 progress.advance(task, 10 * n)
     return timings, rests
 
@@ -306,7 +236,7 @@ def awake_table(timings: list[Timing], solver: str) -> str:
     chosen = [t for t in timings if t.solver == solver]
     sizes = sorted({t.bodies for t in chosen})
     rows = []
-    for family in FAMILIES:
+    for family in FAMILIES[2]:
         line = sorted((t for t in chosen if t.family == family), key=lambda t: t.bodies)
         cells = [f"{t.per_body:.2f} ({growth(timings, t):.2f})" for t in line]
         last = line[-1]
@@ -326,12 +256,12 @@ def rest_table(rests: list[Rest]) -> str:
     return table(header, rows)
 
 
-def report(timings: list[Timing], rests: list[Rest]) -> str:
+def report(dim: int, timings: list[Timing], rests: list[Rest]) -> str:
     worst = max((growth(timings, t), t.family, t.solver, t.bodies) for t in timings if t.bodies >= BASE)
     parts = [
-        "# Growth with the number of bodies",
-        "`python -m benchmarks.scaling`: CPU time of step calls on one core of a shared machine, compiled before, "
-        "median; repeated runs differ by 20 %.",
+        f"# Growth with the number of bodies{IN_SPACE[dim]}",
+        f"`python -m benchmarks.scaling{COMMAND[dim]}`: CPU time of step calls on one core of a shared machine, "
+        "compiled before, median; repeated runs differ by 20 %.",
         f"## Awake, {SWEEPS} sweeps in each of two substeps",
         f"Microseconds per step and box, in brackets over those of {BASE} boxes; \"rows a box\" and \"ratio a row\" "
         "are those of the largest scene. The target is a ratio below 1.5. "
@@ -339,7 +269,7 @@ def report(timings: list[Timing], rests: list[Rest]) -> str:
         "towers: of ten, apart. row: the same, side by side and touching. tower: one on the other. wall: running "
         "bond, at most 50 wide. pile: random boxes between two walls. A step of the subspace solver counts no sweep.",
         *(awake_table(timings, solver) for solver in SOLVERS),
-        "![time per step and box against the number of boxes](scaling.png)",
+        f"![time per step and box against the number of boxes]({NAMES[dim]}.png)",
         "## Asleep, default options",
         "Microseconds per step. \"Part\": all asleep over all awake, target below 2 %; and what the sleepers add to a "
         "step in which a tower of ten beside them is awake, over what they cost awake.",
@@ -385,20 +315,21 @@ def write(path: Path, text: str) -> None:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true", help=f"sizes {QUICK_SIZES} only")
+    parser.add_argument("--dim", type=int, choices=(2, 3), default=2)
     parser.add_argument("--output", type=Path, default=Path(__file__).parents[1] / "docs")
     arguments = parser.parse_args()
     mute_compile_notice()
     console = Console()
-    timings, rests = measure(QUICK_SIZES if arguments.quick else SIZES, console)
-    text = report(timings, rests)
+    timings, rests = measure(arguments.dim, QUICK_SIZES if arguments.quick else SIZES, console)
+    text = report(arguments.dim, timings, rests)
     console.print(Markdown(text))
-    folder = arguments.output
+    folder, name = arguments.output, NAMES[arguments.dim]
     folder.mkdir(parents=True, exist_ok=True)
     figures = {"awake": [asdict(t) for t in timings], "asleep": [asdict(r) for r in rests]}
-    write(folder / "scaling.json", json.dumps(figures, indent=1) + "\n")
-    write(folder / "scaling.md", text)
-    plot(timings, folder / "scaling.png")
-    console.print(f"wrote {folder}/scaling.md, .png and .json")
+    write(folder / f"{name}.json", json.dumps(figures, indent=1) + "\n")
+    write(folder / f"{name}.md", text)
+    plot(timings, folder / f"{name}.png")
+    console.print(f"wrote {folder}/{name}.md, .png and .json")
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """How much energy the solver makes in random scenes, by category, and the worst seeds.
 
-python -m benchmarks.stress [--cases 2000] [--first 0] [--category ratio] [--processes 2]
+python -m benchmarks.stress [--dim 3] [--cases 2000] [--first 0] [--category ratio] [--processes 2]
 """
 
 import argparse
@@ -13,17 +13,24 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from tests.stress.generator import CATEGORIES, random_case
-from tests.stress.measure import LIMIT, STEPS, Outcome, problems, run_case
+from tests.stress import generator, spatial
+from tests.stress.generator import random_case
+from tests.stress.measure import LIMIT, Outcome, problems, run_case
+from tests.stress.spatial import random_spatial_case
 
 WORST = 3  # seeds named in each row
+CATEGORIES = {2: generator.CATEGORIES, 3: spatial.CATEGORIES}
+STEPS = {2: 200, 3: 300}
+Job = tuple[int, int, str | None]  # dimension, seed, category
 
 
-def run_seed(job: tuple[int, str | None]) -> Outcome:
-    return run_case(random_case(*job))
+def run_seed(job: Job) -> Outcome:
+    dim, seed, category = job
+    case = random_case(seed, category) if dim == 2 else random_spatial_case(seed, category)
+    return run_case(case, STEPS[dim])
 
 
-def run_all(jobs: list[tuple[int, str | None]], processes: int) -> list[Outcome]:
+def run_all(jobs: list[Job], processes: int) -> list[Outcome]:
     if processes == 1:
         return [run_seed(job) for job in track(jobs, "scenes")]
     with get_context("spawn").Pool(processes) as pool:
@@ -31,16 +38,16 @@ def run_all(jobs: list[tuple[int, str | None]], processes: int) -> list[Outcome]
         return list(track(results, "scenes", total=len(jobs)))
 
 
-def table_of(outcomes: list[Outcome]) -> Table:
+def table_of(outcomes: list[Outcome], dim: int = 2) -> Table:
     """One row a category; excess and rise over the energy scale, speed over the speed scale."""
-    table = Table(title=f"{len(outcomes)} scenes of {STEPS} steps; limit of the excess {LIMIT:g}")
+    table = Table(title=f"{len(outcomes)} scenes of {STEPS[dim]} steps; limit of the excess {LIMIT:g}")
     columns = ("category", "scenes", "errors", "NaN", "excess", "rise", "rise 99 %", "rises > limit", "speed")
     for name in (*columns, "behind a plane", "worst seeds (rise)"):
         table.add_column(name, justify="left" if name in ("category", "worst seeds (rise)") else "right")
     rows = defaultdict(list)
     for outcome in outcomes:
         rows[outcome.category].append(outcome)
-    for category in sorted(rows, key=CATEGORIES.index):
+    for category in sorted(rows, key=CATEGORIES[dim].index):
         group = rows[category]
         excess = np.array([o.excess for o in group])
         passive = not np.isnan(excess).all()
@@ -66,16 +73,20 @@ def table_of(outcomes: list[Outcome]) -> Table:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--cases", type=int, default=2000)
+    parser.add_argument("--dim", type=int, choices=(2, 3), default=2)
+    parser.add_argument("--cases", "--scenes", type=int, default=2000)
     parser.add_argument("--first", type=int, default=0)
-    parser.add_argument("--category", choices=CATEGORIES)
+    parser.add_argument("--category", choices=sorted({*generator.CATEGORIES, *spatial.CATEGORIES}))
     parser.add_argument("--processes", type=int, default=1)
     arguments = parser.parse_args()
-    jobs = [(seed, arguments.category) for seed in range(arguments.first, arguments.first + arguments.cases)]
+    dim = arguments.dim
+    if arguments.category and arguments.category not in CATEGORIES[dim]:
+        parser.error(f"{dim}D has the categories {', '.join(CATEGORIES[dim])}")
+    jobs = [(dim, seed, arguments.category) for seed in range(arguments.first, arguments.first + arguments.cases)]
     start = perf_counter()
     outcomes = run_all(jobs, arguments.processes)
     console = Console()
-    console.print(table_of(outcomes))
+    console.print(table_of(outcomes, dim))
     console.print(
         "excess: largest energy above the start (and its overlap); rise: above the least so far, which soft "
         "welds and overlaps may cause; driven scenes count speeds instead"

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import math
 from functools import partial
+from typing import Any
+
+import numpy as np
 
 from gsenv.scenes.spatial import (
     ball_chain,
@@ -29,13 +32,17 @@ FIRST_FLIP, FLIP_PERIOD = 10.9169135, 19.5528671  # s, of SLOW
 
 
 def tumbling() -> list[Case]:
-    flips = [FIRST_FLIP + k * FLIP_PERIOD for k in range(3)]  # s, until 60
+    flips = np.array([FIRST_FLIP + k * FLIP_PERIOD for k in range(3)])  # s, until 60
     return [
         Case("4", "tumbling wing nut, 60 s", partial(spinning_box, *SLOW), 60.0,
              partial(tumbling_error, expected=flips), kind="free"),
         Case("4:fast", "tumbling at 5 rad/s, 10 s", partial(spinning_box, *FAST), 10.0,
              partial(tumbling_error, expected=flip_times(*FAST, 10.0)), kind="free"),
     ]  # fmt: skip
+
+
+def _fallen(acceleration: float, t: Any) -> Any:
+    return 0.5 * acceleration * t**2
 
 
 def slopes() -> list[Case]:
@@ -49,7 +56,7 @@ def slopes() -> list[Case]:
             Case(f"6:{kind}", f"sliding {kind} starts to roll", partial(sliding_roller, kind), 2.0,
                  partial(slide_to_roll_error, speed=3.0, friction=0.3, inertia=inertia), quick=kind == "sphere"),
             Case(f"7:{kind}", f"{kind} rolls down 20°", partial(roller_on_incline, kind), 2.0,
-                 partial(distance_error, law=lambda t, a=down: 0.5 * a * t**2), quick=kind == "sphere"),
+                 partial(distance_error, law=partial(_fallen, down)), quick=kind == "sphere"),
         ]  # fmt: skip
     for heading in (0, 30, 45):
         a, h = steep, math.radians(heading)

@@ -58,7 +58,7 @@ def flip_times(inertia: Sequence[float], spin: Sequence[float], seconds: float, 
         mean = tuple((p[i] + 2.0 * q[i] + 2.0 * r[i] + s[i]) / 6.0 for i in range(3))
         state = ahead(state, (mean[0], mean[1], mean[2]), step)
         middle.append(state[1])
-    return crossings(np.arange(len(middle)) * step, np.array(middle))
+    return crossings(np.arange(len(middle)) * np.float64(step), np.array(middle))
 
 
 def tumbling_error(trajectory: Trajectory, expected: Array) -> float:

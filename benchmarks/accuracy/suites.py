@@ -39,7 +39,7 @@ class Suite:
 
     def build(self, engine: str) -> Build:
         module = self.engines[engine]
-        return module.Simulation3D if self.dim == 3 and module is ours else module.Simulation  # type: ignore[no-any-return]
+        return module.Simulation3D if self.dim == 3 and module is ours else module.Simulation
 
 
 JUDGING = ("cases", "engines", "errors", "geometry", "measure", "trajectory")

@@ -80,6 +80,14 @@ def values(value: Any, shape: tuple[int, ...], what: str) -> Array:
         raise ValueError(f"{what} must fit the shape {shape}, got an array of shape {array.shape}.") from None
 
 
+def vectors(value: Any, shape: tuple[int, ...], what: str) -> Array:
+    """The same for vectors: one number does not stand for all three."""
+    array = values(value, shape, what)
+    if np.shape(value)[-1:] != shape[-1:]:
+        raise ValueError(f"{what} must be {shape[-1]} numbers or that for each world, got {value!r}.")
+    return array
+
+
 def bounds(value: Any, shape: tuple[int, ...], what: str) -> Array:
     """float64 values broadcast to ``shape``; infinity is allowed, NaN is not."""
     try:

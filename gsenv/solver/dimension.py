@@ -26,6 +26,9 @@ class Dimension:
     joint_kinds: type[IntEnum]
     readings: ModuleType
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return dimension, (self.dim,)  # modules can't be pickled
+
     @property
     def step(self) -> Any:
         return import_module(f"{__package__}.{PACKAGES[self.dim]}.step")

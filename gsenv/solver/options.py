@@ -125,5 +125,5 @@ class Options:
 FIDELITIES: dict[str, dict[str, Any]] = {
     "fast": {"substeps": 2, "sweeps": 8, "tolerance": 1e-3, "position_sweeps": 1},
     "balanced": {},
-    "accurate": {"substeps": 8, "sweeps": 40, "tolerance": 1e-5, "position_sweeps": 4},
+    "accurate": {"substeps": 8, "sweeps": 40, "tolerance": 1e-6, "position_sweeps": 4},
 }

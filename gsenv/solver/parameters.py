@@ -115,7 +115,11 @@ class Parameters:
         for name, value in fields.items():
             check.choice(name, self._body_fields, f"{where}: field")
             shape = self._field_shape(name, len(chosen))
-            checked[name] = _in_range(name, check.values(value, shape, f"{where}: {name}"), where)
+            look = check.vectors if len(shape) > 1 else check.values
+            checked[name] = _in_range(name, look(value, shape, f"{where}: {name}"), where)
+        if self._model.dim == 3 and "inertia" in checked:
+            for moments in checked["inertia"]:
+                check.inertia(moments, f"{where}: inertia")
         model = self._model.bodies[body]
         shapes = range(model["shape_first"], model["shape_first"] + model["shape_count"])
         self._check_form(checked, shapes, where)

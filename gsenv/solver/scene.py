@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from . import check
+from .check import ALL_BITS
 from .joint_spec import DRIVEN, KINDS_OF, JointSpec, gear_spec, joint_spec
 from .model import NDOF, Array, BodyKind, Model
-from .check import ALL_BITS
 from .sensors import SensorSpec, sensor_spec
 
 KINDS = {"static": BodyKind.STATIC, "kinematic": BodyKind.KINEMATIC, "dynamic": BodyKind.DYNAMIC}

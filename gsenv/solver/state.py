@@ -9,6 +9,7 @@ import numpy as np
 from .broadphase import broadphase_scratch
 from .dimension import dimension
 from .model import (
+    CONTACT_ROWS,
     ISLAND_DTYPE,
     PAIR_DTYPE,
     ROWS_PER_JOINT,
@@ -117,7 +118,7 @@ class Workspace:
         self.displaced = np.zeros(capacity, contact_dtype(dim))
         self.island_contacts = np.zeros(2 * capacity, np.int32)  # second half: places of found ones
         joint_rows = ROWS_PER_JOINT[dim] * len(self._model.joints)
-        self.rows = np.zeros(dim * capacity + joint_rows, row_dtype(dim))
+        self.rows = np.zeros(CONTACT_ROWS[dim] * capacity + joint_rows, row_dtype(dim))
         self.edges = np.zeros(4 * len(self.rows), np.int32)
 
     def arrays(self) -> tuple[Array | None, ...]:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from . import check, threads
+from .check import ALL_BITS
 from .diagnostics import Contacts, Diagnostics, contacts_of, diagnose
 from .dimension import dimension
 from .jit import entry
@@ -17,7 +18,6 @@ from .optional import as_records
 from .options import Options
 from .parameters import Parameters
 from .scene import Handle, Scene, find
-from .check import ALL_BITS
 from .sensors import RayHits, cast_rays, read_sensors
 from .state import Snapshot, State, Workspace, first_contact_capacity, take_snapshot
 
@@ -337,7 +337,7 @@ class World:
         force: Any,
         point: Any = None,
         worlds: Any = None,
-        torque: Any = 0.0,
+        torque: Any = None,
     ) -> None:
         """Add a force for the next step, held constant over it.
 
@@ -351,13 +351,16 @@ class World:
         chosen = check.worlds(worlds, self.world_count)
         n = len(chosen)
         dim = self.model.dim
-        f = check.values(force, (n, dim), f"{where}: force")
-        t = np.array(check.values(torque, (n,) if dim == 2 else (n, 3), f"{where}: torque"))
-        if point is not None:
-            arm = check.values(point, (n, dim), f"{where}: point") - self.state.bodies["position"][chosen, b]
-            t = t + (arm[:, 0] * f[:, 1] - arm[:, 1] * f[:, 0] if dim == 2 else np.cross(arm, f))
-        with np.errstate(over="ignore"):
-            total = self.state.bodies["force"][chosen, b] + np.concatenate([f, t.reshape(n, -1)], 1)
+        f = check.vectors(force, (n, dim), f"{where}: force")
+        t = np.zeros((n, 2 * dim - 3))
+        if torque is not None:
+            t += self._spins(torque, n, f"{where}: torque").reshape(n, -1)
+        with np.errstate(all="ignore"):
+            if point is not None:
+                arm = check.vectors(point, (n, dim), f"{where}: point") - self.state.bodies["position"][chosen, b]
+                turn = arm[:, 0] * f[:, 1] - arm[:, 1] * f[:, 0] if dim == 2 else np.cross(arm, f)
+                t += turn.reshape(n, -1)
+            total = self.state.bodies["force"][chosen, b] + np.concatenate([f, t], 1)
         if not np.isfinite(total).all():
             raise ValueError(f"{where}: the sum of forces must be finite.")
         self.state.bodies["force"][chosen, b] = total
@@ -377,7 +380,7 @@ class World:
         where = f"set_pose of body {self.model.body_names[b]!r}"
         chosen = check.worlds(worlds, self.world_count)
         shape = (len(chosen), self.model.dim)
-        place = None if position is None else check.values(position, shape, f"{where}: position")
+        place = None if position is None else check.vectors(position, shape, f"{where}: position")
         turn = self._turn(angle, rotation, len(chosen), where)
         if place is None:
             place = np.array(self.position[chosen, b])
@@ -392,6 +395,10 @@ class World:
         self.state.forget_impulses(chosen, b)
         self._wake(chosen)
 
+    def _spins(self, value: Any, count: int, what: str) -> Array:
+        """Checked numbers (count,), or in 3D vectors (count, 3)."""
+        return check.values(value, (count,), what) if self.model.dim == 2 else check.vectors(value, (count, 3), what)
+
     def _turn(self, angle: Any, rotation: Any, count: int, where: str) -> Array | None:
         """Checked angles (count,), or quaternions (count, 4)."""
         if self.model.dim == 2:
@@ -402,7 +409,7 @@ class World:
             raise ValueError(f"{where}: a body in 3D has a rotation (w, x, y, z), not an angle.")
         if rotation is None:
             return None
-        turn = check.values(rotation, (count, 4), f"{where}: rotation")
+        turn = check.vectors(rotation, (count, 4), f"{where}: rotation")
         if not ((turn * turn).sum(-1) > 1e-24).all():
             raise ValueError(f"{where}: rotation must be a quaternion other than zero.")
         return turn
@@ -418,9 +425,8 @@ class World:
         chosen = check.worlds(worlds, self.world_count)
         n = len(chosen)
         dim = self.model.dim
-        v = None if linear is None else check.values(linear, (n, dim), f"{where}: linear")
-        spin = (n,) if dim == 2 else (n, 3)
-        w = None if angular is None else check.values(angular, spin, f"{where}: angular")
+        v = None if linear is None else check.vectors(linear, (n, dim), f"{where}: linear")
+        w = None if angular is None else self._spins(angular, n, f"{where}: angular")
         if v is not None:
             self.state.bodies["velocity"][chosen, b, :dim] = v
         if w is not None:
@@ -466,10 +472,10 @@ class World:
             raise ValueError(f"{where}: it is not a target joint.")
         chosen = check.worlds(worlds, self.world_count)
         n, dim = len(chosen), self.model.dim
-        place = None if position is None else check.values(position, (n, dim), f"{where}: position")
+        place = None if position is None else check.vectors(position, (n, dim), f"{where}: position")
         turn = self._turn(angle, rotation, n, where)
-        v = None if linear is None else check.values(linear, (n, dim), f"{where}: linear")
-        w = None if angular is None else check.values(angular, (n,) if dim == 2 else (n, 3), f"{where}: angular")
+        v = None if linear is None else check.vectors(linear, (n, dim), f"{where}: linear")
+        w = None if angular is None else self._spins(angular, n, f"{where}: angular")
         record = self.state.joints
         if place is not None:
             record["target_position"][chosen, j] = place

@@ -30,6 +30,7 @@ class Case:
     overlapping: bool
     drive_speed: float = 0.0  # m/s, fastest thing that drives it
     slack: float = 0.0  # m, how far joints may draw bodies that start apart
+    pushes: float = 0.0  # m/s^2, of random forces at the start
 
 
 @dataclass

@@ -24,12 +24,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from gsenv.solver import Options, World
-from gsenv.solver.planar.joint_readings import joint_errors_and_energies
-from gsenv.solver.planar.joints import JointKind
+from gsenv.solver.dimension import dimension
 
-from .cases import Case, Rng
+from .cases import Array, Case, Rng
 
 STEPS = 200
+PUSHED = 20  # steps of a case with pushes
 LIMIT = 1e-3  # of the energy scale
 SPEED_LIMIT = 3.0  # of the speed scale, for cases that something drives
 
@@ -67,16 +67,17 @@ class EnergyMeter:
 
     def __init__(self, world: World, overlapping: bool = False, slack: float = 0.0) -> None:
         self.world = world
+        self.dim = world.model.dim
         self.sprung = world.model.is_linked  # soft welds start relaxed: what they store only lowers the rest
         parameters = world.parameters.bodies[0]
         dynamic = (world.model.bodies["kind"] == 2) & (parameters["enabled"] != 0)
         self.dynamic = dynamic
         self.mass = np.where(dynamic, parameters["mass"], 0.0)
-        self.inertia = np.where(dynamic, parameters["inertia"], 0.0)
+        self.inertia = np.where(dynamic if self.dim == 2 else dynamic[:, None], parameters["inertia"], 0.0)
         self.radius = np.where(dynamic, parameters["radius"], 0.0)
         gravity = world.parameters.worlds["gravity"][0]
         self.weight = (self.mass * parameters["gravity_scale"])[:, None] * gravity
-        self.pull = float(np.hypot(*gravity))
+        self.pull = float(np.hypot.reduce(gravity))
         place = world.state.bodies["position"][0, dynamic]
         reach = self.radius[dynamic, None]
         lower = np.minimum((place - reach).min(0), 0.0)
@@ -90,18 +91,31 @@ class EnergyMeter:
 
     def kinetic(self) -> float:
         v = self.world.state.bodies["velocity"][0]
-        return 0.5 * float(self.mass @ (v[:, 0] ** 2 + v[:, 1] ** 2) + self.inertia @ v[:, 2] ** 2)
+        linear = (v[:, : self.dim] ** 2).sum(1)
+        return 0.5 * float(self.mass @ linear + (self.inertia * self._spin() ** 2).sum())
+
+    def _spin(self) -> Array:
+        """rad/s, (body,) or (body, 3) about the principal axes."""
+        bodies = self.world.state.bodies[0]
+        if self.dim == 2:
+            return np.asarray(bodies["velocity"][:, 2])
+        authored = dimension(3).authored
+        axes = authored.multiplied(bodies["rotation"], self.world.parameters.bodies["axes"][0])
+        return np.asarray(authored.turned_by(axes * (1.0, -1.0, -1.0, -1.0), bodies["velocity"][:, 3:]))
 
     def energy(self) -> float:
         height = -float((self.weight * self.world.state.bodies["position"][0]).sum())
         if self.sprung:
-            height += float(joint_errors_and_energies(self.world.model, self.world.parameters, self.world.state)[1][0])
+            world = self.world
+            read = dimension(self.dim).readings.joint_errors_and_energies
+            height += float(read(world.model, world.parameters, world.state)[1][0])
         return self.kinetic() + height
 
     def top_speed(self) -> float:
         """m/s, fastest point of a dynamic body."""
         v = self.world.state.bodies["velocity"][0, self.dynamic]
-        return float((np.hypot(v[:, 0], v[:, 1]) + abs(v[:, 2]) * self.radius[self.dynamic]).max())
+        linear, spin = np.hypot.reduce(v[:, : self.dim], axis=1), np.hypot.reduce(v[:, self.dim :], axis=1)
+        return float((linear + spin * self.radius[self.dynamic]).max())
 
     def _overlap_energy(self) -> float:
         """J, see the module's docstring. Depths come from a step of no duration."""
@@ -124,10 +138,12 @@ class EnergyMeter:
             if self.dynamic[a] and self.dynamic[b]:
                 linked[[a, b]] = True
                 group[group == group[b]] = group[a]
-                if joint["kind"] == JointKind.DISTANCE:  # a tower of balls on ropes stretches them
+                if (
+                    joint["kind"] == dimension(self.dim).joint_kinds["DISTANCE"]
+                ):  # a tower of balls on ropes stretches them
                     tall[b] += max(parameters["length"], parameters["upper"])
         total = 0.0
-        height = self.world.state.bodies["position"][0, :, 1]
+        height = self.world.state.bodies["position"][0, :, self.dim - 1]
         for g in np.unique(group[self.dynamic]):
             members = np.flatnonzero((group == g) & self.dynamic)
             heaviest = members[np.argsort(-self.mass[members])]
@@ -145,7 +161,13 @@ class EnergyMeter:
 
 
 def drive(case: Case, world: World, step: int, rng: Rng) -> None:
-    """Now and then a new control for a case with targets."""
+    """Now and then a new control for a case with targets; forces on all bodies at the start of one with pushes."""
+    if case.pushes > 0.0 and step < PUSHED:
+        for body in np.flatnonzero(world.model.bodies["kind"] == 2):
+            parameters = world.parameters.bodies[0, body]
+            way, turn = rng.normal(0.0, 0.5, (2, world.model.dim))
+            torque = case.pushes * parameters["inertia"].min() / max(parameters["radius"], 1e-12) * turn
+            world.apply_force(int(body), case.pushes * parameters["mass"] * way, torque=torque)
     if world.control.shape[1] and step % 20 == 0:
         world.control[:] = rng.uniform(-5.0, 5.0, world.control.shape)
 
@@ -225,8 +247,12 @@ def _escaped(world: World, meter: EnergyMeter) -> int:
     behind = np.zeros(len(meter.mass), bool)
     shapes = world.model.shapes
     place = world.state.bodies["position"][0]
-    for s in np.flatnonzero(shapes["kind"] == 4):
+    for s in np.flatnonzero(shapes["kind"] == (4 if meter.dim == 2 else 5)):
         record = world.parameters.shapes[0, s]
-        c, sine = record["local_rotation"]
-        behind |= (place - record["local_position"]) @ np.array([-sine, c]) < 0.0
+        if meter.dim == 2:
+            c, sine = record["local_rotation"]
+            normal = np.array([-sine, c])
+        else:
+            normal = dimension(3).authored.turned_by(record["local_rotation"], (0.0, 0.0, 1.0))
+        behind |= (place - record["local_position"]) @ normal < 0.0
     return int((behind & meter.dynamic).sum())

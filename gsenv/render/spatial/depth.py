@@ -29,6 +29,7 @@ from gsenv.solver.spatial.math import cross, dot, sub
 Ray = tuple[Any, Any, Any, Any, Any, Any]
 
 ENTER, LEAVE = SCRATCH, SCRATCH + 1
+NEARER = f4(1.00001)  # by so much must a later item be: of two faces in one place the first item's shows
 
 
 @inline_njit
@@ -64,7 +65,7 @@ def trace_box(lines: FloatArray, depth: int, ids: int, first: Any, last: Any, k:
         enter = max(max(-ix * ox - wx, -iy * oy - wy), -iz * oz - wz)
         leave = min(min(-ix * ox + wx, -iy * oy + wy), -iz * oz + wz)
         old = lines[depth, j]
-        hit = (enter <= leave) & (enter > NEAR) & (enter < old)
+        hit = (enter <= leave) & (enter > NEAR) & (enter * NEARER < old)
         lines[depth, j] = enter if hit else old
         lines[ids, j] = k if hit else lines[ids, j]
 
@@ -92,7 +93,7 @@ def trace_capsule(lines: FloatArray, depth: int, ids: int, first: Any, last: Any
         cap = (-along - pz * dz - np.sqrt(max(cap_room, ZERO))) / full
         t = side if on_side else cap
         old = lines[depth, j]
-        hit = (on_side | (cap_room > ZERO)) & (t > NEAR) & (t < old)
+        hit = (on_side | (cap_room > ZERO)) & (t > NEAR) & (t * NEARER < old)
         lines[depth, j] = t if hit else old
         lines[ids, j] = k if hit else lines[ids, j]
 
@@ -116,7 +117,7 @@ def trace_cylinder(lines: FloatArray, depth: int, ids: int, first: Any, last: An
         enter = max((-along - root) * scale, -iz * oz - wz)
         leave = min((-along + root) * scale, -iz * oz + wz)
         old = lines[depth, j]
-        hit = (room > ZERO) & (enter <= leave) & (enter > NEAR) & (enter < old)
+        hit = (room > ZERO) & (enter <= leave) & (enter > NEAR) & (enter * NEARER < old)
         lines[depth, j] = enter if hit else old
         lines[ids, j] = k if hit else lines[ids, j]
 
@@ -131,7 +132,7 @@ def trace_plane(lines: FloatArray, depth: int, ids: int, first: Any, last: Any, 
         dz = az + lines[PIXEL_X, j] * bz
         t = oz / max(-dz, TINY)
         old = lines[depth, j]
-        hit = (dz < ZERO) & (t > NEAR) & (t < old)
+        hit = (dz < ZERO) & (t > NEAR) & (t * NEARER < old)
         lines[depth, j] = t if hit else old
         lines[ids, j] = k if hit else lines[ids, j]
 
@@ -162,7 +163,7 @@ def trace_hull(
     for j in range(first, last):
         t = lines[ENTER, j]
         old = lines[depth, j]
-        hit = (t <= lines[LEAVE, j]) & (t > NEAR) & (t < old)
+        hit = (t <= lines[LEAVE, j]) & (t > NEAR) & (t * NEARER < old)
         lines[depth, j] = t if hit else old
         lines[ids, j] = k if hit else lines[ids, j]
 
@@ -226,7 +227,7 @@ def trace_triangle(
             t = height / min(a3 + c * b3, -TINY)
             inside = (a0 + c * b0 <= ZERO) & (a1 + c * b1 <= ZERO) & (a2 + c * b2 <= ZERO)
             old = band[i, depth, j]
-            hit = inside & (t > NEAR) & (t < old)
+            hit = inside & (t > NEAR) & (t * NEARER < old)
             band[i, depth, j] = t if hit else old
             band[i, ids, j] = k if hit else band[i, ids, j]
 

@@ -37,6 +37,7 @@ from gsenv.solver.optional import as_records
 
 Quality = Literal["high", "fast"]
 QUALITIES = ("high", "fast")
+NO_MESHES = read_meshes(None)
 BAND_BYTES = 1 << 20  # rows that are worked on at a time fit the second cache level
 
 
@@ -75,7 +76,8 @@ class PrimitiveRenderer:
         camera: its width and height give way to the renderer's
         vertices: entries of `vertex_dtype` of hulls and heightfields
         """
-        meshes = read_meshes(vertices)
+        meshed = (primitives.kind == HULL) | (primitives.kind == HEIGHTFIELD)
+        meshes = read_meshes(vertices) if meshed.any() else NO_MESHES
         check_primitives(primitives, len(meshes.point))
         self._set_view(camera._replace(width=self.width, height=self.height))
         faces, points = find_meshes(primitives, meshes)

@@ -94,7 +94,7 @@ def shade_box(lines: FloatArray, first: Any, last: Any, m: Any, item: Any, ray: 
         part = cover_strip(x - sx, x + sx, y - sy, y + sy, u, v, xy, softness, edge)
         part *= cover_strip(y - sy, y + sy, z - sz, z + sz, v, w, yz, softness, edge)
         part *= cover_strip(z - sz, z + sz, x - sx, x + sx, w, u, zx, softness, edge)
-        ahead = min(min(x + sx, y + sy), z + sz) > ZERO
+        ahead = min(min(x + sx, y + sy), z + sz) > edge  # no shadow of a face on what lies in it
         lines[SHADOW, j] += part if (lines[ID, j] == m) & ahead else ZERO
 
 

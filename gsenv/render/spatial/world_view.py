@@ -50,8 +50,9 @@ def read_table(world: Any) -> ShapeTable:
     static = (world.model.bodies["kind"] == BodyKind.STATIC)[body]
     color = find_colors(kind, body, static)
     if world.model.shape_colors is not None:
-        given = world.model.shape_colors[index]
-        color = np.where(given.any(axis=1)[:, None], given, color)  # black: none given, as in 2D
+        colors = world.model.shape_colors[index]
+        given = colors.any(axis=1)  # black: not given
+        color[given] = colors[given]
     # Stripes on balls that are bodies of their own; a head or a joint's ball stays plain.
     alone = np.bincount(shapes["body"], minlength=len(world.model.bodies))[body] == 1
     mark = np.where((kind == SPHERE) & ~alone, PLAIN, MARKED)

@@ -13,7 +13,7 @@ from __future__ import annotations
 from typing import Any
 
 from ..jit import njit
-from .math import Vec, conjugate, cross, multiply, normalised, pose_of, quaternion, turn_of, vec
+from .math import Vec, conjugate, cross, multiply, normalised, pose_of, quaternion, turn_of, turned, vec
 from .spin import spin_freely
 
 EQUAL = 1e-9  # of a moment: two that differ less are one
@@ -106,10 +106,11 @@ def _enter_frame(body: Any, parameters: Any, motion: Any, h: Any) -> None:
 @njit
 def leave_frame(body: Any, parameters: Any, motion: Any, extra: Vec, h: Any) -> None:
     """The other half of the free turning, with the velocity that the solve has made; ``extra``: rad of the frame
-    by which the body is turned on top."""
+    by which the body is turned on top, and its velocity with it: the energy would not stay."""
     axes = quaternion(parameters.axes)
-    middle = multiply(turn_of(in_world(motion, extra)), multiply(quaternion(motion.middle), axes))
-    spin = in_world(motion, spin_of(body.velocity))
+    turn = turn_of(in_world(motion, extra))
+    middle = multiply(turn, multiply(quaternion(motion.middle), axes))
+    spin = turned(turn, in_world(motion, spin_of(body.velocity)))
     after, spin = spin_freely(middle, vec(parameters.inertia), spin, 0.5 * h)
     rotation = normalised(multiply(after, conjugate(axes)))
     for d in range(4):

@@ -10,7 +10,20 @@ from numpy.typing import NDArray
 from gsenv.solver.jit import njit
 from gsenv.solver.model import BodyKind
 from gsenv.solver.spatial.kinds import CYLINDER, HEIGHTFIELD, HULL, PLANE
-from gsenv.solver.spatial.math import Pose, Quaternion, Vec, add, multiply, norm, pose_of, quaternion, sub, turned, vec
+from gsenv.solver.spatial.math import (
+    Pose,
+    Quaternion,
+    Vec,
+    add,
+    multiply,
+    norm,
+    pose_of,
+    quaternion,
+    sub,
+    to_world,
+    turned,
+    vec,
+)
 
 Array = NDArray[Any]
 
@@ -73,9 +86,7 @@ def _vertex_box(shape_model: Any, vertices: Any, pose: Pose) -> tuple[Vec, Vec]:
         mx, my, mz = 0.5 * (one[0] + last[0]), 0.5 * (one[1] + last[1]), 0.5 * (low + high)
         hx, hy, hz = abs(last[0] - mx), abs(last[1] - my), high - mz
         x, y, z = pose.x, pose.y, pose.z
-        middle = add(pose.at, (
-            x[0] * mx + y[0] * my + z[0] * mz, x[1] * mx + y[1] * my + z[1] * mz, x[2] * mx + y[2] * my + z[2] * mz,
-        ))  # fmt: skip
+        middle = to_world(pose, (mx, my, mz))
         half = (
             abs(x[0]) * hx + abs(y[0]) * hy + abs(z[0]) * hz,
             abs(x[1]) * hx + abs(y[1]) * hy + abs(z[1]) * hz,
@@ -86,11 +97,9 @@ def _vertex_box(shape_model: Any, vertices: Any, pose: Pose) -> tuple[Vec, Vec]:
     x1, y1, z1 = -np.inf, -np.inf, -np.inf
     for i in range(first, first + vertices[first].vertex_count):
         p = vec(vertices[i].position)
-        x = pose.at[0] + pose.x[0] * p[0] + pose.y[0] * p[1] + pose.z[0] * p[2]
-        y = pose.at[1] + pose.x[1] * p[0] + pose.y[1] * p[1] + pose.z[1] * p[2]
-        z = pose.at[2] + pose.x[2] * p[0] + pose.y[2] * p[1] + pose.z[2] * p[2]
-        x0, y0, z0 = min(x0, x), min(y0, y), min(z0, z)
-        x1, y1, z1 = max(x1, x), max(y1, y), max(z1, z)
+        q = to_world(pose, p)
+        x0, y0, z0 = min(x0, q[0]), min(y0, q[1]), min(z0, q[2])
+        x1, y1, z1 = max(x1, q[0]), max(y1, q[1]), max(z1, q[2])
     return (x0, y0, z0), (x1, y1, z1)
 
 

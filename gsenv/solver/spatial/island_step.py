@@ -33,6 +33,7 @@ from .joints import (
     store_joint_impulses,
     substeps_for,
 )
+from .joints.spinning import bend_spinning, drift_spinning
 from .joints.target import move_targets
 from .positions import correct_positions, smooth_fraction
 
@@ -182,6 +183,9 @@ def step_island(
                 if soft is None:
                     size = factorise_equations(rows, first, body_list, motions, tree, edges, tree_blocks)
         scale = start_impulses(rows, end, movers, pull, h)
+        if tree is not None:
+            if tilted:
+                bend_spinning(rows, first, joint_parameters, bodies, body_parameters, motions, movers, h)
         if end > 0:
             if soft is not None:
                 size = int64(0)  # sweeps alone
@@ -232,6 +236,9 @@ def step_island(
             if soft is not None:
                 keep_push(body_list, bodies, motions)
             else:
+                if tree is not None:
+                    if tilted and smooth > 0.0:
+                        drift_spinning(rows, first, joint_parameters, bodies, body_parameters, motions, h)
                 correct_positions(
                     rows,
                     end,

@@ -17,6 +17,7 @@ from gsenv.solver.spatial.math import (
     Vec,
     add,
     along,
+    conjugate,
     dot,
     multiply,
     norm,
@@ -107,10 +108,15 @@ def motion_between(start: Any, body: Any, parameter: Any) -> Motion:
 
 @njit
 def put_back(body: Any, start: Any, motion: Motion, time: float) -> None:
+    """Also the angular velocity, which stands still in the body meanwhile: in the world its energy would change."""
     at = along(motion.at, time, motion.velocity)
+    spin = (body.velocity[3], body.velocity[4], body.velocity[5])
+    spin = turned(conjugate(quaternion(body.rotation)), spin)
+    turn_body(body, start.rotation, scaled(motion.spin, time))
+    spin = turned(quaternion(body.rotation), spin)
     for d in range(3):
         body.position[d] = at[d]
-    turn_body(body, start.rotation, scaled(motion.spin, time))
+        body.velocity[3 + d] = spin[d]
 
 
 @njit
@@ -219,7 +225,8 @@ def hit_time(
     for _ in range(MAX_ADVANCES):
         normal, separation = gap(
             shape_models, shape_parameters, vertices, a, b,
-            advanced(pose_a, motion, time), advanced(pose_b, motion_b, time), manifolds, scratches, field_scratch, convex,
+            advanced(pose_a, motion, time), advanced(pose_b, motion_b, time),
+            manifolds, scratches, field_scratch, convex,
         )  # fmt: skip
         if not separation < np.inf:
             return latest
@@ -235,7 +242,8 @@ def hit_time(
             later = time + probe
             _, soon = gap(
                 shape_models, shape_parameters, vertices, a, b,
-                advanced(pose_a, motion, later), advanced(pose_b, motion_b, later), manifolds, scratches, field_scratch, convex,
+                advanced(pose_a, motion, later), advanced(pose_b, motion_b, later),
+                manifolds, scratches, field_scratch, convex,
             )  # fmt: skip
             if (separation - soon) / probe * (1.0 - time) > separation + DEPTH * extent:
                 return time

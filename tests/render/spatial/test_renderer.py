@@ -100,6 +100,17 @@ def test_the_nearer_primitive_hides_the_other(order: tuple[int, int]) -> None:
     assert (ids >= 0).any()
 
 
+def test_of_two_faces_in_one_place_the_first_shows_without_noise() -> None:
+    """Two walls that meet in a corner and overlap there: one flat colour on their common top."""
+    size = [(0.8, 0.2, 0.3), (0.2, 0.8, 0.3)]
+    scene = make_primitives([BOX, BOX], [(0.6, 0, 0.3), (0, 0.6, 0.3)], size=size, color=[(150, 150, 150)] * 2)
+    camera = CAMERA._replace(eye=(0.1, -0.4, 4.0), target=(0.0, 0.0, 0.6), fov=0.05)
+    renderer = PrimitiveRenderer(WIDTH, HEIGHT, "high")
+    image = renderer.draw(camera, scene)[10:-10, 10:-10].astype(int)
+    assert (renderer.ids == 0).all()
+    assert np.ptp(image, axis=(0, 1)).max() <= 6
+
+
 def test_a_plane_hides_what_is_below_and_ends_at_the_horizon() -> None:
     _, ids = draw(make_primitives([PLANE, SPHERE], [(0, 0, 0), (0, 0, -0.5)], radius=[0.0, 0.4]))
     rays = oracles.find_rays(CAMERA)

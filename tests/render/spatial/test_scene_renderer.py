@@ -101,7 +101,10 @@ def test_colors_are_the_models_or_the_palette() -> None:
     np.testing.assert_array_equal(table.color, [GROUND_COLOR, PALETTE[0], PALETTE[0], PALETTE[1]])
     colors = np.arange(15, dtype=np.uint8).reshape(5, 3)
     table = read_table(world._replace(model=world.model._replace(shape_colors=colors)))
-    np.testing.assert_array_equal(table.color, colors[:4])
+    np.testing.assert_array_equal(table.color[1:], colors[1:4])
+    colors[1:] = 0  # what bodies without a colour have
+    table = read_table(world._replace(model=world.model._replace(shape_colors=colors)))
+    np.testing.assert_array_equal(table.color, [(0, 1, 2), PALETTE[0], PALETTE[0], PALETTE[1]])
 
 
 def test_without_a_camera_all_moving_bodies_are_in_view_and_it_stays() -> None:

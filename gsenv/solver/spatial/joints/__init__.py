@@ -11,11 +11,11 @@ from ...jit import njit
 from ...model import ActuatorMode
 from ...rows import EQUATION, HELD_APART
 from ..frames import in_world, spin_of
-from ..math import Vec, along, conjugate, cross, norm, quaternion, scaled, sub, turn_of, turned, vec
+from ..math import Vec, along, conjugate, cross, multiply, norm, quaternion, scaled, sub, turn_of, turned, vec
 from .ball import add_ball_rows
 from .build import has_limit, has_motor, has_spring
 from .distance import add_distance_rows
-from .point import arm
+from .point import arm, bend_across
 from .rows_of_user import add_user_rows
 from .target import add_target_rows, drive_target
 from .weld import add_weld_rows
@@ -38,6 +38,7 @@ _VELOCITY = int(ActuatorMode.VELOCITY)
 _POSITION = int(ActuatorMode.POSITION)
 SWING_PER_SUBSTEP = 1.5  # rad: how far a taut link may swing in a substep
 TURN_PER_SUBSTEP = 0.15  # rad: how far a body that is held off its centre may turn in a substep
+NUTATION_PER_SUBSTEP = 0.85  # rad: how far a top's own inertia may turn the motion of its arm in a substep
 OFF_CENTER = 0.1  # of the radius: wheels turn about their centres and need no more substeps
 
 
@@ -252,7 +253,8 @@ def substeps_for(
             length = norm(reach)
             square += length * _swing_inverse(masses, reach, length)
             if length > OFF_CENTER * masses.radius:
-                spin = max(spin, _swing_speed(bodies[i], arm(bodies[i], masses, anchor), length))
+                swing, nutation = _swing_speeds(bodies[i], masses, arm(bodies[i], masses, anchor), length)
+                spin = max(spin, max(swing, nutation * TURN_PER_SUBSTEP / NUTATION_PER_SUBSTEP))
         if model.kind == _DISTANCE and parameters.length > 0.0:
             square += (body_parameters[model.body_a].inv_mass + body_parameters[model.body_b].inv_mass) / (
                 parameters.length
@@ -274,6 +276,16 @@ def _swing_inverse(masses: Any, reach: Vec, length: Any) -> Any:
 
 
 @njit
-def _swing_speed(body: Any, to_anchor: Vec, length: Any) -> Any:
-    """rad/s at which the arm changes its direction: a spin about it moves nothing."""
-    return norm(cross(spin_of(body.velocity), to_anchor)) / length
+def _swing_speeds(body: Any, masses: Any, to_anchor: Vec, length: Any) -> Any:
+    """rad/s at which the arm changes its direction, a spin about it moves nothing; and at which the body's own
+    inertia turns that motion."""
+    w = spin_of(body.velocity)
+    way = norm(cross(w, to_anchor))
+    axes = multiply(quaternion(body.rotation), quaternion(masses.axes))
+    own = turned(conjugate(axes), w)
+    i = masses.inertia
+    if way <= 0.0 or i[0] <= 0.0 or i[1] <= 0.0 or i[2] <= 0.0:
+        return way / length, 0.0
+    turning = cross((i[0] * own[0], i[1] * own[1], i[2] * own[2]), own)
+    change = turned(axes, (turning[0] / i[0], turning[1] / i[1], turning[2] / i[2]))
+    return way / length, norm(bend_across(w, change, to_anchor)) / way

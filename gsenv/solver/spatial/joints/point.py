@@ -104,6 +104,14 @@ def bending(motion: Any, parameters: Any, to_anchor: Vec) -> Vec:
 
 
 @njit
+def bend_across(w: Vec, change: Vec, to_anchor: Vec) -> Vec:
+    """m/s^2 of an anchor across its arm: how fast the direction changes in which the arm swings."""
+    bend = add(cross(w, cross(w, to_anchor)), cross(change, to_anchor))
+    square = dot(to_anchor, to_anchor)
+    return along(bend, -dot(bend, to_anchor) / square if square > 0.0 else 0.0, to_anchor)
+
+
+@njit
 def set_point_direction(row: Any, motions: Any, u: Vec, arm_a: Vec, arm_b: Vec) -> None:
     """J v = u . (velocity of b's anchor - velocity of a's)."""
     set_jacobian(row, motions, u, cross(u, arm_a), cross(arm_b, u))

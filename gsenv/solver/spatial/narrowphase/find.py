@@ -185,7 +185,7 @@ def label_contact(
 def find_field_contacts(
     shape_models: Array,
     shape_parameters: Array,
-    vertices: Array,
+    vertices: Array | None,
     geometry: Array,
     a: int,
     b: int,
