@@ -1,5 +1,7 @@
 """One call for the renderer of either dimension, and what `gsenv record` aims at scenes in space."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -15,7 +17,7 @@ from gsenv.solver.spatial.shapes import Box, Plane
 
 @pytest.mark.parametrize(("name", "kind"), [("stack", SceneRenderer), ("cube_stack", SpatialRenderer)])
 def test_each_dimension_has_its_renderer(name: str, kind: type) -> None:
-    renderer = make_renderer(make_world(name), 64, 48)
+    renderer: Any = make_renderer(make_world(name), 64, 48)
     assert type(renderer) is kind
     assert (renderer.width, renderer.height) == (64, 48)
 
