@@ -16,8 +16,8 @@ from gsenv.solver.spatial.shapes import Box, Plane
 
 
 @pytest.mark.parametrize(("name", "kind"), [("stack", SceneRenderer), ("cube_stack", SpatialRenderer)])
-def test_each_dimension_has_its_renderer(name: str, kind: type) -> None:
-    renderer: Any = make_renderer(make_world(name), 64, 48)
+def test_each_dimension_has_its_renderer(name: str, kind: Any) -> None:
+    renderer = make_renderer(make_world(name), 64, 48)
     assert type(renderer) is kind
     assert (renderer.width, renderer.height) == (64, 48)
 
