@@ -8,6 +8,7 @@ import numpy as np
 
 from .broadphase import broadphase_scratch
 from .dimension import dimension
+from .features import Features, features_of
 from .model import (
     CONTACT_ROWS,
     ISLAND_DTYPE,
@@ -71,17 +72,15 @@ def _factor_scratch(model: Model) -> tuple[Array, Array]:
     return factor, np.zeros(BLOCKS_PER_BODY * bodies, block_dtype(model.dim))
 
 
-def narrow_scratch(model: Model) -> tuple[Array | None, ...]:
+def narrow_scratch(features: Features) -> tuple[Array | None, ...]:
     """A manifold, what it is made with, what heightfields need, and whether there are curved or many-faced shapes."""
-    from .spatial.kinds import CYLINDER, HEIGHTFIELD, HULL
     from .spatial.narrowphase.manifold import manifold_dtype
     from .spatial.narrowphase.scratch import scratch_dtype
     from .spatial.narrowphase.spread import SCRATCH_SIZE, field_scratch_dtype
 
-    fields = bool((model.shapes["kind"] == HEIGHTFIELD).any())
-    field = np.zeros(SCRATCH_SIZE, field_scratch_dtype()) if fields else None
-    convex = np.isin(model.shapes["kind"], (CYLINDER, HULL)).any()  # what GJK and EPA are for
-    return np.zeros(1, manifold_dtype()), np.zeros(1, scratch_dtype()), field, np.ones(1) if convex else None
+    field = np.zeros(SCRATCH_SIZE, field_scratch_dtype()) if features.fields else None
+    convex = np.ones(1) if features.convex else None  # what GJK and EPA are for
+    return np.zeros(1, manifold_dtype()), np.zeros(1, scratch_dtype()), field, convex
 
 
 class Workspace:
@@ -97,14 +96,14 @@ class Workspace:
         self.island_bodies = np.zeros(bodies, np.int32)
         self.island_joints = np.zeros(len(model.joints), np.int32)
         self.broadphase = broadphase_scratch(len(model.shapes), model.dim)
-        fast = model.bodies["fast"].any()
-        start = dimension(model.dim).sweep_fast.sweep_start_dtype() if fast else None
-        self.fast_start = np.zeros(bodies, start) if fast else None
-        self.narrow = narrow_scratch(model) if model.dim == 3 else ()
+        features = features_of(model)
+        start = dimension(model.dim).sweep_fast.sweep_start_dtype() if features.fast else None
+        self.fast_start = np.zeros(bodies, start) if features.fast else None
+        self.narrow = narrow_scratch(features) if model.dim == 3 else ()
         self.factor, self.blocks = _factor_scratch(model)
         self.tree: Array | None = None
         self.tree_blocks: Array | None = None
-        if model.is_linked:
+        if features.linked:
             self.tree, self.tree_blocks = _factor_scratch(model)
         self.pairs = np.zeros(16 + 4 * len(model.shapes), PAIR_DTYPE)
         self.grow_contacts(contact_capacity)

@@ -12,6 +12,7 @@ from . import check, threads
 from .check import ALL_BITS
 from .diagnostics import Contacts, Diagnostics, contacts_of, diagnose
 from .dimension import dimension
+from .features import features_of
 from .jit import entry
 from .model import Array, Model
 from .optional import as_records
@@ -149,7 +150,8 @@ class World:
         while len(self._workspaces) < len(parts):
             self._workspaces.append(Workspace(self.model, self.state.contacts.shape[1]))
         model, parameters, state = self.model, self.parameters, self.state
-        jointed = model.has_joints
+        features = features_of(model)
+        jointed = features.joints
         shared = (
             self._options_record,
             model.bodies, model.shapes,
@@ -159,12 +161,12 @@ class World:
             parameters.worlds, parameters.bodies, parameters.shapes,
             parameters.joints if jointed else None,
             parameters.rows if jointed else None,
-            parameters.vertices if model.needs_vertices else None,
+            parameters.vertices if features.vertices else None,
             state.worlds, state.bodies, state.contacts,
             state.joints if jointed else None,
             state.control,
         )  # fmt: skip
-        bouncy = _PRESENT if parameters.shapes["restitution"].any() else None
+        bouncy = _PRESENT if features.all or parameters.shapes["restitution"].any() else None
         soft, newton = (_PRESENT if self._options.solver == name else None for name in ("soft", "newton"))
         until = state.worlds["step"] + 0
         self._calls = []

@@ -48,15 +48,18 @@ def cube_pyramid(base: int = 10, pitch: float = 1.05) -> Scene:
 
 
 def brick_wall(rows: int = 8, columns: int = 10, half: tuple[float, float, float] = (0.25, 0.125, 0.1)) -> Scene:
-    """A wall of bricks along x, each row shifted by half a brick."""
+    """A wall of bricks along x, each row shifted by half a brick, with half bricks at its ends."""
     scene = Scene(dim=3)
     ground(scene, friction=0.6)
     for row in range(rows):
-        for k in range(columns):
-            x = half[0] * (2 * k + row % 2 - columns + 0.5)
-            brick = Box(half_extents=half, friction=0.6, density=2.0)
-            position = (x, 0.0, half[2] * (2 * row + 1))
+        x = -half[0] * columns
+        for k in range(columns + row % 2):
+            short = row % 2 and k in (0, columns)
+            length = 0.5 * half[0] if short else half[0]
+            brick = Box(half_extents=(length, half[1], half[2]), friction=0.6, density=2.0)
+            position = (x + length, 0.0, half[2] * (2 * row + 1))
             scene.add_body(f"brick_{row}_{k}", shapes=[brick], position=position, color=BRICK[(2 * row + k) % 3])
+            x += 2.0 * length
     return scene
 
 
