@@ -18,7 +18,7 @@ def random_contacts(rng: np.random.Generator, dim: int, pairs: list[tuple[int, i
     contacts = np.zeros(len(rows), contact_dtype(dim))
     for contact, (a, b, f) in zip(contacts, rows, strict=True):
         contact["shape_a"], contact["shape_b"], contact["feature"] = a, b, f
-    contacts["impulse"] = rng.normal(size=(len(rows), dim))
+    contacts["impulse"] = rng.normal(size=contacts["impulse"].shape)
     return contacts
 
 

@@ -207,7 +207,7 @@ def test_refused_in_one_sentence_and_unchanged(case: str) -> None:
 
 def test_refused_scenes() -> None:
     with pytest.raises(ValueError, match="dim"):
-        Scene(dim=3)
+        Scene(dim=4)
     for gravity in ((0, NAN), (0, 0, -9.81), "down", 9.81):
         with pytest.raises(ValueError, match="gravity"):
             Scene(gravity=gravity)  # type: ignore[arg-type]
