@@ -35,6 +35,13 @@ def test_turns_that_are_no_motion_make_no_energy(seed: int) -> None:
     assert not broken, broken
 
 
+@pytest.mark.parametrize("seed", [3973, 4342])
+def test_numbers_too_small_to_square_stay_numbers(seed: int) -> None:
+    """Spins that friction has slowed down to 1e-157 rad/s."""
+    broken = problems(run_case(random_spatial_case(seed), STEPS))
+    assert not broken, broken
+
+
 def test_a_case_is_a_function_of_its_seed() -> None:
     for seed in range(len(CATEGORIES)):
         one, other = (random_spatial_case(seed) for _ in range(2))

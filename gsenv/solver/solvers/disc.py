@@ -17,6 +17,7 @@ from ..optional import is_spatial
 from ..rows import apply_impulse, push_row, relative_velocity
 
 NEWTON_STEPS = 12
+TINY = 1e-140  # N s and m/s
 ROUND = 1e-12  # of R: how far |t| may be off
 
 
@@ -30,7 +31,7 @@ def minimise_on_disc(a: Any, c: Any, d: Any, g: Any, h: Any, bound: Any) -> Any:
         if x * x + y * y <= bound * bound:
             return x, y
     length = (g * g + h * h) ** 0.5
-    if bound <= 0.0 or length <= 0.0:
+    if bound <= TINY or length <= TINY:  # squares would underflow
         return 0.0, 0.0
     # at least so large that |t| >= R: the least s is that of the stiffest direction
     s = max(length / bound - 0.5 * (a + d) - (0.25 * (a - d) ** 2 + c * c) ** 0.5, 0.0)
