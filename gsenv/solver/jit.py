@@ -277,7 +277,7 @@ class _CompileNotice(event.Listener):
         if self._spent + elapsed >= QUIET_SECONDS:
             _say_once(
                 "compile",
-                "gsenv: compiling kernels for this machine, up to a minute, once "
+                "gsenv: compiling kernels for this machine, a minute or more, once "
                 "(run `gsenv warmup` to do it ahead of time)",
             )
 

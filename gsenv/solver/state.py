@@ -8,7 +8,7 @@ import numpy as np
 
 from .broadphase import broadphase_scratch
 from .dimension import dimension
-from .features import Features, features_of
+from .features import Features
 from .model import (
     CONTACT_ROWS,
     ISLAND_DTYPE,
@@ -86,7 +86,7 @@ def narrow_scratch(features: Features) -> tuple[Array | None, ...]:
 class Workspace:
     """Scratch for stepping one world at a time; one for each thread, never saved."""
 
-    def __init__(self, model: Model, contact_capacity: int) -> None:
+    def __init__(self, model: Model, features: Features, contact_capacity: int) -> None:
         self._model = model
         bodies = len(model.bodies)
         self.geometry = np.zeros(len(model.shapes), shape_geometry_dtype(model.dim))
@@ -96,7 +96,6 @@ class Workspace:
         self.island_bodies = np.zeros(bodies, np.int32)
         self.island_joints = np.zeros(len(model.joints), np.int32)
         self.broadphase = broadphase_scratch(len(model.shapes), model.dim)
-        features = features_of(model)
         start = dimension(model.dim).sweep_fast.sweep_start_dtype() if features.fast else None
         self.fast_start = np.zeros(bodies, start) if features.fast else None
         self.narrow = narrow_scratch(features) if model.dim == 3 else ()

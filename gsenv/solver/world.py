@@ -62,6 +62,7 @@ class World:
             raise ValueError(f"World needs a Scene or a Model, got {scene!r}.")
         self.model = scene.compile() if isinstance(scene, Scene) else scene
         self._dimension = dimension(self.model.dim)
+        self._features = features_of(self.model)
         self.parameters = Parameters(self.model, self.world_count, self._changed)
         capacity = first_contact_capacity(self.model)
         self.state = State(self.model, self.world_count, capacity)
@@ -148,9 +149,9 @@ class World:
         """Ranges of worlds, the kernel and its further arguments, one for each thread."""
         parts = threads.ranges(self.world_count, self.threads)
         while len(self._workspaces) < len(parts):
-            self._workspaces.append(Workspace(self.model, self.state.contacts.shape[1]))
+            self._workspaces.append(Workspace(self.model, self._features, self.state.contacts.shape[1]))
         model, parameters, state = self.model, self.parameters, self.state
-        features = features_of(model)
+        features = self._features
         jointed = features.joints
         shared = (
             self._options_record,

@@ -100,9 +100,3 @@ def read_vertices(world: Any, index: int) -> NDArray[np.void]:
     """Entries of `vertex_dtype` of one world."""
     vertices: NDArray[np.void] = world.parameters.vertices[index]
     return vertices
-
-
-def read_body_positions(world: Any, index: int) -> FloatArray:
-    """(body, 3) m, centres of mass."""
-    positions: FloatArray = world.state.bodies[index]["position"]
-    return positions

@@ -8,6 +8,7 @@ from numba import int64
 
 from ..islands import AWAKE, PRESSED
 from ..jit import njit
+from ..positions import correct_positions, smooth_fraction
 from ..solvers import solve_rows
 from ..solvers.cholesky import forget_factor
 from ..solvers.soft import keep_push, solve_biased
@@ -32,7 +33,6 @@ from .joints import (
     substeps_for,
 )
 from .joints.target import move_targets
-from .positions import correct_positions, smooth_fraction
 
 CONTRADICTED = 0.1  # residual above which rows can't all be true: their impulses would grow in each step
 

@@ -13,8 +13,6 @@ them alone and is exact.  L is kept as a vector; the energy has no drift.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from ..jit import njit
@@ -110,16 +108,3 @@ def _turn_about_axis(q: Quaternion, momentum: Vec, axis: int, rate: float) -> tu
     q = (w * c - z * s, x * c + y * s, y * c - x * s, z * c + w * s)
     c, s = c * c - s * s, 2.0 * c * s
     return q, (c * lx + s * ly, c * ly - s * lx, lz)
-
-
-def kinetic_energy(q: Any, inertia: Any, spin: Any) -> Any:
-    """(...,) J of turning: q (..., 4) of the principal axes, inertia (..., 3), spin (..., 3) in the world."""
-    own = own_spin(q, spin)
-    return 0.5 * (np.asarray(inertia) * own * own).sum(-1)
-
-
-def own_spin(q: Any, spin: Any) -> Any:
-    """(..., 3) of the world in the axes of q (..., 4)."""
-    w, u = q[..., :1], -q[..., 1:]
-    t = 2.0 * np.cross(u, spin)
-    return spin + w * t + np.cross(u, t)

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from ...jit import njit
+from ...motion import start_rate
 from ...trig import sin_cos
 from ..math import cross, rotate
-from ..motion import start_rate
 from .build import finish_row, set_direction
 
 JUMP = 0.05  # of the arms' own speeds: where anchors part faster, velocities are about to jump

@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 from ...jit import njit
+from ...motion import start_rate
 from ...rows import BOUNDED, HELD_APART, UNHELD
 from ...trig import sin_cos
 from ..contact_rows import set_effective_mass
 from ..math import rotate
-from ..motion import start_rate
 from .build import finish_row
 
 _INFINITY = float("inf")

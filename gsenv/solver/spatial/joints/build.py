@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 from ...jit import njit
+from ...motion import LIMIT_SLOP, start_rate
 from ...rows import BOUNDED, EQUATION, HELD, HELD_APART, UNHELD
 from ...trig import exp_minus, sin_cos
 from ..contact_rows import set_effective_mass
-from ..motion import LIMIT_SLOP, start_rate
 
 _INFINITY = float("inf")
 _TWO_PI = 6.283185307179586

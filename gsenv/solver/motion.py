@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..jit import njit
+from .jit import njit
 
 LIMIT_SLOP = 1e-7  # m or rad: a gap this small counts as closed, or a resting limit would lose load
 

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..jit import njit
-from ..rows import EQUATION, HELD, HELD_APART, UNHELD
-from ..solvers.cholesky import add_force, clear_sides, substitute
-from ..solvers.tree import EPSILON
+from .jit import njit
 from .motion import LIMIT_SLOP, start_rate
+from .rows import EQUATION, HELD, HELD_APART, UNHELD
+from .solvers.cholesky import add_force, clear_sides, substitute
+from .solvers.tree import EPSILON
 
 REACH = 0.1  # rad, and of a body's radius: farthest that joints are drawn together in one sweep
 SMOOTH = 1e-5  # of the extent: an overlap that the mean of velocities may add
@@ -142,6 +142,19 @@ def _correction_of(row: Any, motions: Any) -> Any:
 
 
 @njit
+def _lengths(x: Any) -> Any:
+    """Sums of the sizes of a vector's linear and angular numbers: (2, 1) of the plane, (3, 3) of space."""
+    linear = 0.0
+    angular = 0.0
+    for d in range(len(x)):
+        if d < (len(x) + 1) // 2:
+            linear += abs(x[d])
+        else:
+            angular += abs(x[d])
+    return linear, angular
+
+
+@njit
 def _correct_equations(
     rows: Any, end: Any, body_parameters: Any, motions: Any, size: Any, tree: Any, blocks: Any, h: Any
 ) -> None:
@@ -156,9 +169,10 @@ def _correct_equations(
     for p in range(size):
         x = tree[p].x
         radius = body_parameters[tree[p].order].radius
-        farthest = max(farthest, h * abs(x[2]) / REACH)
+        linear, angular = _lengths(x)
+        farthest = max(farthest, h * angular / REACH)
         if radius > 0.0:
-            farthest = max(farthest, h * (abs(x[0]) + abs(x[1])) / (REACH * radius))
+            farthest = max(farthest, h * linear / (REACH * radius))
     for p in range(size):
         motion = motions[tree[p].order]
         for i in range(len(motion.correction)):
@@ -172,7 +186,9 @@ def _nothing_jumped(body_list: Any, bodies: Any, body_parameters: Any, motions: 
         i = body_list[k]
         v = bodies[i].velocity
         u = motions[i].start_velocity
-        jump = abs(v[0] - u[0]) + abs(v[1] - u[1]) + abs(v[2] - u[2]) * body_parameters[i].radius
+        jump = 0.0
+        for d in range(len(v)):
+            jump += abs(v[d] - u[d]) * (1.0 if d < (len(v) + 1) // 2 else body_parameters[i].radius)
         if 0.25 * h * jump > SMOOTH * body_parameters[i].extent:
             return False
     return True
@@ -196,8 +212,12 @@ def _turning(row: Any, bodies: Any, body_parameters: Any) -> Any:
     """How fast two bodies move about each other, which a smooth turn makes and takes."""
     a = bodies[row.body_a].velocity
     b = bodies[row.body_b].velocity
-    speed = abs(b[0] - a[0]) + abs(b[1] - a[1])
-    return speed + abs(a[2]) * body_parameters[row.body_a].radius + abs(b[2]) * body_parameters[row.body_b].radius
+    speed = 0.0
+    for d in range((len(a) + 1) // 2):
+        speed += abs(b[d] - a[d])
+    _, spin_a = _lengths(a)
+    _, spin_b = _lengths(b)
+    return speed + spin_a * body_parameters[row.body_a].radius + spin_b * body_parameters[row.body_b].radius
 
 
 @njit
