@@ -11,8 +11,8 @@ from typing import Any
 from .jit import njit
 from .motion import LIMIT_SLOP, start_rate
 from .rows import EQUATION, HELD, HELD_APART, UNHELD
-from .solvers.cholesky import add_force, clear_sides, substitute
-from .solvers.tree import EPSILON
+from .solvers.cholesky import add_force, change_of, clear_sides, substitute
+from .solvers.tree import give_of
 
 REACH = 0.1  # rad, and of a body's radius: farthest that joints are drawn together in one sweep
 SMOOTH = 1e-5  # of the extent: an overlap that the mean of velocities may add
@@ -163,7 +163,7 @@ def _correct_equations(
     for r in range(end):
         row = rows[r]
         if row.kind == EQUATION and row.diagonal > 0.0:
-            add_force(row, tree, -(row.previous + _correction_of(row, motions)) / (EPSILON * row.diagonal))
+            add_force(row, tree, -_error_rate(row, motions) / give_of(row))
     substitute(size, tree, blocks)
     farthest = 1.0
     for p in range(size):
@@ -173,10 +173,20 @@ def _correct_equations(
         farthest = max(farthest, h * angular / REACH)
         if radius > 0.0:
             farthest = max(farthest, h * linear / (REACH * radius))
+    for r in range(end):
+        row = rows[r]
+        if row.kind == EQUATION and row.softness > 0.0:
+            row.position_impulse -= (_error_rate(row, motions) + change_of(row, tree)) / (give_of(row) * farthest)
     for p in range(size):
         motion = motions[tree[p].order]
         for i in range(len(motion.correction)):
             motion.correction[i] += tree[p].x[i] / farthest
+
+
+@njit
+def _error_rate(row: Any, motions: Any) -> Any:
+    """What the equation still lacks; a spring gives way."""
+    return row.previous + _correction_of(row, motions) + row.softness * row.position_impulse
 
 
 @njit

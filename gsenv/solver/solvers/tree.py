@@ -1,6 +1,6 @@
-"""Rigid joints as one exact block: all equations of an island solved at once, in linear time on trees.
+"""Joints as one exact block: all equations of an island solved at once, in linear time on trees.
 
-With E their Jacobian and s = epsilon diag(E M^-1 E^T), H = M + E^T s^-1 E is factorised once per substep;
+With E their Jacobian and s = epsilon diag(E M^-1 E^T) + softness, H = M + E^T s^-1 E is factorised once per substep;
 one solve H x = -E^T s^-1 w changes the velocities by x and the impulses by -(w + E x) / s.  Closed loops
 and joints given twice make E M^-1 E^T singular, but never H.
 
@@ -25,7 +25,13 @@ from .cholesky import (
     substitute,
 )
 
-EPSILON = 1e-7  # softness of an equation, as a part of A_rr
+EPSILON = 1e-7  # softness of a rigid equation, as a part of A_rr
+
+
+@njit
+def give_of(row: Any) -> Any:
+    """s of an equation: its own softness and what makes H regular."""
+    return EPSILON * (row.diagonal - row.softness) + row.softness
 
 
 @njit
@@ -37,7 +43,7 @@ def factorise_equations(
     load_masses(n, tree, blocks, motions)
     for r in range(end):
         if n > 0 and rows[r].kind == EQUATION and rows[r].diagonal > 0.0:
-            add_stiffness(rows[r], tree, blocks, 1.0 / (EPSILON * rows[r].diagonal))
+            add_stiffness(rows[r], tree, blocks, 1.0 / give_of(rows[r]))
     return n if factorise(n, tree, blocks) else 0
 
 
@@ -45,7 +51,7 @@ def factorise_equations(
 def _velocity_of(row: Any, bodies: Any) -> Any:
     a = bodies[row.body_a]
     b = bodies[row.body_b]
-    w = row.bias
+    w = row.bias + row.softness * row.impulse
     for i in range(len(row.jacobian_a)):
         w += row.jacobian_a[i] * a.velocity[i] + row.jacobian_b[i] * b.velocity[i]
     return w
@@ -69,7 +75,7 @@ def solve_equations(
         if row.kind == EQUATION and row.diagonal > 0.0:
             w = _velocity_of(row, bodies)
             change += w * w * row.effective_mass
-            add_force(row, tree, -w / (EPSILON * row.diagonal))
+            add_force(row, tree, -w / give_of(row))
     if change <= enough:
         return change
     substitute(n, tree, blocks)
@@ -77,7 +83,7 @@ def solve_equations(
         row = rows[r]
         if row.kind == EQUATION and row.diagonal > 0.0:
             w = _velocity_of(row, bodies)
-            row.impulse -= (w + change_of(row, tree)) / (EPSILON * row.diagonal)
+            row.impulse -= (w + change_of(row, tree)) / give_of(row)
     for p in range(n):
         velocity = bodies[tree[p].order].velocity
         for i in range(len(velocity)):

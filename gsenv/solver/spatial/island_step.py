@@ -13,6 +13,7 @@ from ..solvers import solve_rows
 from ..solvers.cholesky import forget_factor
 from ..solvers.soft import keep_push, solve_biased
 from ..solvers.tree import factorise_equations
+from ..springs import any_sprung, guard_springs, release_springs
 from .contact_rows import (
     add_contact_rows,
     forget_impulses,
@@ -92,10 +93,12 @@ def step_island(
     n = int64(options.substeps)
     pressed = wakefulness == PRESSED
     driven = wakefulness != AWAKE
+    sprung = False
     first = int64(0)
     if joint_models is not None:
         first = count_joint_rows(joint_list, joint_models, joint_parameters)
         driven = driven or any_driven(joint_list, joint_models, joint_parameters)
+        sprung = any_sprung(joint_list, joint_parameters)
         if tree is not None:
             n = substeps_for(
                 joint_list,
@@ -154,6 +157,7 @@ def step_island(
                             0.0,
                             h,
                         )
+                        release_springs(rows, first)
                         size = factorise_equations(rows, first, body_list, motions, tree, edges, tree_blocks)
                         set_paths(rows, first, motions, size, tree, tree_blocks, h)
                 world_state.impacts += resolve_impacts(
@@ -218,7 +222,7 @@ def step_island(
                 )
                 take_velocities(body_list, bodies, movers)
                 world_state.sweeps += sweeps
-                if attempt > 0 or driven or not turning or residual > options.tolerance:
+                if attempt > 0 or driven or sprung or not turning or residual > options.tolerance:
                     break
                 if not gains_energy(body_list, bodies, motions):
                     break
@@ -227,8 +231,11 @@ def step_island(
             if residual > options.tolerance:
                 world_state.unconverged += 1
             # converged joints that turn add and take energy of third order: no case for the guard
-            if not driven and (residual > options.tolerance or not turning):
+            if not driven and not sprung and (residual > options.tolerance or not turning):
                 guard_energy(rows, end, body_list, bodies, motions)
+            if tree is not None:
+                if sprung and not driven and size > 0 and residual > options.tolerance:
+                    guard_springs(rows, first, end, body_list, bodies, motions, movers, size, tree, tree_blocks)
             if s == n - 1:
                 error, load, scale_of_nm = natural_residual(rows, end, first, bodies, motions)
         smooth = smooth_fraction(rows, first, end, body_list, bodies, body_parameters, motions, contacts, h)

@@ -10,8 +10,9 @@ import numpy as np
 from ...jit import njit
 from ...model import ActuatorMode
 from ...rows import EQUATION, HELD_APART
+from ...springs import has_spring
 from ..math import cross
-from .build import has_limit, has_motor, has_spring
+from .build import has_limit, has_motor
 from .distance import add_distance_rows
 from .gear import add_gear_rows
 from .point import arm, turned
@@ -178,11 +179,11 @@ def forget_joint_impulses(rows: Any, end: Any, joint_states: Any) -> None:
 
 @njit
 def any_driven(indices: Any, joint_models: Any, joint_parameters: Any) -> Any:
-    """Whether a joint may do work, or give back stored energy: no case for the energy guard."""
+    """Whether a joint may do work: no case for the energy guard."""
     for k in range(len(indices)):
         kind = joint_models[indices[k]].kind
         parameters = joint_parameters[indices[k]]
-        if kind == _ROWS or kind == _TARGET or has_spring(parameters) or has_motor(parameters):
+        if kind == _ROWS or kind == _TARGET or has_motor(parameters):
             return True
     return False
 

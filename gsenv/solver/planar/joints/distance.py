@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from ...jit import njit
-from .build import add_limit, add_spring, copy_direction, finish_row, has_limit, has_spring
+from ...springs import has_spring
+from .build import add_limit, add_spring, copy_direction, finish_row, has_limit
 from .point import curve_of, frame_ahead, set_frame_direction
 
 SHORT = 1e-9  # m: below it the direction between the anchors is not defined

@@ -5,18 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from ...jit import njit
+from ...springs import has_spring
 from .angle import relative_angle, set_angle_row
-from .build import (
-    add_limit,
-    add_motor,
-    add_spring,
-    copy_direction,
-    finish_row,
-    has_limit,
-    has_motor,
-    has_spring,
-    speeds_within,
-)
+from .build import add_limit, add_motor, add_spring, copy_direction, finish_row, has_limit, has_motor, speeds_within
 from .point import axis_ahead, curve_of, frame_ahead, set_frame_direction
 
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from ...jit import njit
+from ...springs import has_spring
 from .angle import set_angle_direction, unwrapped_angle
-from .build import add_limit, add_motor, add_spring, has_limit, has_motor, has_spring, speeds_within
+from .build import add_limit, add_motor, add_spring, has_limit, has_motor, speeds_within
 from .point import set_point_rows
 
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from ...jit import njit
+from ...springs import has_spring
 from .angle import set_angle_direction
-from .build import add_limit, add_motor, add_spring, copy_direction, has_limit, has_motor, has_spring
+from .build import add_limit, add_motor, add_spring, copy_direction, has_limit, has_motor
 from .prismatic import add_slide_row, set_axis_direction
 
 _INFINITY = float("inf")

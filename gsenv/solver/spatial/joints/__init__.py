@@ -10,10 +10,11 @@ import numpy as np
 from ...jit import njit
 from ...model import ActuatorMode
 from ...rows import EQUATION, HELD_APART
+from ...springs import has_spring
 from ..frames import in_world, spin_of
 from ..math import Vec, along, conjugate, cross, multiply, norm, quaternion, scaled, sub, turn_of, turned, vec
 from .ball import add_ball_rows
-from .build import has_limit, has_motor, has_spring
+from .build import has_limit, has_motor
 from .distance import add_distance_rows
 from .point import arm, bend_across
 from .rows_of_user import add_user_rows
@@ -152,11 +153,11 @@ def forget_joint_impulses(rows: Any, end: Any, joint_states: Any) -> None:
 
 @njit
 def any_driven(indices: Any, joint_models: Any, joint_parameters: Any) -> Any:
-    """Whether a joint may do work, or give back stored energy: no case for the energy guard."""
+    """Whether a joint may do work: no case for the energy guard."""
     for k in range(len(indices)):
         kind = joint_models[indices[k]].kind
         parameters = joint_parameters[indices[k]]
-        if kind == _ROWS or kind == _TARGET or has_spring(parameters) or has_motor(parameters):
+        if kind == _ROWS or kind == _TARGET or has_motor(parameters):
             return True
     return False
 

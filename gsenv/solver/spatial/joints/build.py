@@ -6,13 +6,11 @@ from typing import Any
 
 from ...jit import njit
 from ...motion import LIMIT_SLOP, start_rate
-from ...rows import BOUNDED, EQUATION, HELD, HELD_APART, UNHELD
-from ...trig import exp_minus, sin_cos
+from ...rows import BOUNDED, EQUATION, HELD, HELD_APART
+from ...springs import set_spring
 from ..contact_rows import set_effective_mass
 
 _INFINITY = float("inf")
-_TWO_PI = 6.283185307179586
-EXACT = 0.8  # rad in a substep: slower springs keep their phase, faster ones are implicit
 
 
 @njit
@@ -36,72 +34,15 @@ def has_limit(parameters: Any) -> Any:
 
 
 @njit
-def has_spring(parameters: Any) -> Any:
-    return parameters.frequency > 0.0 or parameters.stiffness > 0.0 or parameters.damping > 0.0
-
-
-@njit
 def has_motor(parameters: Any) -> Any:
     return parameters.motor_effort > 0.0
 
 
 @njit
 def soften(row: Any, parameters: Any, speed: Any, motions: Any, h: Any) -> None:
-    """Turn a rigid row into a spring and damper on its error; ``speed`` is that of the resting point.
-
-    x'' = -2 d x' - w^2 x + g on the mass that the row sees, m = 1/A_rr. For slow springs the discrete
-    map of (x, v), x1 = x0 + h (v0 + v1)/2, v1 = a x0 + b v0 + c (v_free - v0), gets the trace and
-    determinant of the exact flow, so frequency and decay are exact, and c = -a/(w^2 h) makes the sag
-    exact. As a row: softness = gamma A_rr with gamma = c/(1 - c), bias = (gamma - (1 + gamma) b) v0
-    - (1 + gamma) a x0.  Fast springs are implicit Euler steps: k = m w^2, softness = 1/(h (damping +
-    h k)) (Catto, "Soft constraints", GDC 2011), which damps what the step can't follow.
-    """
-    row.kind = BOUNDED
-    row.hold = UNHELD
-    m = row.diagonal
-    if m <= 0.0:
-        return
-    omega = _TWO_PI * parameters.frequency
-    square = omega * omega
-    rate = parameters.damping_ratio * omega
-    if parameters.stiffness > 0.0 or parameters.damping > 0.0:
-        square = parameters.stiffness * m
-        rate = 0.5 * parameters.damping * m
-    if square <= 0.0 and rate <= 0.0:
-        return
-    x = row.error
-    if h * h * square < EXACT * EXACT and h * rate < EXACT:
-        a, b, c = _exact_step(square, rate, h)
-        gamma = c / (1.0 - c)
-        row.bias += (gamma - (1.0 + gamma) * b) * (start_rate(row, motions) - speed) - (1.0 + gamma) * a * x
-        row.softness = gamma * m
-    else:
-        implicit = 2.0 * rate + h * square
-        row.bias += square / implicit * x
-        row.softness = m / (h * implicit)
-    row.bias -= speed
+    """Turn a rigid row into a spring and damper on its error; ``speed`` is that of the resting point."""
+    set_spring(row, parameters, speed, motions, h)
     set_effective_mass(row, motions)
-
-
-@njit
-def _exact_step(square: Any, rate: Any, h: Any) -> Any:
-    """(a, b, c) of ``soften``."""
-    if h * h * square < 1e-10:  # a damper alone: v1 = b v0 + c h g
-        x = 2.0 * h * rate
-        b = exp_minus(x)
-        c = (1.0 - b) / x if x > 1e-4 else 1.0 - 0.5 * x + x * x / 6.0
-        return -square * h * c, b, c
-    decay = exp_minus(h * rate)
-    inside = square - rate * rate
-    if inside >= 0.0:
-        cosine, _ = sin_cos(h * inside**0.5)
-        trace = 2.0 * decay * cosine
-    else:
-        e = exp_minus(h * (-inside) ** 0.5)
-        trace = decay * (e + 1.0 / e)
-    det = decay * decay
-    a = (trace - 1.0 - det) / h
-    return a, 0.5 * (trace - 1.0 + det), -a / (square * h)
 
 
 @njit
@@ -126,7 +67,8 @@ def add_spring(
     """A spring along the direction that ``rows[row]`` has; returns the next row."""
     finish_row(rows[row], slot, error, motions)
     soften(rows[row], parameters, 0.0, motions, h)
-    bound_row(rows[row], h * parameters.spring_effort)
+    if parameters.spring_effort < _INFINITY:
+        bound_row(rows[row], h * parameters.spring_effort)
     return row + 1
 
 

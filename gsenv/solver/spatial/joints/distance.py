@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from ...jit import njit
+from ...springs import has_spring
 from ..math import Vec, norm, scaled
-from .build import add_limit, add_spring, copy_direction, finish_row, has_limit, has_spring
+from .build import add_limit, add_spring, copy_direction, finish_row, has_limit
 from .point import frame_ahead, frame_rate, set_frame_direction
 
 SHORT = 1e-9  # m: below it the direction between the anchors is not defined

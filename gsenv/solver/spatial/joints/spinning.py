@@ -77,7 +77,7 @@ def _is_point(
 ) -> Any:
     """Whether rows r to r + 2 hold the anchors of a spinning body together, at the pose of the middle."""
     row = rows[r]
-    if row.kind != EQUATION or row.slot != 0 or r + 2 >= end:
+    if row.kind != EQUATION or row.softness > 0.0 or row.slot != 0 or r + 2 >= end:
         return False
     if rows[r + 1].source != row.source or rows[r + 2].source != row.source or rows[r + 2].slot != 2:
         return False

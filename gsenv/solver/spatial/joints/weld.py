@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from ...jit import njit
+from ...springs import has_spring
 from ..math import multiply, quaternion, turn_between
-from .build import finish_row, has_spring, soften
+from .build import finish_row, soften
 from .point import frame_ahead, set_frame_direction, set_point_rows, set_turn_direction, unit_axis
 
 
