@@ -9,12 +9,12 @@ from ..contact_cache import update_contacts
 from ..islands import AWAKE, build_islands, start_counters
 from ..jit import njit
 from ..optional import at
+from ..sleep import any_awake, update_sleep
 from .geometry import update_geometry
 from .integrate import any_kinematic, clear_forces, hold_disabled, move_kinematic, release_disabled, start_motion
 from .island_step import step_island
 from .joints import drive_joints, start_joints
 from .narrowphase import find_contacts
-from .sleep import any_awake, update_sleep
 from .sweep_fast import keep_start, sweep_fast_bodies
 
 OK = 0

@@ -232,7 +232,7 @@ def test_stiff_springs_of_light_and_heavy_bodies_are_solved(kind: str) -> None:
     masses = [0.01] * 9 + [10.0]
     for k, mass in enumerate(masses):
         scene.add_body(f"link_{k}", shapes=[Sphere(radius=0.05)], mass=mass, position=(0, 0, -0.2 * (k + 1)))
-        anchor = {"anchor": (0, 0, -0.2 * k - 0.1)} if kind == "weld" else {}
+        anchor: dict[str, Any] = {"anchor": (0, 0, -0.2 * k - 0.1)} if kind == "weld" else {}
         scene.add_joint(f"spring_{k}", kind, last, f"link_{k}", stiffness=1e6, damping=1e3, **anchor)
         last = f"link_{k}"
     world = full_world(scene, options=Options(solver="pgs", sweeps=10, sleep=False))

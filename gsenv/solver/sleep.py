@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..jit import njit
+from .jit import njit
 
 
 @njit
@@ -17,10 +17,23 @@ def any_awake(bodies: Any, body_models: Any, body_parameters: Any) -> Any:
             if bodies[i].asleep == 0:
                 return True
         elif body_models[i].kind == 1:
-            v = bodies[i].velocity
-            if v[0] != 0.0 or v[1] != 0.0 or v[2] != 0.0:
-                return True
+            for d in range(len(bodies[i].velocity)):
+                if bodies[i].velocity[d] != 0.0:
+                    return True
     return False
+
+
+@njit
+def _speed(v: Any, radius: Any) -> Any:
+    """Of the fastest point at most; v: linear and angular numbers, (2, 1) of the plane, (3, 3) of space."""
+    linear = 0.0
+    angular = 0.0
+    for d in range(len(v)):
+        if d < (len(v) + 1) // 2:
+            linear += v[d] * v[d]
+        else:
+            angular += v[d] * v[d]
+    return linear**0.5 + angular**0.5 * radius
 
 
 @njit
@@ -29,12 +42,10 @@ def update_sleep(indices: Any, bodies: Any, body_parameters: Any, motions: Any, 
     least = options.sleep_time
     for k in range(len(indices)):
         body = bodies[indices[k]]
-        speed = (body.velocity[0] ** 2 + body.velocity[1] ** 2) ** 0.5
-        speed += abs(body.velocity[2]) * body_parameters[indices[k]].radius
-        moved = motions[indices[k]].displacement  # the position pass moves bodies at rest as well
-        shift = (moved[0] ** 2 + moved[1] ** 2) ** 0.5
-        shift += abs(moved[2]) * body_parameters[indices[k]].radius
-        speed = max(speed, shift / options.timestep)
+        radius = body_parameters[indices[k]].radius
+        speed = _speed(body.velocity, radius)
+        # the position pass moves bodies at rest as well
+        speed = max(speed, _speed(motions[indices[k]].displacement, radius) / options.timestep)
         body.asleep = 0
         if restless or speed > options.sleep_speed:
             body.sleep_time = 0.0
@@ -46,5 +57,5 @@ def update_sleep(indices: Any, bodies: Any, body_parameters: Any, motions: Any, 
     for k in range(len(indices)):
         body = bodies[indices[k]]
         body.asleep = 1
-        for d in range(3):
+        for d in range(len(body.velocity)):
             body.velocity[d] = 0.0
