@@ -16,6 +16,8 @@ from gsenv.solver.model import (
     body_model_dtype,
     body_parameter_dtype,
     body_state_dtype,
+    joint_model_dtype,
+    joint_parameter_dtype,
     shape_model_dtype,
     shape_parameter_dtype,
 )
@@ -30,6 +32,9 @@ class Model(NamedTuple):
     bodies: NDArray[np.void]
     shapes: NDArray[np.void]
     shape_colors: NDArray[np.uint8] | None
+    joints: NDArray[np.void]
+    nominal_joints: NDArray[np.void]
+    nominal_bodies: NDArray[np.void]
 
 
 class Parameters(NamedTuple):
@@ -67,7 +72,9 @@ def make_world() -> World:
     states["position"][:, 1], states["position"][:, 2] = (0.2, 0.1, 0.8), (-1.0, 0.0, 0.3)
     states["position"][1, 2] = (1.0, -1.0, 0.3)
     vertices = np.zeros((2, 0), vertex_dtype())
-    return World(Model(3, bodies, shapes, None), Parameters(body_parameters, parameters, vertices), State(states))
+    joints = (np.zeros(0, joint_model_dtype()), np.zeros(0, joint_parameter_dtype(3)))
+    model = Model(3, bodies, shapes, None, *joints, body_parameters[0])
+    return World(model, Parameters(body_parameters, parameters, vertices), State(states))
 
 
 def test_shapes_sit_in_their_bodies_frames() -> None:
