@@ -15,6 +15,8 @@ from gsenv.scenes.spatial import (
     cube_mass_ratio,
     cube_pyramid,
     cube_stack,
+    gyroscope,
+    precession,
     roller_on_incline,
     sliding_roller,
     sphere_cradle,
@@ -25,19 +27,21 @@ from gsenv.scenes.spatial import (
 
 from .cases import Case, tower
 from .errors import G, apex_error, chain_error, cradle_error, distance_error, energy_error, slide_to_roll_error
-from .errors3d import ball_overlap, flip_times, slope_error, tumbling_error
+from .errors3d import ball_overlap, flip_times, precession_error, slope_error, tumbling_error
 
 SLOW, FAST = ((1.0, 2.0, 3.0), (0.01, 1.0, 0.01)), ((0.4, 0.9, 1.1), (0.02, 5.0, 0.02))  # inertia, spin
 FIRST_FLIP, FLIP_PERIOD = 10.9169135, 19.5528671  # s, of SLOW
 
 
-def tumbling() -> list[Case]:
+def turning() -> list[Case]:
     flips = np.array([FIRST_FLIP + k * FLIP_PERIOD for k in range(3)])  # s, until 60
     return [
         Case("4", "tumbling wing nut, 60 s", partial(spinning_box, *SLOW), 60.0,
              partial(tumbling_error, expected=flips), kind="free"),
         Case("4:fast", "tumbling at 5 rad/s, 10 s", partial(spinning_box, *FAST), 10.0,
              partial(tumbling_error, expected=flip_times(*FAST, 10.0)), kind="free"),
+        Case("5", "gyroscope's precession", gyroscope, 5.0,
+             partial(precession_error, rate=precession()), kind="top"),
     ]  # fmt: skip
 
 
@@ -103,5 +107,5 @@ def all_cases() -> list[Case]:
     bounce = Case("10", "three bounces, e = .8", partial(bouncing_spheres, [0.8]), 2.2,
                   partial(apex_error, restitution=0.8), kind="bounce")  # fmt: skip
     balls = Case("19", "216 balls fall apart (m)", sphere_grid, 3.0, ball_overlap, kind="balls", quick=False)
-    cases = [*tumbling(), *linkages(), *slopes(), bounce, *towers(), balls]
+    cases = [*turning(), *linkages(), *slopes(), bounce, *towers(), balls]
     return sorted(cases, key=lambda case: int(case.row))

@@ -76,6 +76,13 @@ def tumbling_error(trajectory: Trajectory, expected: Array) -> float:
     return float(max(np.abs(found / expected - 1.0).max(), turned, kept))
 
 
+def precession_error(trajectory: Trajectory, rate: float) -> float:
+    """Relative error of the mean speed, rad/s, at which body 1 has gone around z."""
+    x, y = trajectory.position[:, 1, 0], trajectory.position[:, 1, 1]
+    angles = np.unwrap(np.arctan2(y, x))
+    return abs(float(angles[-1] - angles[0]) / (float(trajectory.times[-1]) * rate) - 1.0)
+
+
 def ball_overlap(trajectory: Trajectory) -> float:
     """m: deepest overlap of balls, and into the ground, at any sample."""
     balls = trajectory.dynamic

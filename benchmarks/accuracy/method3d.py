@@ -10,6 +10,7 @@ joints cannot open. The error is the same function of the trajectory for each (`
 
 - 4: worst of the relative errors of the times at which the spin about the middle axis changes sign, of the energy
   and of the angular momentum vector, at any time.
+- 5: relative error of the mean speed at which a gyroscope's arm goes around in 5 s. Not in PyBullet.
 - 6, 7: largest deviation from the law of motion at any time, over the final distance.
 - 8: a block on a plane that falls by 35° or 20° towards 0° to 45° from the x axis; distance from where it should
   be, sideways too, over the final distance; creep in m.

@@ -128,7 +128,7 @@ class Simulation:
             geom.solimp = (STIFF, STIFF, 0.001, 0.5, 2.0)
 
     def _start(self) -> None:
-        """Velocities of free joints: linear in the world, angular in the body."""
+        """Velocities of free joints: linear in the world, angular in the body; of ball joints, the latter alone."""
         model, data = self.source, self.data
         mujoco.mj_forward(self.model, data)
         for index in np.flatnonzero(model.bodies["kind"] == BodyKind.DYNAMIC):
@@ -136,11 +136,14 @@ class Simulation:
             velocity = start["velocity"]
             if not velocity.any():
                 continue
-            if index in self.tree:
-                raise ValueError("the benchmark's linkages start at rest.")
             first = self.model.jnt_dofadr[self.model.body_jntadr[self.rows[index]]]
-            data.qvel[first : first + 3] = velocity[:3]
-            data.qvel[first + 3 : first + 6] = rotated(conjugate(start["rotation"]), velocity[3:])
+            if index in self.tree:
+                if model.bodies["kind"][model.joints["body_a"][self.tree[index]]] != BodyKind.STATIC:
+                    raise ValueError("the benchmark's linkages start at rest but for what is held by a static body.")
+            else:
+                data.qvel[first : first + 3] = velocity[:3]
+                first += 3
+            data.qvel[first : first + 3] = rotated(conjugate(start["rotation"]), velocity[3:])
         mujoco.mj_forward(self.model, data)
 
     def step(self, count: int) -> None:

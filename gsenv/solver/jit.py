@@ -55,10 +55,15 @@ def njit(function: Any = None, *, forceinline: bool = False) -> Any:
     `forceinline` makes LLVM inline it into its callers; the cost of numba's front end stays the same
     (its own `inline="always"` was 10 to 70 times slower to compile). Returns numba's dispatcher
     itself: a call pays for nothing else, and kernels call one another freely.
+
+    The solver's kernels count no references to the arrays that they get, atomic operations that took
+    up to half of the time of a small world. So they can make no arrays, and return none.
     """
     if function is None:
         return partial(njit, forceinline=forceinline)
     options = {"nogil": True, "error_model": "numpy", "forceinline": forceinline}
+    if _SOLVER in Path(function.__code__.co_filename).parents:
+        options["_nrt"] = False
     kernel: Any = numba.njit(**options)(function)
     if not numba.config.DISABLE_JIT:
         kernel = _with_cache(kernel, function, options)

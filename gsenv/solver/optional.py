@@ -18,7 +18,8 @@ def at(array, w):  # type: ignore[no-untyped-def]
     return None if array is None else array[w]
 
 
-@overload(at, inline="always")
+# numba lets only a kernel that counts references return an array; inlined, none is counted
+@overload(at, inline="always", jit_options={"_nrt": True})
 def _at(array, w):  # type: ignore[no-untyped-def]
     if isinstance(array, types.NoneType):
         return lambda array, w: None

@@ -37,6 +37,7 @@ from .joints import (
 )
 from .joints.spinning import bend_spinning, drift_spinning
 from .joints.target import move_targets
+from .pinned import is_pinned, swing_pinned
 
 CONTRADICTED = 0.1  # residual above which rows can't all be true: their impulses would grow in each step
 
@@ -90,6 +91,20 @@ def step_island(
     kinematic: Any,
 ) -> Any:
     """Advance the bodies of one island by a whole timestep; returns (error, load, size) of nm."""
+    if tree is not None:
+        if is_pinned(body_list, contact_list, joint_list, joint_models, joint_parameters, bodies, body_parameters):
+            swing_pinned(
+                body_list[0],
+                joint_list[0],
+                joint_models,
+                joint_parameters,
+                joint_states,
+                bodies,
+                body_parameters,
+                motions,
+                options,
+            )
+            return 0.0, 0.0, 0.0
     n = int64(options.substeps)
     pressed = wakefulness == PRESSED
     driven = wakefulness != AWAKE

@@ -41,16 +41,36 @@ def spin_freely(q: Quaternion, inertia: Vec, spin: Vec, h: float) -> tuple[Quate
     size = norm(momentum)
     if not size > 0.0:
         return q, spin
+    q, momentum = _turn(q, inertia, momentum, turned(q, momentum), size, h, ONE_STEP)
+    own = (momentum[0] / inertia[0], momentum[1] / inertia[1], momentum[2] / inertia[2])
+    return q, turned(q, own)
+
+
+@njit
+def turn_freely(q: Quaternion, inertia: Vec, momentum: Vec, h: float, one_step: float) -> Quaternion:
+    """Rotation after h s without torque, which may be negative; ``momentum``: angular, in the world, where it stays.
+
+    one_step: rad, see ONE_STEP.
+    """
+    size = norm(momentum)
+    if not size > 0.0:
+        return q
+    q, _ = _turn(q, inertia, turned(conjugate(q), momentum), momentum, size, h, one_step)
+    return q
+
+
+@njit
+def _turn(
+    q: Quaternion, inertia: Vec, momentum: Vec, world: Vec, size: float, h: float, one_step: float
+) -> tuple[Quaternion, Vec]:
+    """(rotation, angular momentum in the body's axes) from that momentum and the same in the world."""
     m = _middle(inertia)
     j = 1 if m == 0 else 0
     k = 1 if m == 2 else 2
     cj = 1.0 / inertia[j] - 1.0 / inertia[m]
     ck = 1.0 / inertia[k] - 1.0 / inertia[m]
-    world = turned(q, momentum)
-    q, momentum = _turn_about_axes(q, momentum, j, cj, k, ck, size, h)
-    q = normalised(multiply(turn_of(scaled(world, h / inertia[m])), q))
-    own = (momentum[0] / inertia[0], momentum[1] / inertia[1], momentum[2] / inertia[2])
-    return q, turned(q, own)
+    q, momentum = _turn_about_axes(q, momentum, j, cj, k, ck, size, h, one_step)
+    return normalised(multiply(turn_of(scaled(world, h / inertia[m])), q)), momentum
 
 
 @njit
@@ -65,18 +85,18 @@ def _middle(inertia: Vec) -> int:
 
 @njit
 def _turn_about_axes(
-    q: Quaternion, momentum: Vec, j: int, cj: float, k: int, ck: float, size: float, h: float
+    q: Quaternion, momentum: Vec, j: int, cj: float, k: int, ck: float, size: float, h: float, one_step: float
 ) -> tuple[Quaternion, Vec]:
     """The part of the motion that the moments' differences make; ``momentum`` in the body's axes."""
     if cj == 0.0 or ck == 0.0:
         q, momentum = _turn_about_axis(q, momentum, j, cj * h)
         return _turn_about_axis(q, momentum, k, ck * h)
-    reach = max(abs(cj), abs(ck)) * size * h
+    reach = max(abs(cj), abs(ck)) * size * abs(h)
     if reach <= PLAIN:
         q, momentum = _turn_about_axis(q, momentum, j, 0.5 * cj * h)
         q, momentum = _turn_about_axis(q, momentum, k, ck * h)
         return _turn_about_axis(q, momentum, j, 0.5 * cj * h)
-    steps = min(int(np.ceil(min(reach / ONE_STEP, 1e6))), MOST_STEPS)
+    steps = min(int(np.ceil(min(reach / one_step, 1e6))), MOST_STEPS)
     t = h / steps
     for _ in range(steps):
         before = 0.0
