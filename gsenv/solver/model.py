@@ -133,6 +133,7 @@ def body_state_dtype(dim: int) -> np.dtype[Any]:
 def contact_dtype(dim: int) -> np.dtype[Any]:
     """One contact point. Sorted by (shape_a, shape_b, feature); normal from a to b."""
     turning: list[Any] = [] if dim == 2 else [("torsional_friction", "f8"), ("rolling_friction", "f8")]  # m
+    miss: list[Any] = [] if dim == 2 else [("miss", "f8")]  # m, of candidates for secondary impacts, else 0
     return np.dtype(
         [
             ("shape_a", "i4"),
@@ -148,6 +149,7 @@ def contact_dtype(dim: int) -> np.dtype[Any]:
             *turning,
             ("restitution", "f8"),
             ("extent", "f8"),  # m, length scale of the pair
+            *miss,
             ("impulse", "f8", (CONTACT_ROWS[dim],)),  # N s of the last substep: normal, then tangents
             ("total_impulse", "f8", (CONTACT_ROWS[dim],)),  # N s, summed over the step
         ],
@@ -302,6 +304,11 @@ TURNING: list[Any] = [
     ("frame", "f8", (3, 3)),  # rows: principal axes half a substep ahead, or the world's where all moments are equal
     ("tilted", "i4"),  # 1: the frame is not the world's
     ("middle", "f8", (4,)),  # rotation of a tilted body half a substep ahead
+    ("slowest", "f8", (3,)),  # m/s, each axis for itself: what impacts of the step may make of the velocity
+    ("fastest", "f8", (3,)),
+    ("likely", "f8", (3,)),  # m/s, of the ball around these
+    ("spread", "f8"),  # m/s, its radius
+    ("backed", "i4"),  # 1: what does not move may stop it in the step
 ]
 
 

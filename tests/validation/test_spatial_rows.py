@@ -299,7 +299,6 @@ def test_16_pyramids(fidelity: str, base: int) -> None:
     stands(awake_world(cube_pyramid(base), fidelity), 10.0, tolerance(fidelity, 5e-3, 5e-4))
 
 
-@pytest.mark.xfail(reason="measured .034 m, accurate .024 m: a ball that is hit has its new neighbours a step later")
 @BOTH
 def test_19_balls_fall_apart(fidelity: str) -> None:
     """Deepest overlap of 216 frictionless balls, by their own positions, over 2 s."""

@@ -4,23 +4,18 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..broadphase import find_pairs
 from ..contact_cache import update_contacts
 from ..islands import AWAKE, build_islands, start_counters
 from ..jit import njit
 from ..optional import at
 from ..sleep import any_awake, update_sleep
+from .detection import MORE_CONTACTS, OK, detect
 from .geometry import update_geometry
 from .integrate import any_kinematic, clear_forces, hold_disabled, move_kinematic, release_disabled, start_motion
 from .island_step import step_island
 from .joints import drive_joints, start_joints
 from .math import norm, vec
-from .narrowphase import find_contacts
 from .sweep_fast import keep_start, sweep_fast_bodies
-
-OK = 0
-MORE_PAIRS = 1
-MORE_CONTACTS = 2
 
 
 @njit
@@ -100,29 +95,28 @@ def step_world(
         dt,
         geometry,
     )
-    pair_count = find_pairs(geometry, shape_models, exclusions, broadphase, pairs)
-    if pair_count > len(pairs):
-        return MORE_PAIRS, pair_count
-    found_count = find_contacts(
+    status, needed, pair_count, found_count = detect(
         bodies[w],
         body_models,
         body_parameters[w],
         shape_models,
         shape_parameters[w],
         at(vertices, w),
-        geometry,
-        pairs,
-        pair_count,
+        exclusions,
         gravity,
         dt,
+        geometry,
+        broadphase,
+        pairs,
         found,
+        motions,
         manifold,
         clip,
         field,
         convex,
     )
-    if found_count > len(found):
-        return MORE_CONTACTS, found_count
+    if status != OK:
+        return status, needed
     places = island_contacts[len(island_contacts) // 2 :]
     contact_count = update_contacts(
         contacts[w], state.contact_count, found, found_count, geometry, displaced, places

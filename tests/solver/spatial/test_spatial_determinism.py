@@ -183,9 +183,9 @@ def chain() -> World:
 
 # After an intended change of the physics: python -m tests.solver.spatial.test_spatial_determinism
 GOLDEN = {
-    "mixed": "bf17b1fde45af23ac97654d94670cdf0f419a97c58e3e457d672bfb0496ad1aa",
-    "tumble": "00008e62daf625277a20e7c1bdf5a567e15794605b52df7d59032dace669228d",
-    "chain": "8b54a884641ca88228f0cc53e4edc1ae4c14600b8e2a162af446cd254b59e62a",
+    "mixed": "6bfa33b7b7a5032391761313fd75d10f64304150fdb2d87b35c740e45649fee7",
+    "tumble": "1855bac1a2e5754e184b644d2227e9fd343bdf70dde0066e9f1ca924c2a79ae7",
+    "chain": "f9c4b673bcff1071d829dd41dc8a7bdc242b16222dee737ab0c9f3ff954749a3",
 }
 
 

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from gsenv.solver.jit import inline_njit, njit
 from gsenv.solver.spatial.geometry import BASE_MARGIN
-from gsenv.solver.spatial.kinds import HEIGHTFIELD
+from gsenv.solver.spatial.kinds import HEIGHTFIELD, SPHERE
 from gsenv.solver.spatial.math import Pose, norm, pose_of, quaternion, sub, vec
 from gsenv.solver.spatial.narrowphase.heightfields import heightfield_contacts
 from gsenv.solver.spatial.narrowphase.manifold import clear_manifold
-from gsenv.solver.spatial.narrowphase.predict import MEET, MISS, predict
+from gsenv.solver.spatial.narrowphase.predict import MISS, predict
 from gsenv.solver.spatial.narrowphase.table import FIELDS, PAIR_TABLE, collide
 
 Array = NDArray[Any]
@@ -57,7 +57,12 @@ def find_contacts(
             geometry[a], geometry[b], bodies[shape_models[a].body], bodies[shape_models[b].body],
             shape_models[a].sensor | shape_models[b].sensor, timestep,
         )  # fmt: skip
+        if far_apart(
+            geometry[a], geometry[b], shape_models[a], shape_models[b], shape_parameters[a], shape_parameters[b], margin
+        ):
+            continue
         start = count
+        miss = 0.0
         if routine == FIELDS:
             if field_scratch is not None:
                 count = find_field_contacts(
@@ -70,12 +75,13 @@ def find_contacts(
             if not m.separation <= margin:
                 continue
             if m.separation > BASE_MARGIN * extent or (m.count == 0 and m.separation > 0.0):
-                look_ahead(
+                miss = look_ahead(
                     bodies, body_models, body_parameters, shape_models, shape_parameters, vertices, a, b, pose_a,
                     pose_b, gravity, timestep, margin, extent, m, scratch, convex,
                 )  # fmt: skip
             count = write_points(m, contacts, count)
         for k in range(start, min(count, len(contacts))):
+            contacts[k].miss = miss
             label_contact(
                 contacts[k], shape_models[a], shape_models[b], shape_parameters[a], shape_parameters[b], a, b, extent
             )
@@ -101,27 +107,35 @@ def look_ahead(
     m: Any,
     scratch: Any,
     convex: Any,
-) -> None:
-    """A manifold to come becomes that of the moment of contact.
+) -> float:
+    """A manifold to come becomes that of the moment of contact; returns by how many m the two miss each other.
 
-    Where joints bend paths, free flight may miss: then the present manifold stays. So it does where the two
-    fly on together, but would meet if one of them were stopped: a heap that lands layer on layer.
+    Where joints bend paths, free flight may miss: then the present manifold stays. All others that miss
+    have that of the moment when they do, for impacts of others may bend their paths.
     """
-    body_a = bodies[shape_models[a].body]
-    body_b = bodies[shape_models[b].body]
-    together = min(norm(vec(body_a.velocity)), norm(vec(body_b.velocity))) * timestep
-    near = m.separation <= min(together, extent)
-    outcome = predict(
+    outcome, miss = predict(
         bodies, body_models, body_parameters, shape_models, shape_parameters, vertices, a, b, pose_a, pose_b,
         gravity, timestep, margin, TOUCHING * extent, m, scratch, convex,
     )  # fmt: skip
-    if outcome == MEET:
-        return
-    jointed = body_models[shape_models[a].body].jointed | body_models[shape_models[b].body].jointed
-    if not near and jointed == 0:
-        clear_manifold(m)
-    elif outcome == MISS:
+    if body_models[shape_models[a].body].jointed | body_models[shape_models[b].body].jointed == 0:
+        if outcome == MISS and m.separation == np.inf:
+            clear_manifold(m)
+        return miss
+    if outcome == MISS:
         collide(shape_models, shape_parameters, vertices, a, b, pose_a, pose_b, margin, m, scratch, convex)
+    return 0.0
+
+
+@inline_njit
+def far_apart(one: Any, other: Any, model_a: Any, model_b: Any, a: Any, b: Any, margin: float) -> bool:
+    """Whether two balls are beyond the margin; of other shapes the boxes alone have said what they could."""
+    if model_a.kind != SPHERE or model_b.kind != SPHERE:
+        return False
+    reach = a.radius + b.radius + margin
+    square = 0.0
+    for d in range(3):
+        square += (one.position[d] - other.position[d]) ** 2
+    return square > reach * reach
 
 
 @njit
@@ -147,13 +161,13 @@ def pose_in(entry: Any) -> Pose:
 def pair_scale(
     one: Any, other: Any, body_a: Any, body_b: Any, sensor: int, timestep: float
 ) -> tuple[float, float]:
-    """(extent, margin) of a pair in m; see planar/narrowphase/find.py, and ``look_ahead`` for ``together``."""
+    """(extent, margin) of a pair in m; see planar/narrowphase/find.py; together: an impact may turn either's way."""
     extent = min(one.extent, other.extent)
     if sensor != 0:
         return extent, 0.0
     va = vec(body_a.velocity)
     vb = vec(body_b.velocity)
-    together = min(timestep * min(norm(va), norm(vb)), extent)
+    together = min(timestep * (norm(va) + norm(vb)), extent)
     speed = norm(sub(vb, va))
     return extent, BASE_MARGIN * extent + max(timestep * speed, together) + one.reach + other.reach
 

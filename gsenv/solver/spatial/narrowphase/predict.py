@@ -37,8 +37,10 @@ def predict(
     m: Any,
     scratch: Any,
     convex: Any,
-) -> int:
-    """Manifold at the time of contact, told for the present: MEET, or MISS, when m is of no use any more.
+) -> tuple[int, float]:
+    """Manifold at the time of contact, told for the present, and by how much the two miss each other, m.
+
+    MEET, or MISS: that of the time when this is known; of no use if its separation is infinite.
 
     `m` holds the manifold at the present poses, and still does if they can't meet in the step at all (APART);
     a gap of `touching` m counts as contact.
@@ -53,11 +55,15 @@ def predict(
     time = 0.0
     for _ in range(MAX_ADVANCES):
         if not m.separation < np.inf:
-            return MISS
+            return MISS, np.inf
         # the gap closes no faster
         speed = swing + dot(vec(m.normal), sub(motion_a.velocity, motion_b.velocity))
-        if not speed * (timestep - time) > m.separation:
-            return APART if time == 0.0 else MISS
+        miss = m.separation - speed * (timestep - time)
+        if not miss < 0.0:
+            if time == 0.0:
+                return APART, miss
+            bring_back(m, motion_a, motion_b, parameter_a.inv_mass, parameter_b.inv_mass, time)
+            return MISS, miss
         time += m.separation / speed
         collide(
             shape_models, shape_parameters, vertices, a, b,
@@ -66,7 +72,7 @@ def predict(
         if m.separation <= touching:
             break
     bring_back(m, motion_a, motion_b, parameter_a.inv_mass, parameter_b.inv_mass, time)
-    return MEET
+    return MEET, 0.0
 
 
 @njit
