@@ -183,7 +183,7 @@ def chain() -> World:
 
 # After an intended change of the physics: python -m tests.solver.spatial.test_spatial_determinism
 GOLDEN = {
-    "mixed": "6bfa33b7b7a5032391761313fd75d10f64304150fdb2d87b35c740e45649fee7",
+    "mixed": "5575593dcd035742df5b63900d58c5f3c9e01e698203fa491519c8646569b378",
     "tumble": "1855bac1a2e5754e184b644d2227e9fd343bdf70dde0066e9f1ca924c2a79ae7",
     "chain": "f9c4b673bcff1071d829dd41dc8a7bdc242b16222dee737ab0c9f3ff954749a3",
 }
