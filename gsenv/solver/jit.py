@@ -30,6 +30,7 @@ from typing import Any, TypeVar, overload
 import numba
 from numba.core import event
 from numba.core.caching import FunctionCache
+from numba.core.options import DefaultOptions
 from numba.core.serialize import dumps
 
 _Kernel = TypeVar("_Kernel", bound=Callable[..., Any])
@@ -40,6 +41,9 @@ _PACKAGE = _SOLVER.parent
 QUIET_SECONDS = 0.5
 """Compile time [s] that a process spends in silence; after it, one line says what is happening.
 Lower and a single small helper is announced, higher and a cold start looks like a hang."""
+
+UNCOUNTED = {"_nrt": False} if hasattr(DefaultOptions, "_nrt") else {}
+"""Options of a kernel that counts no references; none where numba's private parts have moved: slower, same bits."""
 
 _kernels: list[Any] = []
 _notices_given: set[str] = set()
@@ -63,7 +67,7 @@ def njit(function: Any = None, *, forceinline: bool = False) -> Any:
         return partial(njit, forceinline=forceinline)
     options = {"nogil": True, "error_model": "numpy", "forceinline": forceinline}
     if _SOLVER in Path(function.__code__.co_filename).parents:
-        options["_nrt"] = False
+        options |= UNCOUNTED
     kernel: Any = numba.njit(**options)(function)
     if not numba.config.DISABLE_JIT:
         kernel = _with_cache(kernel, function, options)

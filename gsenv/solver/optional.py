@@ -13,13 +13,15 @@ import numpy as np
 from numba import types
 from numba.extending import overload
 
+from .jit import UNCOUNTED
+
 
 def at(array, w):  # type: ignore[no-untyped-def]
     return None if array is None else array[w]
 
 
 # numba lets only a kernel that counts references return an array; inlined, none is counted
-@overload(at, inline="always", jit_options={"_nrt": True})
+@overload(at, inline="always", jit_options=dict.fromkeys(UNCOUNTED, True))
 def _at(array, w):  # type: ignore[no-untyped-def]
     if isinstance(array, types.NoneType):
         return lambda array, w: None
