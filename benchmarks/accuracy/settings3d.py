@@ -21,7 +21,7 @@ GSENV_STANDING = (
     *(("subspace", 120, n, 1e-5) for n in (1, 2)),
 )
 GSENV_JOINTED = (*GSENV_MOVING, *(("subspace", rate, 8, 1e-4) for rate in RATES[:5]))
-GSENV_BALLS = tuple((s, rate, n, 1e-3) for s in ("subspace", "nncg") for rate in (60, 120, 240) for n in (1, 2, 4))
+GSENV_BALLS = tuple((s, rate, n, 1e-3) for s in ("subspace", "nncg") for rate in (30, 60, 120, 240) for n in (1, 2, 4))
 GSENV = {
     "free": GSENV_JOINTED,
     "top": GSENV_JOINTED,
@@ -101,7 +101,7 @@ def mujoco_top() -> Iterator[Setting]:
 
 
 def mujoco_balls() -> Iterator[Setting]:
-    for rate, dmax in product((60, 120, 240, 480), (0.95, 0.999)):
+    for rate, dmax in product((30, 60, 90, 120, 240, 480), (0.95, 0.99, 0.999)):
         yield mujoco_setting(rate, "implicitfast", dmax=dmax, dmin=dmax)
         yield mujoco_setting(rate, "implicitfast", solver="CG", iterations=20, dmax=dmax, dmin=dmax)
 
