@@ -66,7 +66,8 @@ def with_links(primitives: Primitives, world: Any, index: int, table: LinkTable)
         vertex_first=np.zeros(n, np.int32),
         mark=np.full(n, PLAIN, np.int32),
     )
-    return Primitives(*(np.concatenate(pair) for pair in zip(primitives, links, strict=True)))
+    both: list[tuple[Any, Any]] = list(zip(primitives, links, strict=True))
+    return Primitives(*(np.concatenate(pair) for pair in both))
 
 
 def _anchors(world: Any, index: int, body: NDArray[np.int32], anchor: FloatArray) -> FloatArray:
