@@ -52,8 +52,8 @@ _notices_given: set[str] = set()
 @overload
 def njit(function: _Kernel) -> _Kernel: ...
 @overload
-def njit(*, forceinline: bool = False) -> Callable[[_Kernel], _Kernel]: ...
-def njit(function: Any = None, *, forceinline: bool = False) -> Any:
+def njit(*, forceinline: bool = False, makes_arrays: bool = False) -> Callable[[_Kernel], _Kernel]: ...
+def njit(function: Any = None, *, forceinline: bool = False, makes_arrays: bool = False) -> Any:
     """Compile `function` on its first call, or load it from the cache.
 
     `forceinline` makes LLVM inline it into its callers; the cost of numba's front end stays the same
@@ -61,12 +61,13 @@ def njit(function: Any = None, *, forceinline: bool = False) -> Any:
     itself: a call pays for nothing else, and kernels call one another freely.
 
     The solver's kernels count no references to the arrays that they get, atomic operations that took
-    up to half of the time of a small world. So they can make no arrays, and return none.
+    up to half of the time of a small world. So they can return no arrays, and make some only with
+    `makes_arrays`.
     """
     if function is None:
-        return partial(njit, forceinline=forceinline)
+        return partial(njit, forceinline=forceinline, makes_arrays=makes_arrays)
     options = {"nogil": True, "error_model": "numpy", "forceinline": forceinline}
-    if _SOLVER in Path(function.__code__.co_filename).parents:
+    if _SOLVER in Path(function.__code__.co_filename).parents and not makes_arrays:
         options |= UNCOUNTED
     kernel: Any = numba.njit(**options)(function)
     if not numba.config.DISABLE_JIT:

@@ -323,7 +323,7 @@ def measure(error_square: float, size_square: float, data_square: float, growth:
     return nm if nm < np.inf else np.inf
 
 
-@njit
+@njit(makes_arrays=True)
 def iterate(
     indptr: Indices,
     indices: Indices,

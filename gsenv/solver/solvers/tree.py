@@ -1,8 +1,8 @@
 """Joints as one exact block: all equations of an island solved at once, in linear time on trees.
 
-With E their Jacobian and s = epsilon diag(E M^-1 E^T) + softness, H = M + E^T s^-1 E is factorised once per substep;
-one solve H x = -E^T s^-1 w changes the velocities by x and the impulses by -(w + E x) / s.  Closed loops
-and joints given twice make E M^-1 E^T singular, but never H.
+With E their Jacobian and s = epsilon diag(E M^-1 E^T), or a softness above that, H = M + E^T s^-1 E is
+factorised once per substep; one solve H x = -E^T s^-1 w changes the velocities by x and the impulses by
+-(w + E x) / s.  Closed loops and joints given twice make E M^-1 E^T singular, but never H.
 
 Baraff, "Linear-time dynamics using Lagrange multipliers", SIGGRAPH 1996, has the block as L D L^T of the
 saddle matrix; eliminating the multipliers first keeps it positive definite with redundant rows.
@@ -30,8 +30,8 @@ EPSILON = 1e-7  # softness of a rigid equation, as a part of A_rr
 
 @njit
 def give_of(row: Any) -> Any:
-    """s of an equation: its own softness and what makes H regular."""
-    return EPSILON * (row.diagonal - row.softness) + row.softness
+    """s of an equation: its own softness, or what makes H regular."""
+    return max(row.softness, EPSILON * (row.diagonal - row.softness))
 
 
 @njit
@@ -63,10 +63,12 @@ def solve_equations(
 ) -> Any:
     """Make the equations true; returns sum w^2 / A_rr of before.  Nothing is done at or below ``enough``.
 
+    Springs are always solved: what is little for A_rr may be much of the load of a stiff one.
     ``push`` as in ``sweep``.
     """
     clear_sides(n, tree)
     change = 0.0
+    sprung = False
     for r in range(end):
         row = rows[r]
         if push is not None:
@@ -75,8 +77,9 @@ def solve_equations(
         if row.kind == EQUATION and row.diagonal > 0.0:
             w = _velocity_of(row, bodies)
             change += w * w * row.effective_mass
+            sprung = sprung or row.softness > 0.0
             add_force(row, tree, -w / give_of(row))
-    if change <= enough:
+    if change <= enough and not sprung:
         return change
     substitute(n, tree, blocks)
     for r in range(end):
