@@ -8,11 +8,18 @@ from numpy.typing import NDArray
 
 from gsenv.render.hud import draw_hud
 from gsenv.render.spatial.camera import SpatialCamera
-from gsenv.render.spatial.links import read_links, with_links
+from gsenv.render.spatial.links import with_links
 from gsenv.render.spatial.primitives import BOX, HEIGHTFIELD, HULL, PLANE, Primitives, read_meshes
 from gsenv.render.spatial.renderer import PrimitiveRenderer, Quality
 from gsenv.render.spatial.style import DEFAULT_STYLE, Style
-from gsenv.render.spatial.world_view import ShapeTable, read_primitives, read_table, read_vertices
+from gsenv.render.spatial.world_view import (
+    ShapeTable,
+    read_link_table,
+    read_links,
+    read_primitives,
+    read_table,
+    read_vertices,
+)
 
 FloatArray = NDArray[np.float64]
 
@@ -40,7 +47,7 @@ class SpatialRenderer:
         self.camera = camera
         self._renderer = PrimitiveRenderer(width, height, quality, style)
         self._table = read_table(world)
-        self._links = read_links(world)
+        self._links = read_link_table(world)
 
     @property
     def width(self) -> int:
@@ -61,7 +68,7 @@ class SpatialRenderer:
                 lower, upper = find_bounds(primitives, vertices, self._table)
                 self.camera = SpatialCamera.look_at_bounds(lower, upper, self.width, self.height)
             camera = self.camera
-        primitives = with_links(primitives, self.world, world_index, self._links)
+        primitives = with_links(primitives, self._links, read_links(self.world, world_index, self._links))
         return self._renderer.draw(camera, primitives, vertices)
 
     def render(self, world_index: int = 0, hud: Sequence[str] = ()) -> NDArray[np.uint8]:

@@ -9,6 +9,7 @@ from gsenv.render.spatial.primitives import HEIGHTFIELD, MARKED, PLAIN, PLANE, S
 from gsenv.render.spatial.style import GROUND_COLOR
 from gsenv.render.theme import PALETTE, STATIC_COLOR
 from gsenv.solver.model import BodyKind
+from gsenv.solver.spatial.joints import JointKind
 
 FloatArray = NDArray[np.float64]
 
@@ -100,3 +101,52 @@ def read_vertices(world: Any, index: int) -> NDArray[np.void]:
     """Entries of `vertex_dtype` of one world."""
     vertices: NDArray[np.void] = world.parameters.vertices[index]
     return vertices
+
+
+class LinkTable(NamedTuple):
+    """Distance joints: what never changes; (link,) arrays."""
+
+    joint: NDArray[np.int64]
+    body_a: NDArray[np.int32]
+    body_b: NDArray[np.int32]
+    size: FloatArray  # m, radius of the smaller body; inf where neither has shapes
+    sprung: NDArray[np.bool_]
+    rigid: NDArray[np.bool_]
+
+
+class LinkState(NamedTuple):
+    """Where the links of one world are."""
+
+    anchor_a: FloatArray  # (link, 3) m
+    anchor_b: FloatArray
+    enabled: NDArray[np.bool_]  # (link,); with both bodies
+
+
+def read_link_table(world: Any) -> LinkTable:
+    joints, nominal = world.model.joints, world.model.nominal_joints
+    index = np.flatnonzero(joints["kind"] == JointKind.DISTANCE)
+    body_a, body_b = joints["body_a"][index], joints["body_b"][index]
+    radius = world.model.nominal_bodies["radius"]
+    known = np.stack([radius[body_a], radius[body_b]])
+    known[known <= 0.0] = np.inf
+    chosen = nominal[index]
+    sprung = (chosen["frequency"] > 0.0) | (chosen["stiffness"] > 0.0) | (chosen["damping"] > 0.0)
+    return LinkTable(index, body_a, body_b, known.min(axis=0), sprung, chosen["rigid"] != 0)
+
+
+def read_links(world: Any, index: int, table: LinkTable) -> LinkState:
+    joints = world.parameters.joints[index][table.joint]
+    enabled = world.parameters.bodies[index]["enabled"] != 0
+    return LinkState(
+        _read_anchors(world, index, table.body_a, joints["anchor_a"]),
+        _read_anchors(world, index, table.body_b, joints["anchor_b"]),
+        (joints["enabled"] != 0) & enabled[table.body_a] & enabled[table.body_b],
+    )
+
+
+def _read_anchors(world: Any, index: int, body: NDArray[np.int32], anchor: FloatArray) -> FloatArray:
+    """(link, 3) m in the world."""
+    state = world.state.bodies[index][body]
+    center = world.parameters.bodies[index]["center"][body]
+    place: FloatArray = state["position"] + rotate(state["rotation"], anchor - center)
+    return place

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from gsenv.render.spatial.links import read_links, with_links
-from gsenv.render.spatial.primitives import CAPSULE
+from gsenv.render.spatial.links import find_colors, with_links
+from gsenv.render.spatial.primitives import CAPSULE, Primitives
 from gsenv.render.spatial.scene_renderer import SpatialRenderer
-from gsenv.render.spatial.world_view import read_primitives, read_table
+from gsenv.render.spatial.world_view import read_link_table, read_links, read_primitives, read_table
 from gsenv.render.theme import ROD_COLOR, ROPE_COLOR, SPRING_COLOR
 from gsenv.solver import Scene, World
 from gsenv.solver.spatial.shapes import Sphere
@@ -29,15 +29,18 @@ def linked(worlds: int = 1) -> World:
     return World(scene, worlds)
 
 
+def drawn(world: World, index: int = 0) -> Primitives:
+    table = read_link_table(world)
+    return with_links(read_primitives(world, index, read_table(world)), table, read_links(world, index, table))
+
+
 def test_links_reach_from_anchor_to_anchor_in_each_world() -> None:
     world = linked(2)
     world.set_pose("rod", position=(0.0, 0.0, 2.0), worlds=1)
-    links = read_links(world)
-    assert_allclose(links.color, [ROD_COLOR, ROPE_COLOR, SPRING_COLOR])
+    assert_allclose(find_colors(read_link_table(world)), [ROD_COLOR, ROPE_COLOR, SPRING_COLOR])
     for w in range(2):
-        shapes = read_primitives(world, w, read_table(world))
-        all_of_it = with_links(shapes, world, w, links)
-        n = len(shapes.kind)
+        all_of_it = drawn(world, w)
+        n = len(read_table(world).kind)
         assert all_of_it.kind[n:].tolist() == [CAPSULE] * 3
         for k, name in enumerate(("rod", "rope", "spring")):
             anchor = (0.0, 0.1, 0.2) if name == "rod" else (0.0, 0.0, 0.0)
@@ -52,7 +55,7 @@ def test_links_reach_from_anchor_to_anchor_in_each_world() -> None:
 def test_links_straight_down_and_of_no_length(place: tuple[float, float, float]) -> None:
     world = linked()
     world.set_pose("rope", position=place)
-    link = with_links(read_primitives(world, 0, read_table(world)), world, 0, read_links(world))
+    link = drawn(world)
     axis = oracles.turn_matrix(link.rotation[-2])[:, 2] * link.size[-2, 2]
     assert_allclose(link.position[-2] + axis, place, atol=1e-12)
     assert bool(link.enabled[-2]) is (place != (0.0, 0.0, 0.0))
@@ -63,5 +66,5 @@ def test_a_joint_that_is_off_is_not_drawn() -> None:
     shown = SpatialRenderer(world, 120, 90).render()
     world.parameters.joints["enabled"][:, 2] = 0
     assert (SpatialRenderer(world, 120, 90).render() != shown).any()
-    link = with_links(read_primitives(world, 0, read_table(world)), world, 0, read_links(world))
+    link = drawn(world)
     assert link.enabled[-3:].tolist() == [True, True, False]

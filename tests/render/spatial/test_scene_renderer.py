@@ -41,6 +41,7 @@ class Parameters(NamedTuple):
     bodies: NDArray[np.void]
     shapes: NDArray[np.void]
     vertices: NDArray[np.void]
+    joints: NDArray[np.void]
 
 
 class State(NamedTuple):
@@ -74,7 +75,8 @@ def make_world() -> World:
     vertices = np.zeros((2, 0), vertex_dtype())
     joints = (np.zeros(0, joint_model_dtype()), np.zeros(0, joint_parameter_dtype(3)))
     model = Model(3, bodies, shapes, None, *joints, body_parameters[0])
-    return World(model, Parameters(body_parameters, parameters, vertices), State(states))
+    joint_parameters = np.zeros((2, 0), joint_parameter_dtype(3))
+    return World(model, Parameters(body_parameters, parameters, vertices, joint_parameters), State(states))
 
 
 def test_shapes_sit_in_their_bodies_frames() -> None:
