@@ -1,33 +1,47 @@
-"""How often the scripted builder of GStack-v0 succeeds, beside random actions, on 100 seeds.
-
-python benchmarks/scripted_builder.py
-"""
+"""How often the scripted builder of GStack-v0 succeeds, beside random actions, on 100 seeds."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import argparse
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from rich.console import Console
-from rich.table import Table
 
-from gsenv.envs.policies import build_tower
-from gsenv.envs.stack import StackVectorEnv
+from benchmarks.common.files import packed, unpacked
+from benchmarks.common.progress import track
+from benchmarks.common.report import Report
+from benchmarks.common.run import Run
+from benchmarks.common.tables import Table
+from gsenv.envs.stack.env import StackVectorEnv
+from gsenv.envs.stack.policy import build_tower
 
-SEEDS = 100
+SEEDS, QUICK_SEEDS = 100, 16
 FIRST_SEED = 0
 STEP_LIMIT = 600
-HEIGHTS = (1, 2, 3, 4, 5, 6, 7, 8)
+HEIGHTS, QUICK_HEIGHTS = (1, 2, 3, 4, 5, 6, 7, 8), (1, 3)
 TARGETS = {3: 0.90, 5: 0.60}  # of the builder
 
 
-def measure(blocks: int, policy: Callable[[Any], Any]) -> dict[str, float]:
-    """One episode on each seed: rates of success and of falls, mean steps and return."""
-    envs = StackVectorEnv(SEEDS, blocks=blocks, max_episode_steps=STEP_LIMIT)
+@dataclass(frozen=True)
+class Outcome:
+    """Shares of the episodes, and means over them."""
+
+    blocks: int
+    policy: str
+    success: float
+    fallen: float
+    steps: float
+    returns: float
+
+
+def play(blocks: int, name: str, policy: Callable[[Any], Any], seeds: int) -> Outcome:
+    """One episode on each seed."""
+    envs = StackVectorEnv(seeds, blocks=blocks, max_episode_steps=STEP_LIMIT)
     observations, _ = envs.reset(seed=FIRST_SEED)
-    running, success = np.ones(SEEDS, bool), np.zeros(SEEDS, bool)
-    fallen, steps, returns = np.zeros(SEEDS, bool), np.zeros(SEEDS), np.zeros(SEEDS)
+    running, success = np.ones(seeds, bool), np.zeros(seeds, bool)
+    fallen, steps, returns = np.zeros(seeds, bool), np.zeros(seeds), np.zeros(seeds)
     while running.any():
         observations, rewards, terminated, truncated, infos = envs.step(policy(observations))
         steps += running
@@ -35,30 +49,38 @@ def measure(blocks: int, policy: Callable[[Any], Any]) -> dict[str, float]:
         success |= running & infos["success"]
         fallen |= running & terminated & ~infos["success"]
         running &= ~(terminated | truncated)
-    names = ("success", "fallen", "steps", "return")
-    values = (success, fallen, steps, returns)
-    return {name: float(value.mean()) for name, value in zip(names, values, strict=True)}
+    means = (float(values.mean()) for values in (success, fallen, steps, returns))
+    return Outcome(blocks, name, *means)
 
 
-def main() -> None:
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """None of its own."""
+
+
+def measure(run: Run) -> dict[str, Any]:
     generator = np.random.default_rng(0)
 
     def random_policy(observations: Any) -> Any:
         return generator.uniform(-1.0, 1.0, (len(observations), 4)).astype(np.float32)
 
-    table = Table(title=f"GStack-v0, {SEEDS} seeds from {FIRST_SEED}")
-    for column in ("blocks", "builder", "target", "fallen", "steps", "return", "random"):
-        table.add_column(column, justify="right")
-    for blocks in HEIGHTS:
-        built = measure(blocks, build_tower)
-        random = measure(blocks, random_policy)
-        target = f"{TARGETS[blocks]:.0%}" if blocks in TARGETS else ""
-        table.add_row(
-            str(blocks), f"{built['success']:.0%}", target, f"{built['fallen']:.0%}",
-            f"{built['steps']:.0f}", f"{built['return']:.2f}", f"{random['success']:.0%}",
+    seeds, heights = (QUICK_SEEDS, QUICK_HEIGHTS) if run.quick else (SEEDS, HEIGHTS)
+    outcomes = []
+    for blocks in track(heights, "towers", len(heights)):
+        outcomes.append(play(blocks, "builder", build_tower, seeds))
+        outcomes.append(play(blocks, "random", random_policy, seeds))
+    return {"seeds": seeds, "outcomes": packed(outcomes)}
+
+
+def report(results: Mapping[str, Any]) -> Report:
+    outcomes = unpacked(Outcome, results["outcomes"])
+    rows = []
+    for built, random in zip(outcomes[::2], outcomes[1::2], strict=True):
+        target = f"{TARGETS[built.blocks]:.0%}" if built.blocks in TARGETS else ""
+        rows.append(
+            [
+                str(built.blocks), f"{built.success:.0%}", target, f"{built.fallen:.0%}",
+                f"{built.steps:.0f}", f"{built.returns:.2f}", f"{random.success:.0%}",
+            ]
         )  # fmt: skip
-    Console().print(table)
-
-
-if __name__ == "__main__":
-    main()
+    header = ["blocks", "builder", "target", "fallen", "steps", "return", "random actions"]
+    return Report(f"GStack-v0, {results['seeds']} seeds from {FIRST_SEED}", [Table(header, rows, words=0)])

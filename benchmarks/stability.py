@@ -1,34 +1,37 @@
-"""Where each fidelity holds: error over mass ratio, height, length, timestep, stiffness, overlap, distance, spin.
+"""Error of each fidelity as scenes get harder.
 
-python -m benchmarks.stability              the map, docs/stability.png and .md
-python -m benchmarks.stability --random 10000 --processes 2     random jointed scenes as well
-
-A run is called broken where its error exceeds 10 % or a number is not finite.
+What grows: mass ratio, height, length, timestep, stiffness, overlap, distance from the origin, spin. A run
+is called broken where its error exceeds 10 % or a number is not finite. --random adds random jointed scenes.
 """
 
 from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from multiprocessing import get_context
-from pathlib import Path
-from time import perf_counter
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 import numpy as np
-from matplotlib.colors import ListedColormap
-from rich.console import Console
-from rich.progress import track
+from numpy.typing import NDArray
 
+from benchmarks.common.files import packed, unpacked
+from benchmarks.common.processes import in_processes
+from benchmarks.common.progress import progress_bar
+from benchmarks.common.report import Part, Picture, Report
+from benchmarks.common.run import Run
+from benchmarks.common.tables import Table
 from gsenv.scenes import chain, jelly, mass_ratio_stack, stack
-from gsenv.solver import Box, Options, Scene, World
+from gsenv.solver import Options, Scene, World
+from gsenv.solver.planar import Box, Revolute
 from tests.stress.jointed import CATEGORIES, random_jointed_case
 from tests.stress.measure import LIMIT, Outcome, problems, run_case
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Array = NDArray[np.float64]
 
 FIDELITIES = ("fast", "balanced", "accurate")
 SECONDS = 5.0
@@ -36,7 +39,7 @@ BROKEN = 0.1
 STEPS = 300  # of a random scene
 
 
-def overlap_or_height(world: World, start: np.ndarray) -> float:
+def overlap_or_height(world: World, start: Array) -> float:
     """Deepest overlap or change of height over a box."""
     moved = np.abs(world.position[0] - start)[1:, 1].max()
     return float(max(world.diagnostics().penetration[0], moved))
@@ -113,7 +116,7 @@ def spinning(speed: float) -> Scene:
             f"bar_{k}", shapes=[bar], position=place, linear_velocity=(0.0, speed * place[0]), angular_velocity=speed
         )
         if k:
-            scene.add_joint(f"pin_{k}", "revolute", f"bar_{k - 1}", f"bar_{k}", anchor=(0.25 * k - 0.375, 0.0))
+            scene.add_joint(f"pin_{k}", Revolute(f"bar_{k - 1}", f"bar_{k}", anchor=(0.25 * k - 0.375, 0.0)))
     return scene
 
 
@@ -153,103 +156,145 @@ AXES = (
 )  # fmt: skip
 
 
-def measure() -> dict[str, np.ndarray]:
-    """Errors (axis, value) of each fidelity."""
-    errors = {name: np.zeros((len(AXES), len(AXES[0].values))) for name in FIDELITIES}
-    jobs = [(i, k, name) for i, axis in enumerate(AXES) for k in range(len(axis.values)) for name in FIDELITIES]
-    for i, k, name in track(jobs, "runs"):
-        axis, value = AXES[i], AXES[i].values[k]
-        options = Options.preset(name, timestep=axis.timestep(value), sleep=False)
-        error = axis.error(World(axis.scene(value), options=options))
-        errors[name][i, k] = error if math.isfinite(error) else math.inf
-    return errors
+@dataclass(frozen=True)
+class Line:
+    """Errors of one fidelity along one axis; None: not finite."""
+
+    axis: str
+    values: Sequence[float]
+    fidelity: str
+    errors: Sequence[float | None]
 
 
-def draw(errors: dict[str, np.ndarray], path: Path) -> None:
-    colors = ListedColormap(["#1a7f5a", "#58b06d", "#b5d56a", "#f3d35b", "#ee8e4a", "#c8434a"])
-    edges = [-5.0, -4.0, -3.0, -2.0, -1.0]
-    figure, panels = plt.subplots(1, len(FIDELITIES), figsize=(15, 6.4), sharey=True, layout="constrained")
-    for panel, name in zip(panels, FIDELITIES, strict=True):
-        with np.errstate(divide="ignore"):
-            level = np.digitize(np.log10(np.maximum(errors[name], 1e-12)), edges)
-        panel.imshow(level, cmap=colors, vmin=-0.5, vmax=5.5, aspect="auto")
-        for i, axis in enumerate(AXES):
-            for k, value in enumerate(axis.values):
-                panel.text(k, i, f"{value:g}", ha="center", va="center", fontsize=9, color="#222222")
-        panel.set_title(name, fontsize=13)
-        panel.set_xticks([])
-        panel.set_yticks(range(len(AXES)), [axis.title for axis in AXES])
-        for side in panel.spines.values():
-            side.set_visible(False)
-    handles = [plt.Rectangle((0, 0), 1, 1, color=colors(i)) for i in range(6)]
-    labels = ["< 1e-5", "< 1e-4", "< 1e-3", "< 1e-2", "< 0.1", "broken"]
-    figure.legend(handles, labels, ncols=6, loc="outside lower center", frameon=False, title="error")
-    figure.suptitle("Where each fidelity holds: the number is the value of the axis, the colour its error", fontsize=14)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_suffix(".part.png")
-    figure.savefig(temporary, dpi=130)
-    temporary.replace(path)
-    plt.close(figure)
+def add_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--random", type=int, default=0, metavar="N", help="measure random jointed scenes as well")
+    parser.add_argument("--processes", type=int, default=1, help="for the random scenes")
 
 
-def table(errors: dict[str, np.ndarray]) -> str:
-    lines = ["| axis | fidelity | " + " | ".join(f"{k + 1}" for k in range(len(AXES[0].values))) + " |"]
-    lines.append("|---" * (2 + len(AXES[0].values)) + "|")
-    for i, axis in enumerate(AXES):
-        lines.append(f"| **{axis.title}** | | " + " | ".join(f"**{value:g}**" for value in axis.values) + " |")
-        for name in FIDELITIES:
-            cells = ["broken" if e > BROKEN else f"{e:.0e}" for e in errors[name][i]]
-            lines.append(f"| | {name} | " + " | ".join(cells) + " |")
-    return "\n".join(lines) + "\n"
+def measure(run: Run) -> dict[str, Any]:
+    chosen = slice(0, 5, 2) if run.quick else slice(None)
+    lines = []
+    with progress_bar("compiling", len(AXES) * len(FIDELITIES)) as bar:
+        for axis in AXES:
+            bar.describe(axis.title)
+            for fidelity in FIDELITIES:
+                values = axis.values[chosen]
+                lines.append(Line(axis.title, values, fidelity, [error_of(axis, value, fidelity) for value in values]))
+                bar.advance()
+    scenes = random_scenes(run.options.random, run.options.processes) if run.options.random else {}
+    return {"lines": packed(lines), "random": scenes}
+
+
+def error_of(axis: Axis, value: float, fidelity: str) -> float | None:
+    options = Options.preset(fidelity, timestep=axis.timestep(value), sleep=False)
+    error = axis.error(World(axis.scene(value), options=options))
+    return error if math.isfinite(error) else None
+
+
+# ---------------------------------------------------------------- random scenes
+
+
+@dataclass(frozen=True)
+class Summary:
+    """Outcomes of a category of random scenes.
+
+    ``excess`` is None where something drives all of them, ``speed`` where nothing drives any.
+    """
+
+    category: str
+    scenes: int
+    broken: int
+    excess: float | None
+    speed: float | None
 
 
 def run_random(seed: int) -> Outcome:
     return run_case(random_jointed_case(seed), STEPS)
 
 
-def random_scenes(count: int, processes: int) -> tuple[str, list[str]]:
-    """A table by category, and what was broken."""
-    with get_context("spawn").Pool(processes) as pool:
-        results = list(track(pool.imap(run_random, range(count), chunksize=10), "random scenes", total=count))
-    lines = ["| category | scenes | broken | most energy excess | most speed over its drive |", "|---|---|---|---|---|"]
-    for category in CATEGORIES:
-        group = [outcome for outcome in results if outcome.category == category]
-        if group:
-            excess = max((o.excess for o in group if not math.isnan(o.excess)), default=math.nan)
-            driven = [o.speed for o in group if math.isnan(o.excess)]
-            cells = (
-                category, str(len(group)), str(sum(bool(problems(o)) for o in group)),
-                "driven" if driven else f"{excess:.1e}", f"{max(driven):.2f}" if driven else "-",
-            )  # fmt: skip
-            lines.append("| " + " | ".join(cells) + " |")
-    return "\n".join(lines) + "\n", [line for line in map(problems, results) if line]
+def random_scenes(count: int, processes: int) -> dict[str, Any]:
+    """Summaries by category, and what was broken, in words."""
+    outcomes = in_processes(run_random, range(count), processes, "random jointed scenes")
+    groups = {category: [o for o in outcomes if o.category == category] for category in CATEGORIES}
+    return {
+        "count": count,
+        "summaries": packed(summary(category, group) for category, group in groups.items() if group),
+        "broken": [line for line in map(problems, outcomes) if line],
+    }
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--random", type=int, default=0, metavar="N", help="random jointed scenes on top")
-    parser.add_argument("--processes", type=int, default=1)
-    parser.add_argument("--output", type=Path, default=Path("docs"))
-    arguments = parser.parse_args()
-    console = Console()
-    start = perf_counter()
-    errors = measure()
-    text = "# Where each fidelity holds\n\n`python -m benchmarks.stability`; errors of 5 s, see the script.\n\n"
-    text += "![map](stability.png)\n\n" + table(errors)
-    draw(errors, arguments.output / "stability.png")
-    if arguments.random:
-        made, broken = random_scenes(arguments.random, arguments.processes)
-        text += f"\n## {arguments.random} random jointed scenes of {STEPS} steps\n\n"
-        text += f"Broken: not finite, energy above the start by {LIMIT:g} of its scale, or too fast for its drive.\n\n"
-        text += made
-        for line in broken:
-            console.print(f"[red]{line}")
-    part = arguments.output / "stability.part.md"
-    part.write_text(text)
-    part.replace(arguments.output / "stability.md")
-    console.print(text)
-    console.print(f"{perf_counter() - start:.0f} s")
+def summary(category: str, group: Sequence[Outcome]) -> Summary:
+    excess = max((o.excess for o in group if not math.isnan(o.excess)), default=None)
+    speed = max((o.speed for o in group if math.isnan(o.excess)), default=None)
+    return Summary(category, len(group), sum(bool(problems(o)) for o in group), excess, speed)
 
 
-if __name__ == "__main__":
-    main()
+# ---------------------------------------------------------------- report
+
+
+def report(results: Mapping[str, Any]) -> Report:
+    lines = unpacked(Line, results["lines"])
+    parts: list[Part] = [
+        f"Errors of {SECONDS:g} s, relative or in boxes; broken: above {BROKEN:g}, or not finite.",
+        Picture("Error of each fidelity along each axis", partial(draw, lines)),
+        axes_table(lines),
+    ]
+    scenes = results["random"]
+    if scenes:
+        parts += [
+            f"## {scenes['count']} random jointed scenes of {STEPS} steps",
+            f"Broken: not finite, energy above the start by {LIMIT:g} of its scale, or too fast for what drives it.",
+            random_table(unpacked(Summary, scenes["summaries"])),
+            *(f"**{line}**" for line in scenes["broken"]),
+        ]
+    return Report("Where each fidelity holds", parts)
+
+
+def axes_table(lines: Sequence[Line]) -> Table:
+    rows = []
+    for k, line in enumerate(lines):
+        if k % len(FIDELITIES) == 0:
+            rows.append([f"**{line.axis}**", "", *(f"**{value:g}**" for value in line.values)])
+        rows.append(["", line.fidelity, *map(error_cell, line.errors)])
+    return Table(["axis", "fidelity", *(str(k + 1) for k in range(len(lines[0].values)))], rows, words=2)
+
+
+def error_cell(error: float | None) -> str:
+    return "broken" if error is None or error > BROKEN else f"{error:.0e}"
+
+
+def random_table(summaries: Sequence[Summary]) -> Table:
+    rows = []
+    for s in summaries:
+        excess = "driven" if s.excess is None or s.speed is not None else f"{s.excess:.1e}"
+        rows.append([s.category, str(s.scenes), str(s.broken), excess, "-" if s.speed is None else f"{s.speed:.2f}"])
+    return Table(["category", "scenes", "broken", "largest energy excess", "largest speed over the drive's"], rows)
+
+
+def draw(lines: Sequence[Line]) -> Figure:
+    from matplotlib.colors import ListedColormap
+    from matplotlib.patches import Rectangle
+
+    from benchmarks.common.plots import plt
+
+    colors = ListedColormap(["#1a7f5a", "#58b06d", "#b5d56a", "#f3d35b", "#ee8e4a", "#c8434a"])
+    edges = [-5.0, -4.0, -3.0, -2.0, -1.0]
+    figure, panels = plt.subplots(1, len(FIDELITIES), figsize=(15, 6.4), sharey=True, layout="constrained")
+    for panel, name in zip(panels, FIDELITIES, strict=True):
+        chosen = [line for line in lines if line.fidelity == name]
+        errors = np.array([[math.inf if error is None else error for error in line.errors] for line in chosen])
+        panel.imshow(np.digitize(np.log10(np.maximum(errors, 1e-12)), edges), cmap=colors, vmin=-0.5, vmax=5.5,
+                     aspect="auto")  # fmt: skip
+        for i, line in enumerate(chosen):
+            for k, value in enumerate(line.values):
+                panel.text(k, i, f"{value:g}", ha="center", va="center", fontsize=9, color="#222222")
+        panel.set_title(name, fontsize=13)
+        panel.set_xticks([])
+        panel.set_yticks(range(len(chosen)), [line.axis for line in chosen])
+        for side in panel.spines.values():
+            side.set_visible(False)
+    handles = [Rectangle((0, 0), 1, 1, color=colors(i)) for i in range(6)]
+    labels = ["< 1e-5", "< 1e-4", "< 1e-3", "< 1e-2", "< 0.1", "broken"]
+    figure.legend(handles, labels, ncols=6, loc="outside lower center", frameon=False, title="error")
+    figure.suptitle("Where each fidelity holds: the number is the value of the axis, the colour its error", fontsize=14)
+    return figure

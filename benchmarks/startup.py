@@ -1,25 +1,26 @@
-"""Seconds from process start to the end of the first step, with a cold and a warm kernel cache.
+"""Seconds from process start to the end of the first step, with an empty and with a full kernel cache.
 
-    python -m benchmarks.startup
-
-CPU seconds (user and system) and wall seconds of whole processes; warm is the median of five.
+CPU seconds (user and system) and wall seconds of whole processes. Cold: the cache is empty and kernels are compiled.
+Warm: the median of five processes after that. --quick uses your own cache and measures warm processes only.
 """
 
 from __future__ import annotations
 
-import os
-import resource
+import argparse
 import statistics
-import subprocess
-import sys
 import tempfile
-import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
 
-from rich.console import Console
-from rich.progress import track
-from rich.table import Table
+from benchmarks.common.files import packed, unpacked
+from benchmarks.common.processes import Finished, run_python
+from benchmarks.common.progress import track
+from benchmarks.common.report import Report
+from benchmarks.common.run import Run
+from benchmarks.common.tables import Table
 
-TARGETS = {
+PROGRAMS = {
     "import gsenv": "import gsenv",
     "stack of ten, one step": "from gsenv.scenes import make_world; make_world('stack').step()",
     "terrain scene, one step": "from gsenv.scenes import make_world; make_world('terrain').step()",
@@ -28,33 +29,54 @@ TARGETS = {
         "env.step(env.action_space.sample())"
     ),
 }
+QUICK_PROGRAMS = ("import gsenv", "stack of ten, one step")
+ROUNDS, QUICK_ROUNDS = 5, 2
 
 
-def run(code: str, cache: str) -> tuple[float, float]:
-    """(CPU s, wall s) of one process."""
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    began = time.perf_counter()
-    subprocess.run(
-        [sys.executable, "-c", code],
-        check=True,
-        env=os.environ | {"NUMBA_CACHE_DIR": cache},
-        stderr=subprocess.DEVNULL,
-    )
-    wall = time.perf_counter() - began
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime, wall
+@dataclass(frozen=True)
+class Startup:
+    """s of whole processes; None: not measured."""
+
+    program: str
+    cold_cpu: float | None
+    cold_wall: float | None
+    warm_cpu: float
+    warm_wall: float
 
 
-def main() -> None:
-    table = Table("what", "cold CPU s", "cold wall s", "warm CPU s", "warm wall s")
-    for name, code in track(TARGETS.items(), "starting processes"):
-        with tempfile.TemporaryDirectory() as cache:
-            cold = run(code, cache)
-            warm = [run(code, cache) for _ in range(5)]
-        cpu, wall = (statistics.median(values) for values in zip(*warm, strict=True))
-        table.add_row(name, f"{cold[0]:.1f}", f"{cold[1]:.1f}", f"{cpu:.2f}", f"{wall:.2f}")
-    Console().print(table)
+def startup(program: str, warm: list[Finished], cold: Finished | None) -> Startup:
+    cpu = statistics.median(process.cpu_seconds for process in warm)
+    wall = statistics.median(process.wall_seconds for process in warm)
+    if cold is None:
+        return Startup(program, None, None, cpu, wall)
+    return Startup(program, cold.cpu_seconds, cold.wall_seconds, cpu, wall)
 
 
-if __name__ == "__main__":
-    main()
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """None of its own."""
+
+
+def measure(run: Run) -> dict[str, Any]:
+    programs = QUICK_PROGRAMS if run.quick else tuple(PROGRAMS)
+    return {"programs": packed(track(map(quick if run.quick else full, programs), "processes", len(programs)))}
+
+
+def quick(program: str) -> Startup:
+    run_python(PROGRAMS[program])  # fills the cache
+    return startup(program, [run_python(PROGRAMS[program]) for _ in range(QUICK_ROUNDS)], None)
+
+
+def full(program: str) -> Startup:
+    with tempfile.TemporaryDirectory() as cache:
+        cold = run_python(PROGRAMS[program], cache)
+        warm = [run_python(PROGRAMS[program], cache) for _ in range(ROUNDS)]
+    return startup(program, warm, cold)
+
+
+def report(results: Mapping[str, Any]) -> Report:
+    rows = []
+    for s in unpacked(Startup, results["programs"]):
+        cold = ["-" if value is None else f"{value:.1f}" for value in (s.cold_cpu, s.cold_wall)]
+        rows.append([s.program, *cold, f"{s.warm_cpu:.2f}", f"{s.warm_wall:.2f}"])
+    header = ["process start to the end of", "cold CPU s", "cold wall s", "warm CPU s", "warm wall s"]
+    return Report("Start-up", [Table(header, rows)])

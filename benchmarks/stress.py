@@ -1,18 +1,22 @@
-"""How much energy the solver makes in random scenes, by category, and the worst seeds.
+"""Energy gained and speeds reached in random scenes, by category, and the worst seeds.
 
-python -m benchmarks.stress [--dim 3] [--cases 2000] [--first 0] [--category ratio] [--processes 2]
+The scenes are those of tests/stress, where measure.py says what counts as broken.
 """
 
+from __future__ import annotations
+
 import argparse
-from collections import defaultdict
-from multiprocessing import get_context
-from time import perf_counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-from rich.console import Console
-from rich.progress import track
-from rich.table import Table
 
+from benchmarks.common.files import packed, unpacked
+from benchmarks.common.processes import in_processes
+from benchmarks.common.report import Part, Report
+from benchmarks.common.run import Run, UsageError
+from benchmarks.common.tables import Table
 from tests.stress import generator, spatial
 from tests.stress.generator import random_case
 from tests.stress.measure import LIMIT, Outcome, problems, run_case
@@ -21,7 +25,33 @@ from tests.stress.spatial import random_spatial_case
 WORST = 3  # seeds named in each row
 CATEGORIES = {2: generator.CATEGORIES, 3: spatial.CATEGORIES}
 STEPS = {2: 200, 3: 300}
+SCENES, QUICK_SCENES = 2000, 100
 Job = tuple[int, int, str | None]  # dimension, seed, category
+
+
+@dataclass(frozen=True)
+class Summary:
+    """Outcomes of a category; energies over each scene's scale.
+
+    Attributes:
+        excess: largest energy above the start and the work of overlaps; None where something drives the scenes.
+        rise, rise_99: largest gain above the least energy so far, and its 99th percentile.
+        over_limit: scenes whose gain is above LIMIT.
+        speed: largest speed over the scene's scale of speeds.
+        worst: seeds with the largest gain, or the largest speed in driven scenes.
+    """
+
+    category: str
+    scenes: int
+    errors: int
+    not_finite: int
+    excess: float | None
+    rise: float
+    rise_99: float
+    over_limit: int
+    speed: float
+    escaped: int
+    worst: str
 
 
 def run_seed(job: Job) -> Outcome:
@@ -30,71 +60,67 @@ def run_seed(job: Job) -> Outcome:
     return run_case(case, STEPS[dim])
 
 
-def run_all(jobs: list[Job], processes: int) -> list[Outcome]:
-    if processes == 1:
-        return [run_seed(job) for job in track(jobs, "scenes")]
-    with get_context("spawn").Pool(processes) as pool:
-        results = pool.imap(run_seed, jobs, chunksize=10)
-        return list(track(results, "scenes", total=len(jobs)))
+def summary(category: str, group: Sequence[Outcome]) -> Summary:
+    excess = np.array([o.excess for o in group])
+    passive = not np.isnan(excess).all()
+    rise, speed = np.array([o.rise for o in group]), np.array([o.speed for o in group])
+    judged = rise if passive else speed
+    worst = ", ".join(f"{group[k].seed} ({judged[k]:.0e})" for k in np.argsort(-judged)[:WORST])
+    return Summary(
+        category=category,
+        scenes=len(group),
+        errors=sum(bool(o.error) for o in group),
+        not_finite=sum(not o.finite for o in group),
+        excess=float(np.nanmax(excess)) if passive else None,
+        rise=float(rise.max()),
+        rise_99=float(np.quantile(rise, 0.99)),
+        over_limit=int((rise > LIMIT).sum()),
+        speed=float(speed.max()),
+        escaped=sum(o.escaped for o in group),
+        worst=worst,
+    )
 
 
-def table_of(outcomes: list[Outcome], dim: int = 2) -> Table:
-    """One row a category; excess and rise over the energy scale, speed over the speed scale."""
-    table = Table(title=f"{len(outcomes)} scenes of {STEPS[dim]} steps; limit of the excess {LIMIT:g}")
-    columns = ("category", "scenes", "errors", "NaN", "excess", "rise", "rise 99 %", "rises > limit", "speed")
-    for name in (*columns, "behind a plane", "worst seeds (rise)"):
-        table.add_column(name, justify="left" if name in ("category", "worst seeds (rise)") else "right")
-    rows = defaultdict(list)
-    for outcome in outcomes:
-        rows[outcome.category].append(outcome)
-    for category in sorted(rows, key=CATEGORIES[dim].index):
-        group = rows[category]
-        excess = np.array([o.excess for o in group])
-        passive = not np.isnan(excess).all()
-        rise = np.array([o.rise for o in group])
-        speed = np.array([o.speed for o in group])
-        order = np.argsort(-(rise if passive else speed))[:WORST]
-        worst = ", ".join(f"{group[k].seed} ({rise[k] if passive else speed[k]:.0e})" for k in order)
-        table.add_row(
-            category,
-            str(len(group)),
-            str(sum(bool(o.error) for o in group)),
-            str(sum(not o.finite for o in group)),
-            f"{np.nanmax(excess):.1e}" if passive else "driven",
-            f"{rise.max():.1e}" if passive else "-",
-            f"{np.quantile(rise, 0.99):.1e}" if passive else "-",
-            str(int((rise > LIMIT).sum())) if passive else "-",
-            f"{speed.max():.2f}",
-            str(sum(o.escaped for o in group)),
-            worst,
-        )
-    return table
-
-
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--dim", type=int, choices=(2, 3), default=2)
-    parser.add_argument("--cases", "--scenes", type=int, default=2000)
-    parser.add_argument("--first", type=int, default=0)
+def add_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--scenes", type=int, metavar="N", help=f"how many; default: {SCENES}")
+    parser.add_argument("--first", type=int, default=0, metavar="SEED", help="seed of the first scene")
     parser.add_argument("--category", choices=sorted({*generator.CATEGORIES, *spatial.CATEGORIES}))
     parser.add_argument("--processes", type=int, default=1)
-    arguments = parser.parse_args()
-    dim = arguments.dim
-    if arguments.category and arguments.category not in CATEGORIES[dim]:
-        parser.error(f"{dim}D has the categories {', '.join(CATEGORIES[dim])}")
-    jobs = [(dim, seed, arguments.category) for seed in range(arguments.first, arguments.first + arguments.cases)]
-    start = perf_counter()
-    outcomes = run_all(jobs, arguments.processes)
-    console = Console()
-    console.print(table_of(outcomes, dim))
-    console.print(
-        "excess: largest energy above the start (and its overlap); rise: above the least so far, which soft "
-        "welds and overlaps may cause; driven scenes count speeds instead"
-    )
-    for line in filter(None, map(problems, outcomes)):
-        console.print(f"[red]{line}")
-    console.print(f"{perf_counter() - start:.0f} s")
 
 
-if __name__ == "__main__":
-    main()
+def measure(run: Run) -> dict[str, Any]:
+    options, known = run.options, CATEGORIES[run.dim]
+    if options.category and options.category not in known:
+        raise UsageError(f"--category {options.category}: {run.dim}D scenes have {', '.join(known)}.")
+    count = options.scenes or (QUICK_SCENES if run.quick else SCENES)
+    jobs = [(run.dim, seed, options.category) for seed in range(options.first, options.first + count)]
+    outcomes = in_processes(run_seed, jobs, options.processes, "random scenes")
+    groups = {category: [o for o in outcomes if o.category == category] for category in known}
+    return {
+        "dim": run.dim,
+        "steps": STEPS[run.dim],
+        "summaries": packed(summary(category, group) for category, group in groups.items() if group),
+        "broken": [line for line in map(problems, outcomes) if line],
+    }
+
+
+def report(results: Mapping[str, Any]) -> Report:
+    rows = []
+    for s in unpacked(Summary, results["summaries"]):
+        passive = s.excess is not None
+        gains = [f"{s.excess:.1e}", f"{s.rise:.1e}", f"{s.rise_99:.1e}", str(s.over_limit)]
+        counts = [str(s.scenes), str(s.errors), str(s.not_finite)]
+        gains = gains if passive else ["driven", "-", "-", "-"]
+        rows.append([s.category, *counts, *gains, f"{s.speed:.2f}", str(s.escaped), s.worst])
+    header = [
+        "category", "scenes", "errors", "not finite", "excess", "rise", "rise, 99 %", f"rise > {LIMIT:g}", "speed",
+        "escaped", "worst seeds",
+    ]  # fmt: skip
+    parts: list[Part] = [
+        Table(header, rows),
+        "excess: largest energy above that of the start and of its overlaps; rise: above the least energy so far, "
+        "which soft welds and overlaps may cause; both over the scene's scale of energy. In driven scenes speeds "
+        "count instead.",
+        *(f"**{line}**" for line in results["broken"]),
+    ]
+    return Report(f"Random {results['dim']}D scenes of {results['steps']} steps", parts)

@@ -1,7 +1,7 @@
 """The environments, installed as `gsenv.envs`, and the table that registers them.
 
-A new environment is its own module and one entry of `ENVS`. This module imports none of them, so that
-registering stays as light as importing gymnasium.
+Each task has its own folder and one entry of `ENVS`; what all tasks share is in `core`. This module
+imports none of them, so that registering stays as light as importing gymnasium.
 """
 
 if __name__ != "gsenv.envs":  # a stray `import envs` would make two classes of everything
@@ -15,20 +15,40 @@ import gymnasium
 
 @dataclass(frozen=True)
 class EnvEntry:
-    """One registered environment. The classes are named as strings, "module:Class" within gsenv.envs."""
+    """One registered environment. Strings name what it consists of, as "module:name" within gsenv.envs."""
 
     id: str
     env: str
     vector_env: str
     max_episode_steps: int
     summary: str  # for `gsenv list`
+    scripted_policy: str | None = None  # (..., entry) observations to (..., action) actions
 
 
 ENVS = (
-    EnvEntry("GStack-v0", "stack:StackEnv", "stack:StackVectorEnv", 600, "2D: build a tower of blocks that stands"),
-    EnvEntry("GCar-v0", "car:CarEnv", "car:CarVectorEnv", 1000, "2D: drive a car over hills, bridges and see-saws"),
     EnvEntry(
-        "GStack3D-v0", "stack3d:Stack3DEnv", "stack3d:Stack3DVectorEnv", 600, "3D: build a tower of blocks that stands"
+        "GStack-v0",
+        "stack.env:StackEnv",
+        "stack.env:StackVectorEnv",
+        600,
+        "2D: build a tower of blocks that stands",
+        "stack.policy:build_tower",
+    ),
+    EnvEntry(
+        "GCar-v0",
+        "car.env:CarEnv",
+        "car.env:CarVectorEnv",
+        1000,
+        "2D: drive a car over hills, bridges and see-saws",
+        "car.policy:drive",
+    ),
+    EnvEntry(
+        "GStack3D-v0",
+        "stack3d.env:Stack3DEnv",
+        "stack3d.env:Stack3DVectorEnv",
+        600,
+        "3D: build a tower of blocks that stands",
+        "stack3d.policy:build_tower",
     ),
 )
 

@@ -6,7 +6,7 @@
     observations, infos = env.reset(seed=0)
 
 By its registered name, once this module is imported: `pettingzoo.make("parallel", "gsenv/tower_v0")`. The task
-is specified in `TowerParallelEnv`; `gsenv.envs.tower.TowerVectorEnv` has many worlds in one batch.
+is specified in `TowerParallelEnv`; `gsenv.envs.tower.env.TowerVectorEnv` has many worlds in one batch.
 """
 
 from __future__ import annotations
@@ -18,10 +18,8 @@ from pettingzoo.utils.conversions import parallel_to_aec
 from pettingzoo.utils.wrappers import ClipOutOfBoundsWrapper, OrderEnforcingWrapper
 
 from gsenv.envs import PARALLEL_ENVS, register_parallel_envs
-from gsenv.envs.base import documented
-from gsenv.envs.parallel import TaskParallelEnv
-from gsenv.envs.tower import TowerTask
-from gsenv.envs.tower_policy import build_together as scripted_actions
+from gsenv.envs.tower.parallel_env import TowerParallelEnv
+from gsenv.envs.tower.policy import build_together as scripted_actions
 
 __all__ = ["TowerParallelEnv", "env", "parallel_env", "raw_env", "scripted_actions"]
 
@@ -41,104 +39,6 @@ def raw_env(**kwargs: Any) -> AECEnv:
 def parallel_env(max_cycles: int | None = _MAX_CYCLES, **kwargs: Any) -> TowerParallelEnv:
     """The environment whose agents act at once; see TowerParallelEnv for the arguments."""
     return TowerParallelEnv(max_cycles=max_cycles, **kwargs)
-
-
-@documented
-class TowerParallelEnv(TaskParallelEnv):
-    """Build one tower with two grippers: tower_v0.
-
-    ## Description
-    Two grippers hang from a gantry, one on either side of a low plinth, and each holds a block by a
-    magnet. Together they build one tower on the plinth: half of the blocks comes to each of them, and
-    whichever is let go next belongs on top, whosever it is. So each must build, both hold a block at a
-    time, and they must agree on who goes first: grippers and blocks are solid, and two don't fit over
-    the plinth. Grippers and blocks are those of GStack-v0: a body of 10 kg that a drive moves by at
-    most 400 N along each axis and 80 N m, and blocks of all sizes, held off their middle and tilted.
-    Control runs at 30 Hz.
-
-    A block that is let go belongs on the one let go before it, the first one on the plinth. It is
-    *placed* once it touches what it belongs on, moves slower than 0.08 m/s and 0.12 rad/s, and no
-    gripper is on it. An empty gripper gets its next block when its last one has been placed, it is
-    more than 1.2 m out on its side, and the circle around the block's place, 5 cm wider than the block,
-    is clear of blocks and ground, and 30 cm further of the other gripper.
-
-    The agents are `gripper_0` on the left and `gripper_1` on the right. Each acts and sees in its own
-    frame, where x points inwards, from its side towards the other's: the right one's is mirrored, so
-    that one policy serves both.
-
-    ## Action Space
-    Of each agent: `Box(-1, 1, (4,), float32)`. Values beyond are clipped; NaN and infinity are refused.
-
-    {action_table}
-
-    The drive's target stays between 2 m outwards and 0.6 m inwards of the middle, between 0.15 and
-    4.4 m high, and within 0.6 rad.
-
-    ## Observation Space
-    Of each agent: `Box(low, high, (42,), float32)`, always within its bounds. "Block" is the one in the
-    gripper, or the last one that was; "support" is what it belongs on. `state()` is both agents'
-    observations, one after the other. With `observation="pixels"` an agent sees the picture of the
-    world in its own frame, without captions: `Box(0, 255, (84, 84, 3), uint8)`.
-
-    {observation_table}
-
-    ## Rewards
-    Of each agent the sum of these terms, which `infos[agent]["reward_terms"]` lists by name:
-
-    {reward_table}
-
-    Each block can be placed once, and "approach" is a difference of distances within one phase, which
-    ends when either gripper lets go of a block; so going to and fro earns nothing.
-
-    ## Starting State
-    Uniform and independent: the plinth up to 0.2 m left or right of the middle; each gripper at rest
-    with a block, 1.3 to 1.8 m outwards of the middle and 1.4 to 1.9 m high. Blocks as in GStack-v0, see
-    Arguments. Equal seeds give equal blocks for any number of blocks.
-
-    ## Episode End
-    Both agents end at once, by the same signal.
-
-    - Termination, success: all blocks have stood for `success_time`, each on the one below, the
-      grippers off them.
-    - Termination, failure: a released block is tilted by more than 0.5 rad, or its middle is more
-      than a quarter of its height below its level.
-    - Truncation: after `max_cycles` steps, 900 (30 s) by default.
-
-    `infos[agent]` has `success` and `is_success` (bool), `placed` (blocks), `stand_time` (s that the
-    released blocks have stood) and `bump` (whether the grippers, or what they hold, touch).
-
-    ## Arguments
-    What stands in this table can also be set for one episode: `reset(options={"blocks": 2})`.
-
-    {argument_table}
-
-    - `max_cycles`: steps until truncation; None never truncates.
-    - `observation`: "state" (default) or "pixels".
-    - `randomize`: domain randomisation, `{"friction": (0.5, 1.5)}`: at each reset these quantities are
-      drawn uniformly from (low, high), always from scratch; the others stay nominal.
-
-    {quantity_table}
-
-    - `fidelity`: "fast", "balanced" (default) or "accurate": the solver's effort.
-    - `diagnostics`: True adds `infos[agent]["diagnostics"]`, of each step's last 1/60 s (0 after a reset):
-
-    {diagnostics_table}
-
-    - `render_mode`: None, "rgb_array", or "human" (a window, needs pygame); `width`, `height`: of frames,
-      multiples of 16 (640 x 480).
-
-    ## Version History
-    - v0: first version.
-    """
-
-    task_class = TowerTask
-    metadata: dict[str, Any] = {  # noqa: RUF012
-        "name": "tower_v0",
-        "render_modes": ["human", "rgb_array"],
-        "render_fps": 30,
-        "is_parallelizable": True,
-    }
-    blocks: int
 
 
 register_parallel_envs()

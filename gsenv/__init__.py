@@ -1,7 +1,7 @@
-"""Gymnasium environments on a global constraint solver of their own.
+"""Gymnasium environments built on the package's own rigid-body constraint solver.
 
-Importing gsenv registers the environments by name and loads neither numba nor torch:
-`gymnasium.make("GStack-v0")` works after it, and `gymnasium.make("gsenv:GStack-v0")` imports it.
+Importing gsenv registers the environments by name and loads neither numba nor torch. Afterwards
+`gymnasium.make("GStack-v0")` works; `gymnasium.make("gsenv:GStack-v0")` imports gsenv itself.
 """
 
 from gsenv.envs import register_envs

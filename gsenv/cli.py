@@ -1,7 +1,7 @@
 """The `gsenv` command: list, record, train, evaluate, warmup.
 
-Exit codes: 0 done, 1 failed, 2 wrong command line, 130 interrupted (what was recorded so far is kept).
-Results go to stdout, progress and errors to stderr, an error in one sentence.
+Exit codes: 0 success, 1 failure, 2 wrong command line, 130 interrupted (frames recorded so far are kept).
+Results go to stdout; progress, and errors in one sentence, go to stderr.
 """
 
 import argparse
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     Policy = Callable[[gymnasium.Env[Any, Any]], Any]
 
 SCENE_PREFIX = "scene:"
-SCENE_FPS = 60.0  # of a recorded scene, at most: one with a shorter timestep skips steps
+SCENE_FPS = 60.0  # largest frame rate of a recorded scene; with a shorter timestep, steps are skipped
 
 POLICY_HELP = "random, scripted, trained, or a trained policy's .npz or .zip file"
 
@@ -44,17 +44,17 @@ OK, FAILED, WRONG_USAGE, INTERRUPTED = 0, 1, 2, 130
 
 EXAMPLES = """\
 examples:
-  gsenv list                                                  what there is
+  gsenv list                                                  all environments and scenes
   gsenv record GStack-v0 --policy scripted --out tower.mp4    an episode as a video
-  gsenv train GStack-v0 --seeds 0 1 2                         PPO from scratch, needs gsenv[train]
-  gsenv evaluate GStack-v0 --policy trained --set blocks=3    success on 100 unseen seeds
+  gsenv train GStack-v0 --seeds 0 1 2                         train with PPO; needs gsenv[train]
+  gsenv evaluate GStack-v0 --policy trained --set blocks=3    success rate on 100 unseen seeds
   gsenv record scene:stack --size 1280x720 --out stack.gif    a scene, without a policy
-  gsenv warmup                                                compile all kernels ahead of time
+  gsenv warmup                                                compile kernels ahead of time
 """
 
 
 class _CliError(Exception):
-    """An error to report in one sentence, with the exit code to end with."""
+    """An error that is reported in one sentence, with the command's exit code."""
 
     def __init__(self, message: str, exit_code: int) -> None:
         super().__init__(message)
@@ -62,10 +62,10 @@ class _CliError(Exception):
 
 
 class _Parser(argparse.ArgumentParser):
-    """A parser whose errors are one line instead of the usage and a line."""
+    """A parser whose errors are one line, without the usage text."""
 
     def error(self, message: str) -> NoReturn:
-        raise _CliError(f"{message} (`{self.prog} --help` explains)", WRONG_USAGE)
+        raise _CliError(f"{message} (see `{self.prog} --help`)", WRONG_USAGE)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -77,7 +77,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"gsenv: {error}", file=sys.stderr)
         return error.exit_code
     except BrokenPipeError:  # e.g. `gsenv list | head -1`
-        sys.stderr.close()  # or the interpreter complains about the pipe while it ends
+        sys.stderr.close()  # or the interpreter reports the broken pipe at exit
         return FAILED
     except KeyboardInterrupt:
         print("gsenv: interrupted", file=sys.stderr)
@@ -88,60 +88,60 @@ def _parser() -> argparse.ArgumentParser:
     style = argparse.RawDescriptionHelpFormatter
     parser = _Parser(
         prog="gsenv",
-        description="Physics environments for reinforcement learning: look at them, record them, learn them.",
+        description="Physics environments for reinforcement learning: list, record, train and evaluate.",
         epilog=EXAMPLES,
         formatter_class=style,
     )
     parser.add_argument("--version", action="version", version=f"gsenv {__version__}")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
 
-    list_parser = commands.add_parser("list", help="show all environments and scenes")
+    list_parser = commands.add_parser("list", help="list all environments and scenes")
     list_parser.set_defaults(run=_list)
 
     record = commands.add_parser(
         "record",
         help="run an environment or a scene and write a video",
-        description="Run an environment with a policy, or a scene without one, and write what happens to a video.\n"
-        "Ctrl-C ends early and keeps the frames so far.",
+        description="Run an environment with a policy, or a scene, which needs none, and write a video of it.\n"
+        "Ctrl-C stops early and keeps the frames recorded so far.",
         epilog=EXAMPLES,
         formatter_class=style,
     )
     record.add_argument("target", metavar="ENV_OR_SCENE", help="a name from `gsenv list`")
-    record.add_argument("--out", required=True, type=Path, metavar="FILE", help="the video: .mp4 or .gif")
+    record.add_argument("--out", required=True, type=Path, metavar="FILE", help="video file, .mp4 or .gif")
     record.add_argument(
-        "--policy", type=_policy_name, metavar="POLICY", help=f"who acts: {POLICY_HELP} (default: random)"
+        "--policy", type=_policy_name, metavar="POLICY", help=f"policy: {POLICY_HELP} (default: random)"
     )
     _add_set(record)
-    record.add_argument("--seed", type=_seed, default=0, help="of the start and of the random policy (default: 0)")
+    record.add_argument("--seed", type=_seed, default=0, help="seed of episode and random policy (default: 0)")
     record.add_argument(
         "--steps",
         type=_positive,
-        help="control steps; new episodes begin as needed (default: one episode, or the scene's own duration)",
+        help="number of control steps; new episodes begin as needed (default: one episode, or the scene's duration)",
     )
-    record.add_argument("--size", type=_size, metavar="WxH", help="of the frames, in pixels (default: 640x480)")
+    record.add_argument("--size", type=_size, metavar="WxH", help="frame size in pixels (default: 640x480)")
     record.set_defaults(run=_record)
 
     train = commands.add_parser(
         "train",
         help="train a policy from scratch",
         description="Train a policy with Stable-Baselines3 and test it on unseen seeds.\n"
-        "Ctrl-C ends early and keeps the policy as it is then.",
+        "Ctrl-C stops early and keeps the policy trained so far.",
         epilog=EXAMPLES,
         formatter_class=style,
     )
     train.add_argument("env", metavar="ENV", help="a name from `gsenv list`")
-    train.add_argument("--algorithm", choices=("ppo", "sac"), default="ppo", help="default: ppo")
-    train.add_argument("--steps", type=_positive, help="of all worlds together (default: the environment's)")
-    train.add_argument("--seeds", type=_seed, nargs="+", default=[0], help="one run each (default: 0)")
-    train.add_argument("--resume", action="store_true", help="go on from what the output folder holds")
-    train.add_argument("--out", type=Path, metavar="FOLDER", help="default: runs/ALGORITHM/ENV")
+    train.add_argument("--algorithm", choices=("ppo", "sac"), default="ppo", help="learning algorithm (default: ppo)")
+    train.add_argument("--steps", type=_positive, help="steps, summed over all worlds (default: the environment's)")
+    train.add_argument("--seeds", type=_seed, nargs="+", default=[0], help="seeds, one run each (default: 0)")
+    train.add_argument("--resume", action="store_true", help="continue the runs in the output folder")
+    train.add_argument("--out", type=Path, metavar="FOLDER", help="output folder (default: runs/ALGORITHM/ENV)")
     _add_set(train)
     train.set_defaults(run=_train)
 
     evaluate = commands.add_parser(
         "evaluate",
-        help="success of a policy on unseen seeds",
-        description="Run one episode on each of many seeds that training has not seen.",
+        help="measure a policy's success on unseen seeds",
+        description="Run one episode on each of many seeds that were not used in training, and print the success rate.",
         epilog=EXAMPLES,
         formatter_class=style,
     )
@@ -149,16 +149,16 @@ def _parser() -> argparse.ArgumentParser:
     evaluate.add_argument(
         "--policy", type=_policy_name, default="trained", metavar="POLICY", help=f"{POLICY_HELP} (default: trained)"
     )
-    evaluate.add_argument("--episodes", type=_positive, default=100, help="default: 100")
-    evaluate.add_argument("--seed", type=_seed, help="of the first one (default: 2000000)")
+    evaluate.add_argument("--episodes", type=_positive, default=100, help="number of episodes (default: 100)")
+    evaluate.add_argument("--seed", type=_seed, help="seed of the first episode (default: 2000000)")
     _add_set(evaluate)
     evaluate.set_defaults(run=_evaluate)
 
     warmup = commands.add_parser(
         "warmup",
-        help="compile all kernels ahead of time",
-        description="Compile the kernels of all environments and scenes and keep them in the cache, so that no later "
-        "run of them has to wait.",
+        help="compile kernels ahead of time",
+        description="Compile the kernels of all environments and 2D scenes, and of one 3D scene, into the cache, so "
+        "that later runs start without compiling.",
     )
     warmup.set_defaults(run=_warmup)
     return parser
@@ -171,7 +171,7 @@ def _add_set(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="NAME=VALUE",
-        help="an argument of the environment, such as blocks=3; may be repeated",
+        help="set an argument of the environment, such as blocks=3; may be repeated",
     )
 
 
@@ -182,7 +182,7 @@ def _assignment(text: str) -> tuple[str, Any]:
     try:
         return name, ast.literal_eval(value)
     except (SyntaxError, ValueError):
-        return name, value  # a plain word
+        return name, value  # not a literal: a string
 
 
 def _policy_name(text: str) -> str:
@@ -225,7 +225,7 @@ def _list(options: argparse.Namespace) -> int:
 
 @dataclass
 class _Footage:
-    """Frames to come: `frame_count` of them, or fewer if an episode ends early."""
+    """A recording: `frame_count` frames, or fewer if an episode ends early."""
 
     fps: float
     frame_count: int
@@ -258,7 +258,7 @@ def _video_writer(path: Path, fps: float) -> "VideoWriter":
 
     try:
         return VideoWriter(path, fps)
-    except ValueError as error:  # a file name extension that it does not know
+    except ValueError as error:  # an unknown file name extension
         raise _CliError(str(error), WRONG_USAGE) from error
     except OSError as error:
         raise _unwritable(path, error) from error
@@ -278,9 +278,9 @@ def _write(video: "VideoWriter", frame: "Frame") -> None:
 
 @contextmanager
 def _uninterrupted() -> "Iterator[None]":
-    """Ctrl-C waits for the end of the block: in the middle of a frame it would cost the whole video."""
+    """Delay Ctrl-C to the end of the block; in the middle of a frame it would spoil the whole video."""
     if threading.current_thread() is not threading.main_thread():
-        yield  # only the main thread gets signals
+        yield  # only the main thread receives signals
         return
     pending = False
 
@@ -340,7 +340,7 @@ def _env_footage(options: argparse.Namespace) -> _Footage:
 
 
 def _parallel_footage(options: argparse.Namespace) -> _Footage:
-    """Of an environment with several agents."""
+    """Return the recording of an environment with several agents."""
     size = {} if options.size is None else dict(zip(("width", "height"), options.size, strict=True))
     try:
         module = importlib.import_module(f"gsenv.envs.{options.target}")
@@ -361,7 +361,7 @@ def _parallel_footage(options: argparse.Namespace) -> _Footage:
 def _policy(env_id: str, kind: str) -> "Policy":
     if kind == "random":
         return lambda env: env.action_space.sample()
-    import gsenv.envs.policies as policies
+    import gsenv.envs.core.policies as policies
 
     try:
         if kind in ("scripted", "trained"):
@@ -429,7 +429,7 @@ def _env_frames(
 
 
 def _frame(env: "gymnasium.Env[Any, Any]") -> "Frame":
-    frame: Any = env.render()  # gymnasium allows lists of frames too; "rgb_array" gives one
+    frame: Any = env.render()  # typed as a frame or a list of frames; "rgb_array" gives one frame
     return frame
 
 
@@ -458,7 +458,7 @@ def _scene_footage(options: argparse.Namespace) -> _Footage:
 
 
 def _aim(renderer: Any, spec: "SceneSpec") -> None:
-    """Where the scene says so, a camera that follows a body or shows a part of the world."""
+    """Set the renderer's camera if the scene specifies one."""
     from gsenv.render.camera import Bounds, Camera, FollowCamera
 
     if spec.camera is not None:
@@ -475,7 +475,7 @@ def _warmup(options: argparse.Namespace) -> int:
     from gsenv.solver import jit
     from gsenv.warmup import warmup_targets
 
-    jit.mute_compile_notice()  # the progress bar says it
+    jit.mute_compile_notice()  # the progress bar replaces it
     began = perf_counter()
     targets = warmup_targets()
     with _progress() as progress:
@@ -489,7 +489,7 @@ def _warmup(options: argparse.Namespace) -> int:
 
 
 def _progress() -> "Progress":
-    """A progress bar on stderr, shown only where that is a terminal."""
+    """Return a progress bar on stderr, which is shown only if that is a terminal."""
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 

@@ -1,4 +1,4 @@
-"""What `gsenv warmup` runs: environments, planar scenes and one of space, so that their kernels are cached."""
+"""What `gsenv warmup` runs to fill the kernel cache: all environments, all 2D scenes and one 3D scene."""
 
 from collections.abc import Callable
 from functools import partial
@@ -12,7 +12,7 @@ from gsenv.envs import ENVS, PARALLEL_ENVS
 
 
 def warmup_targets() -> list[tuple[str, Callable[[], None]]]:
-    """Pairs of a label and a function that compiles, or loads from the cache, what the label names."""
+    """Return pairs of a label and a function that compiles its kernels, or loads them from the cache."""
     from gsenv.scenes import SCENES
 
     targets: list[tuple[str, Callable[[], None]]] = []
@@ -22,10 +22,10 @@ def warmup_targets() -> list[tuple[str, Callable[[], None]]]:
     if find_spec("pettingzoo") is not None:
         targets += [(entry.name, partial(_run_parallel_env, entry.name)) for entry in PARALLEL_ENVS]
     targets.append(("Problem and solve", _solve_problem))
-    targets.append(("a crowd of bodies", _run_crowd))
-    targets.append(("fast bodies", _run_fast))
+    targets.append(("many bodies", _run_many_bodies))
+    targets.append(("continuous collision", _run_continuous_collision))
     targets.append(("joints and terrain", _run_jointed_terrain))
-    # of space one: the others have kernels of their own, a minute each, for who looks at them
+    # one 3D scene only: kernels of the others take a minute each to compile and are compiled when first used
     targets += [
         (f"scene:{name}", partial(_run_scene, name))
         for name, spec in SCENES.items()
@@ -65,31 +65,33 @@ def _solve_problem() -> None:
         solve(problem, method=method)
 
 
-def _run_crowd() -> None:
-    """Enough shapes for the broadphase's tree."""
+def _run_many_bodies() -> None:
+    """Step enough shapes that the broadphase builds its tree."""
     from gsenv.scenes import stack
     from gsenv.solver import World
 
     World(stack(200)).step()
 
 
-def _run_fast() -> None:
-    from gsenv.solver import Circle, HalfPlane, Scene, World
+def _run_continuous_collision() -> None:
+    from gsenv.solver import Scene, World
+    from gsenv.solver.planar import Circle, HalfPlane
 
     scene = Scene()
     scene.add_body("ground", "static", [HalfPlane()])
-    scene.add_body("ball", shapes=[Circle(radius=0.1)], position=(0.0, 1.0), fast=True)
+    scene.add_body("ball", shapes=[Circle(radius=0.1)], position=(0.0, 1.0), continuous=True)
     World(scene).step()
 
 
 def _run_jointed_terrain() -> None:
-    from gsenv.solver import Box, Scene, Terrain, World
+    from gsenv.solver import Scene, World
+    from gsenv.solver.planar import Box, Terrain, Weld
 
     scene = Scene()
     scene.add_body("hills", "static", [Terrain(vertices=[(-1.0, 0.0), (1.0, 0.0)])])
     for k in range(2):
         scene.add_body(f"box_{k}", shapes=[Box(half_extents=(0.1, 0.1))], position=(0.2 * k, 0.1))
-    scene.add_joint("weld", "weld", "box_0", "box_1")
+    scene.add_joint("weld", Weld("box_0", "box_1"))
     World(scene).step()
 
 

@@ -188,7 +188,7 @@ def test_record_takes_environments_of_several_agents(policy: str, writer: Callab
 def test_scripted_policy_acts(
     env: CountingEnv, writer: Callable[[], ListWriter], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    import gsenv.envs.policies as policies
+    import gsenv.envs.core.policies as policies
 
     def scripted(env_id: str) -> Callable[[Any], Any]:
         assert env_id == "GStack-v0"
@@ -202,7 +202,7 @@ def test_scripted_policy_acts(
 def test_missing_policy_is_one_sentence_and_exit_code_1(
     env: CountingEnv, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
-    import gsenv.envs.policies as policies
+    import gsenv.envs.core.policies as policies
 
     def missing(env_id: str) -> Callable[[Any], Any]:
         raise LookupError(f"there is no trained policy for {env_id}")
@@ -332,6 +332,7 @@ def test_warmup_leaves_nothing_to_compile() -> None:
     assert "compiling" not in result.stderr
 
 
+@pytest.mark.skipif(os.name != "posix", reason="signals to a process group")
 def test_the_real_thing_stops_at_ctrl_c_with_a_valid_file(tmp_path: Path) -> None:
     out = tmp_path / "x.mp4"
     command = [sys.executable, "-m", "gsenv", "record", "scene:stack", "--steps", "1000000", "--size", "64x48"]

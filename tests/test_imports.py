@@ -31,7 +31,7 @@ def test_solver_needs_no_package_but_numpy_and_numba() -> None:
     code = (
         "import sys, types\n"
         "parent = types.ModuleType('gsenv'); parent.__path__ = ['gsenv']; sys.modules['gsenv'] = parent\n"
-        "import gsenv.solver, gsenv.solver.world\n"
+        "import gsenv.solver, gsenv.solver.planar, gsenv.solver.spatial\n"
         "print(*sorted(sys.modules))"
     )
     result = python(code)

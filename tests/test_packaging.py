@@ -11,6 +11,8 @@ from pathlib import Path
 
 import pytest
 
+import gsenv
+
 ROOT = Path(__file__).parent.parent
 SETUPTOOLS = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]
 MAPPED = SETUPTOOLS["package-dir"]
@@ -25,7 +27,11 @@ def tracked_files() -> list[str]:
 
 
 def folder_of(package: str) -> Path:
-    return ROOT / MAPPED.get(package, package.replace(".", "/"))
+    """The real folder of a package: mapped itself, or within one that is."""
+    for mapped, folder in MAPPED.items():
+        if package == mapped or package.startswith(f"{mapped}."):
+            return ROOT / folder / package.removeprefix(mapped).lstrip(".").replace(".", "/")
+    return ROOT / package.replace(".", "/")
 
 
 @pytest.fixture(scope="module")
@@ -115,6 +121,11 @@ def test_constraints_pin_every_direct_dependency() -> None:
     pinned = {normalised(line.split("==")[0]) for line in lines}
     assert names <= pinned
     assert all(re.fullmatch(r"[\w.-]+==[\w.]+", line) for line in lines)
+
+
+def test_citation_has_the_version_of_the_package() -> None:
+    lines = (ROOT / "CITATION.cff").read_text().splitlines()
+    assert f"version: {gsenv.__version__}" in lines
 
 
 def normalised(name: str) -> str:

@@ -1,1 +1,1 @@
-"""Experiments, installed as `gsenv.train`: one script each, with its settings on top."""
+"""Training, installed as `gsenv.train`: one script per algorithm, with its settings at the top."""

@@ -1,6 +1,6 @@
-"""Learning curves of an experiment: all its seeds, and how good the scripted and the random policy are.
+"""Learning curves of an experiment: one line per seed, with the scripted and the random policy for reference.
 
-    python -m gsenv.train.curve runs/ppo/GStack-v0
+python -m gsenv.train.curve runs/ppo/GStack-v0
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ _STYLES = {"trained": ("o", "#2a6fbb"), "scripted": ("--", "#46ae90"), "random":
 
 
 def plot(folder: Path, out: Path | None = None) -> None:
-    """Write curve.png: success and return over steps, one line for each seed-* folder."""
+    """Plot success and return over steps, one line per seed-* folder, to `out` (default: curve.png in `folder`)."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -48,7 +48,7 @@ def plot(folder: Path, out: Path | None = None) -> None:
         axes.set_xlim(left=0)
     handles, labels = returns.get_legend_handles_labels()
     unique = dict(zip(labels, handles, strict=True))
-    if unique:  # seeds first, then what they are compared with
+    if unique:  # seeds first, then the reference policies
         order = sorted(unique, key=lambda label: label in _STYLES)
         returns.legend([unique[label] for label in order], order, fontsize=8)
     figure.suptitle(title)
@@ -56,7 +56,7 @@ def plot(folder: Path, out: Path | None = None) -> None:
 
 
 def _add_references(seed: Path, success: Any, returns: Any) -> None:
-    """Horizontal lines: the scripted and the random policy in the environment that was trained in."""
+    """Add horizontal lines for the scripted and the random policy in the training environment."""
     if not (seed / "result.json").is_file():
         return
     arguments = json.loads((seed / "settings.json").read_text())["arguments"]
@@ -71,9 +71,10 @@ def _add_references(seed: Path, success: Any, returns: Any) -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
+    """Plot as the command line says; return the exit code."""
     given = sys.argv[1:] if arguments is None else list(arguments)
     if len(given) not in (1, 2):
-        print("curve: give the folder of an experiment, and where to write the picture if not there", file=sys.stderr)
+        print("curve: expected an experiment's folder and, optionally, the picture's path", file=sys.stderr)
         return 2
     plot(Path(given[0]), Path(given[1]) if len(given) == 2 else None)
     return 0

@@ -1,8 +1,8 @@
-"""How good a policy is: its episodes on seeds that training has not seen, one on each.
+"""Evaluation of a policy: one episode on each of many seeds that were not used in training.
 
     python -m gsenv.train.evaluate GStack-v0 --policy trained --set blocks=3
 
-Needs numpy alone, except for policies of Stable-Baselines3 (policy.zip).
+Needs Stable-Baselines3 only for its own policy files (policy.zip).
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 
 import gsenv  # noqa: F401  (registers the environments)
 
-TEST_SEED = 2_000_000  # of the first unseen episode
-VALIDATION_SEED = 1_000_000  # of those that are watched during training
+TEST_SEED = 2_000_000  # first seed of the test after training
+VALIDATION_SEED = 1_000_000  # first seed of evaluations during training
 EPISODES = 100
 POLICIES = ("trained", "scripted", "random")
 
@@ -31,7 +31,7 @@ Actor = Callable[[NDArray[np.float32]], NDArray[np.float32]]
 
 @dataclass(frozen=True)
 class Evaluation:
-    """Means over episodes."""
+    """Means over the episodes of an evaluation."""
 
     episodes: int
     success_rate: float
@@ -46,7 +46,7 @@ class Evaluation:
 
 
 class PolicyError(Exception):
-    """A policy that does not exist or does not fit; the message is one sentence."""
+    """A policy does not exist or does not fit the environment; the message is one sentence."""
 
 
 def evaluate(
@@ -56,7 +56,7 @@ def evaluate(
     seed: int = TEST_SEED,
     arguments: Mapping[str, Any] | None = None,
 ) -> Evaluation:
-    """One episode on each of `episodes` seeds from `seed` on, side by side."""
+    """Run one episode on each of the seeds `seed` .. `seed + episodes - 1`, all in one batch; return the means."""
     envs = gymnasium.make_vec(env_id, num_envs=episodes, **(arguments or {}))
     observations, _ = envs.reset(seed=seed)
     returns, lengths = np.zeros(episodes), np.zeros(episodes, np.int64)
@@ -73,13 +73,13 @@ def evaluate(
 
 
 def make_actor(policy: str, env_id: str, seed: int = 0) -> Actor:
-    """An actor from "trained", "scripted", "random", or a file: policy.npz, or SB3's policy.zip.
+    """Return an actor: "trained", "scripted", "random", or from a file, policy.npz or SB3's policy.zip.
 
     Raises:
-        PolicyError: there is no such policy, or it is not for this environment.
+        PolicyError: there is no such policy, or it does not fit this environment.
     """
-    from gsenv.envs.mlp import MlpPolicy
-    from gsenv.envs.policies import scripted_actions, trained_actions
+    from gsenv.envs.core.mlp import MlpPolicy
+    from gsenv.envs.core.policies import scripted_actions, trained_actions
 
     if policy == "random":
         return _random_actor(env_id, seed)
@@ -125,14 +125,16 @@ def _load_zip(path: Path) -> Any:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Evaluate as a command line says; returns the exit code."""
+    """Evaluate as the command line says; return the exit code."""
     parser = argparse.ArgumentParser(prog="evaluate", description="Evaluate a policy on unseen seeds.")
-    parser.add_argument("env", help="an environment's id")
+    parser.add_argument("env", help="id of the environment")
     parser.add_argument(
         "--policy", default="trained", help="trained, scripted, random, or a .npz or .zip file (default: trained)"
     )
-    parser.add_argument("--episodes", type=positive, default=EPISODES, help="default: %(default)s")
-    parser.add_argument("--seed", type=not_negative, default=TEST_SEED, help="of the first one (default: %(default)s)")
+    parser.add_argument("--episodes", type=positive, default=EPISODES, help="number of episodes (default: %(default)s)")
+    parser.add_argument(
+        "--seed", type=not_negative, default=TEST_SEED, help="seed of the first episode (default: %(default)s)"
+    )
     add_set_option(parser)
     given = parser.parse_args(arguments)
     check_env_id(parser, given.env)
@@ -145,7 +147,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return 0
 
 
-# ---------------------------------------------------------------- what command lines share
+# ---------------------------------------------------------------- shared by the command lines
 
 
 def add_set_option(parser: argparse.ArgumentParser) -> None:
@@ -155,7 +157,7 @@ def add_set_option(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="NAME=VALUE",
-        help="an argument of the environment, such as blocks=3; may be repeated",
+        help="set an argument of the environment, such as blocks=3; may be repeated",
     )
 
 
@@ -183,7 +185,7 @@ def _assignment(text: str) -> tuple[str, Any]:
     try:
         return name, ast.literal_eval(value)
     except (SyntaxError, ValueError):
-        return name, value  # a plain word
+        return name, value  # not a literal: a string
 
 
 if __name__ == "__main__":

@@ -1,11 +1,12 @@
-"""What the training scripts share: their command line, and a run of one seed after another.
+"""Shared by the training scripts: the command line, and training and testing of one seed after another.
 
-Each seed has its own folder, whose files are always whole:
+Each seed has its own folder. Its files are replaced atomically, so they are complete at any time:
 
-    policy.npz       the policy for numpy alone, with its observation normalisation
-    policy.zip, normalize.pkl   the same for Stable-Baselines3; `--resume` goes on from them
-    progress.csv     a row every so often; events for TensorBoard beside it, where that is installed
-    settings.json    what was run, result.json how good the policy is on unseen seeds
+    policy.npz       the policy with its observation normalisation, which needs only numpy to run
+    policy.zip, normalize.pkl   the same for Stable-Baselines3; `--resume` continues from them
+    progress.csv     a row every `log_every` steps; TensorBoard events are written too if it is installed
+    settings.json    the settings of the run
+    result.json      success and return on unseen seeds, after the run
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ OK, FAILED, INTERRUPTED = 0, 1, 130
 
 @dataclass(frozen=True)
 class Settings:
-    """What every experiment needs; the scripts add their algorithm's own."""
+    """Settings that all algorithms share; each script adds its own."""
 
     env: str = "GStack-v0"
     arguments: dict[str, Any] = field(default_factory=dict)  # of the environment
@@ -49,16 +50,16 @@ class Settings:
     seed: int = 0
     world_count: int = 64
     discount: float = 0.99
-    torch_threads: int = 1  # more do not help nets this small
-    log_every: int = 50_000  # steps, also between checkpoints
-    evaluate_every: int = 250_000  # steps
-    watched_episodes: int = 50  # of an evaluation during training
-    test_episodes: int = 100  # of the one at the end
-    tests: tuple[dict[str, Any], ...] = ({},)  # arguments of the environment in which the policy is tested
-    curriculum: tuple[tuple[float, dict[str, Any]], ...] = ()  # until this share of the steps, these arguments
+    torch_threads: int = 1  # more threads do not speed up such small networks
+    log_every: int = 50_000  # steps between rows of progress.csv, and between checkpoints
+    evaluate_every: int = 250_000  # steps between evaluations
+    watched_episodes: int = 50  # episodes of an evaluation during training
+    test_episodes: int = 100  # episodes of the test after training
+    tests: tuple[dict[str, Any], ...] = ({},)  # environment arguments of each test
+    curriculum: tuple[tuple[float, dict[str, Any]], ...] = ()  # (up to this fraction of the steps, these arguments)
 
     def lesson(self, steps: int) -> dict[str, Any]:
-        """Arguments that the curriculum sets for episodes which begin after so many steps."""
+        """Return the arguments that the curriculum sets for episodes that begin after `steps` steps."""
         named = {name for _, lesson in self.curriculum for name in lesson}
         arguments = {name: self.arguments[name] for name in named}
         for share, lesson in self.curriculum:
@@ -78,7 +79,7 @@ class Experiment:
 
 
 class Linear:
-    """A learning rate that falls linearly to a share of what it was."""
+    """A learning rate that decreases linearly from `start`, but not below the fraction `end_share` of it."""
 
     def __init__(self, start: float, end_share: float = 0.05) -> None:
         self.start = start
@@ -90,7 +91,7 @@ class Linear:
 
 @dataclass
 class Run:
-    """One seed in the making."""
+    """The training run of one seed."""
 
     settings: Settings
     folder: Path
@@ -104,21 +105,19 @@ class Run:
 
 
 def main(experiment: Experiment, arguments: Sequence[str] | None = None) -> int:
-    """Run what a command line says; returns the exit code."""
+    """Train the seeds that the command line asks for; return the exit code."""
     settings, seeds, folder, resume = _parse(experiment, arguments)
     try:
         import stable_baselines3  # noqa: F401
         import torch
     except ImportError as error:
-        print(
-            f"{experiment.name}: {error.name} is missing; pip install 'gsenv[train]' brings it.", file=sys.stderr
-        )
+        print(f"{experiment.name}: {error.name} is missing; pip install 'gsenv[train]' brings it.", file=sys.stderr)
         return FAILED
     torch.set_num_threads(settings.torch_threads)
     for seed in seeds:
         try:
             code = run_seed(experiment, replace(settings, seed=seed), folder / f"seed-{seed}", resume)
-        except KeyboardInterrupt:  # before there was anything to keep, or in a test
+        except KeyboardInterrupt:  # before the first checkpoint, or during the test
             print(f"{experiment.name}: interrupted", file=sys.stderr)
             return INTERRUPTED
         except (OSError, TypeError, ValueError) as error:  # a full disk, a bad argument of the environment
@@ -135,11 +134,11 @@ def main(experiment: Experiment, arguments: Sequence[str] | None = None) -> int:
 
 def _parse(experiment: Experiment, arguments: Sequence[str] | None) -> tuple[Settings, list[int], Path, bool]:
     parser = argparse.ArgumentParser(prog=experiment.name, description=f"Train {experiment.name.upper()}.")
-    parser.add_argument("--env", default="GStack-v0", help="default: %(default)s")
-    parser.add_argument("--steps", type=positive, help="of all worlds together; default: the environment's")
-    parser.add_argument("--seeds", type=not_negative, nargs="+", default=[0], help="one run each; default: 0")
-    parser.add_argument("--resume", action="store_true", help="go on from what the output folder holds")
-    parser.add_argument("--out", type=Path, help=f"folder; default: runs/{experiment.name}/ENV")
+    parser.add_argument("--env", default="GStack-v0", help="id of the environment (default: %(default)s)")
+    parser.add_argument("--steps", type=positive, help="steps, summed over all worlds (default: the environment's)")
+    parser.add_argument("--seeds", type=not_negative, nargs="+", default=[0], help="seeds, one run each (default: 0)")
+    parser.add_argument("--resume", action="store_true", help="continue the runs in the output folder")
+    parser.add_argument("--out", type=Path, help=f"output folder (default: runs/{experiment.name}/ENV)")
     add_set_option(parser)
     given = parser.parse_args(arguments)
     check_env_id(parser, given.env)
@@ -150,7 +149,7 @@ def _parse(experiment: Experiment, arguments: Sequence[str] | None) -> tuple[Set
 
 
 def run_seed(experiment: Experiment, settings: Settings, folder: Path, resume: bool = False) -> int:
-    """Train and test one seed; returns the exit code."""
+    """Train and test one seed; return the exit code."""
     run = prepare(experiment, settings, folder, resume)
     began, before = perf_counter(), run.steps
     finished = train(run)
@@ -164,7 +163,7 @@ def run_seed(experiment: Experiment, settings: Settings, folder: Path, resume: b
 
 
 def prepare(experiment: Experiment, settings: Settings, folder: Path, resume: bool = False) -> Run:
-    """A run at its beginning, or where the folder's files left it."""
+    """Return a new run or, with `resume`, the run that the folder's files hold."""
     from stable_baselines3.common.vec_env import VecNormalize
 
     from gsenv.train.export import NORMALIZE
@@ -176,7 +175,9 @@ def prepare(experiment: Experiment, settings: Settings, folder: Path, resume: bo
     if saved:
         normalize = VecNormalize.load(str(folder / NORMALIZE), envs)
         model = experiment.load_model(folder / "policy.zip", normalize)
-        envs.seed(_first_seed(settings) + model.num_timesteps % 10_000)  # not the same episodes again
+        envs.seed(
+            _first_seed(settings) + model.num_timesteps % 10_000
+        )  # new seeds, or the same episodes would come again
         if (folder / "progress.csv").is_file():
             rows = [dict(row) for row in read_rows(folder / "progress.csv") if row["steps"] <= model.num_timesteps]
     else:
@@ -187,6 +188,7 @@ def prepare(experiment: Experiment, settings: Settings, folder: Path, resume: bo
 
 
 def make_envs(settings: Settings) -> Any:
+    """Return the batch of worlds as a VecEnv."""
     from stable_baselines3.common.env_util import make_vec_env
 
     from gsenv.adapters.sb3 import BatchedVecEnv
@@ -202,12 +204,12 @@ def make_envs(settings: Settings) -> Any:
 
 
 def _first_seed(settings: Settings) -> int:
-    """Of the worlds: far from those of the other runs and of evaluations."""
+    """Return the first world's seed; runs and evaluations have disjoint ranges of seeds."""
     return 10_000 * settings.seed
 
 
 def train(run: Run) -> bool:
-    """Train to the end with a progress bar; False if Ctrl-C ended it. The policy is saved in any case."""
+    """Train with a progress bar; return False if Ctrl-C ended it. The policy is saved in any case."""
     left = run.settings.steps - run.steps
     finished = True
     if left > 0:
@@ -222,7 +224,7 @@ def train(run: Run) -> bool:
 
 
 def save(run: Run) -> None:
-    """Write the policy in all its forms, each whole or not at all."""
+    """Write the policy in all formats and the progress, each file atomically."""
     from gsenv.train.export import NORMALIZE, export
 
     mlp = export(run.model, run.normalize, _notes(run))
@@ -234,7 +236,7 @@ def save(run: Run) -> None:
 
 
 def test(run: Run) -> dict[str, Any]:
-    """The policy on unseen seeds, beside the scripted and the random one."""
+    """Evaluate the policy on unseen seeds, and the scripted and random ones for comparison; print and return it."""
     results = {}
     for arguments in run.settings.tests:
         name = ", ".join(f"{key} {value}" for key, value in arguments.items()) or "default"
@@ -255,7 +257,7 @@ def _notes(run: Run) -> dict[str, Any]:
     return {"env": run.settings.env, "algorithm": algorithm, "seed": run.settings.seed, "steps": run.steps}
 
 
-# ---------------------------------------------------------------- watching
+# ---------------------------------------------------------------- monitoring
 
 
 def _logger(folder: Path) -> Any:
@@ -277,7 +279,7 @@ def _progress() -> Any:
 
 
 def _watcher(run: Run, progress: Any) -> BaseCallback:
-    """Moves the progress bar, writes rows and checkpoints, evaluates."""
+    """Return a callback that moves the progress bar, writes rows and checkpoints, and evaluates."""
     import numpy as np
     from stable_baselines3.common.callbacks import BaseCallback
 
@@ -330,9 +332,7 @@ def _watcher(run: Run, progress: Any) -> BaseCallback:
             if self.num_timesteps - self.evaluated >= settings.evaluate_every:
                 self.evaluated = self.num_timesteps
                 actor = export(self.model, run.normalize)
-                result = evaluate(
-                    actor, settings.env, settings.watched_episodes, VALIDATION_SEED, settings.arguments
-                )
+                result = evaluate(actor, settings.env, settings.watched_episodes, VALIDATION_SEED, settings.arguments)
                 row |= {"evaluated_return": result.mean_return, "evaluated_success": result.success_rate}
             return row
 
@@ -340,4 +340,3 @@ def _watcher(run: Run, progress: Any) -> BaseCallback:
         return float(np.mean(values)) if values else float("nan")
 
     return Watcher()
-

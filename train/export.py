@@ -1,4 +1,4 @@
-"""Policies of Stable-Baselines3 as files for numpy alone."""
+"""Conversion of Stable-Baselines3 policies to networks that only need numpy."""
 
 from __future__ import annotations
 
@@ -10,25 +10,25 @@ from numpy.typing import NDArray
 from stable_baselines3.common.save_util import load_from_zip_file
 from stable_baselines3.common.vec_env import VecNormalize
 
-from gsenv.envs.mlp import MlpPolicy
+from gsenv.envs.core.mlp import MlpPolicy
 
 if TYPE_CHECKING:
     from stable_baselines3.common.base_class import BaseAlgorithm
 
-NORMALIZE = "normalize.pkl"  # beside policy.zip
+NORMALIZE = "normalize.pkl"  # in the folder of policy.zip
 
 
 def export(model: BaseAlgorithm, normalize: VecNormalize | None, notes: dict[str, Any] | None = None) -> MlpPolicy:
-    """The mean action of PPO's or SAC's "MlpPolicy" with the observation normalisation that it was trained with."""
+    """Return the mean-action network of a PPO or SAC "MlpPolicy", including its observation normalisation."""
     return _from_weights(model.policy.state_dict(), normalize, notes or {})
 
 
 def load_zip(path: Path) -> MlpPolicy:
-    """A saved model, with normalize.pkl where it lies beside.
+    """Return the network of a saved model, with the normalisation of normalize.pkl if that is in the same folder.
 
     Raises:
-        OSError: it cannot be read.
-        ValueError: it is no such model.
+        OSError: the file cannot be read.
+        ValueError: the file is not an "MlpPolicy" of PPO or SAC.
     """
     if not path.is_file():
         raise FileNotFoundError(2, "there is no such file", str(path))
@@ -54,7 +54,7 @@ def _from_weights(weights: Any, normalize: VecNormalize | None, notes: dict[str,
     is_sac = "actor.mu.weight" in arrays
     body, head = ("actor.latent_pi", "actor.mu") if is_sac else ("mlp_extractor.policy_net", "action_net")
     layers = []
-    for k in range(0, 100, 2):  # modules are numbered, every other one is an activation
+    for k in range(0, 100, 2):  # torch numbers the modules; every other one is an activation
         if f"{body}.{k}.weight" not in arrays:
             break
         layers.append((arrays[f"{body}.{k}.weight"], arrays[f"{body}.{k}.bias"]))

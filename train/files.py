@@ -1,4 +1,4 @@
-"""Files that are written whole or not at all."""
+"""Atomic writing of files, and CSV tables."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from typing import Any
 
 
 def write_whole(path: Path, write: Callable[[Path], Any]) -> None:
-    """Let `write` make a file beside `path`, of the same suffix, then put it in its place."""
+    """Replace `path` atomically: `write` makes a temporary file with the same suffix, which is then renamed."""
     partial = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
     try:
         write(partial)
@@ -26,7 +26,7 @@ def write_json(path: Path, content: Any) -> None:
 
 
 def write_rows(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
-    """A CSV table; its columns are the first row's."""
+    """Write a CSV table atomically; its columns are those of the first row."""
 
     def write(partial: Path) -> None:
         with partial.open("w", newline="") as file:
@@ -44,7 +44,7 @@ def _cell(value: float | str) -> str:
 
 
 def read_rows(path: Path) -> list[dict[str, float]]:
-    """A CSV table of numbers; nan where a cell is empty."""
+    """Read a CSV table of numbers; an empty cell is NaN."""
     with path.open(newline="") as file:
         return [
             {name: float(cell) if cell else float("nan") for name, cell in row.items()} for row in csv.DictReader(file)

@@ -1,9 +1,9 @@
-"""PPO on one environment, its worlds in one batch.
+"""PPO on one environment, with all worlds in one batch.
 
     python -m gsenv.train.ppo --env GStack-v0 --seeds 0 1 2
 
-Writes to runs/ppo/ENV/seed-SEED: see gsenv.train.experiment. Ctrl-C ends early and keeps the policy as it is
-then; `--resume` goes on.
+Writes to runs/ppo/ENV/seed-SEED; see gsenv.train.experiment for the files. Ctrl-C stops early and keeps the policy
+trained so far; `--resume` continues.
 """
 
 from __future__ import annotations
@@ -23,17 +23,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Settings(experiment.Settings):
-    """One run."""
+    """Settings of one PPO run."""
 
-    rollout: int = 128  # steps of each world between updates
+    rollout: int = 128  # steps of each world per update
     batch_size: int = 2048
     epochs: int = 6
-    learning_rate: float = 5e-4  # falls linearly to 5 %
+    learning_rate: float = 5e-4  # decreases linearly to 5 % of this
     gae_lambda: float = 0.95
     clip: float = 0.2
     entropy_weight: float = 0.0
     layers: tuple[int, ...] = (128, 128)
-    log_std: float = -0.5  # of the first actions
+    log_std: float = -0.5  # logarithm of the actions' initial standard deviation
 
 
 DEFAULTS = Settings()
@@ -41,7 +41,10 @@ SETTINGS = {
     "GStack-v0": replace(
         DEFAULTS,
         arguments={"blocks": 5},
-        curriculum=((0.1, {"blocks": 2}), (0.3, {"blocks": 3})),  # at once with five, some seeds never let go
+        curriculum=(
+            (0.1, {"blocks": 2}),
+            (0.3, {"blocks": 3}),
+        ),  # with five from the start, some seeds never release a block
         tests=({"blocks": 3}, {"blocks": 5}),
     ),
     "GCar-v0": replace(DEFAULTS, steps=1_500_000, arguments={"difficulty": 0.3}, tests=({"difficulty": 0.3},)),
@@ -54,7 +57,7 @@ def settings_for(env_id: str) -> Settings:
 
 
 def make_model(settings: Settings, envs: VecNormalize) -> PPO:
-    """An untrained agent; equal settings give equal agents."""
+    """Return an untrained agent; equal settings give equal agents."""
     from stable_baselines3 import PPO
 
     return PPO(
@@ -84,7 +87,7 @@ EXPERIMENT = experiment.Experiment("ppo", settings_for, make_model, load_model)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the experiment of a command line; returns the exit code."""
+    """Train as the command line says; return the exit code."""
     return experiment.main(EXPERIMENT, arguments)
 
 

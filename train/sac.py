@@ -1,9 +1,9 @@
-"""SAC on one environment, its worlds in one batch.
+"""SAC on one environment, with all worlds in one batch.
 
     python -m gsenv.train.sac --env GStack-v0 --seeds 0 1 2
 
-Writes to runs/sac/ENV/seed-SEED: see gsenv.train.experiment. Ctrl-C ends early and keeps the policy as it is
-then; `--resume` goes on, with an empty replay buffer.
+Writes to runs/sac/ENV/seed-SEED; see gsenv.train.experiment for the files. Ctrl-C stops early and keeps the policy
+trained so far; `--resume` continues, with an empty replay buffer.
 """
 
 from __future__ import annotations
@@ -23,16 +23,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Settings(experiment.Settings):
-    """One run."""
+    """Settings of one SAC run."""
 
     steps: int = 1_000_000
     world_count: int = 16
     buffer_size: int = 500_000
     batch_size: int = 512
-    learning_rate: float = 3e-4  # falls linearly to 5 %
+    learning_rate: float = 3e-4  # decreases linearly to 5 % of this
     learning_starts: int = 5_000
-    target_update: float = 0.005  # share of the new weights
-    gradient_steps: int = 4  # after each step of all worlds
+    target_update: float = 0.005  # weight of the new parameters in the target network's moving average
+    gradient_steps: int = 4  # updates after each step of all worlds
     layers: tuple[int, ...] = (256, 256)
 
 
@@ -49,7 +49,7 @@ def settings_for(env_id: str) -> Settings:
 
 
 def make_model(settings: Settings, envs: VecNormalize) -> SAC:
-    """An untrained agent; equal settings give equal agents."""
+    """Return an untrained agent; equal settings give equal agents."""
     from stable_baselines3 import SAC
 
     return SAC(
@@ -79,7 +79,7 @@ EXPERIMENT = experiment.Experiment("sac", settings_for, make_model, load_model)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the experiment of a command line; returns the exit code."""
+    """Train as the command line says; return the exit code."""
     return experiment.main(EXPERIMENT, arguments)
 
 

@@ -1,7 +1,7 @@
-"""The settings of ppo.py and sac.py as RL Baselines3 Zoo reads them; writes zoo_ppo.yml and zoo_sac.yml.
+"""Writes the settings of ppo.py and sac.py as zoo_ppo.yml and zoo_sac.yml, for RL Baselines3 Zoo.
 
-    python -m gsenv.train.zoo
-    python -m rl_zoo3.train --algo ppo --env GStack-v0 --gym-packages gsenv --conf-file train/zoo_ppo.yml
+python -m gsenv.train.zoo
+python -m rl_zoo3.train --algo ppo --env GStack-v0 --gym-packages gsenv --conf-file train/zoo_ppo.yml
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def sac_entry(settings: sac.Settings) -> dict[str, Any]:
 
 
 def text(algorithm: str) -> str:
-    """The YAML file of an algorithm; the environments' arguments are their defaults."""
+    """Return the YAML text of an algorithm's settings; environments keep their default arguments."""
     lines = [f"# Written by gsenv.train.zoo from the settings of {algorithm}.py."]
     for entry in ENVS:
         values = ppo_entry(ppo.settings_for(entry.id)) if algorithm == "ppo" else sac_entry(sac.settings_for(entry.id))

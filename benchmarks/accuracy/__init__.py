@@ -1,4 +1,11 @@
-"""Run time against error: gsenv beside Box2D and pymunk, on scenes with known answers.
+"""Run time against error of gsenv and other engines, on scenes with known answers.
 
-    python -m benchmarks.accuracy [--quick] [--only 14:10 ...] [--engine gsenv ...] [--fresh]
+In the plane beside Box2D and pymunk, with --dim 3 beside MuJoCo and PyBullet; engines that are not installed are
+left out. A full run takes half an hour. Each point is written as soon as it is measured: after Ctrl-C the same
+command continues. Points are measured again where the solver, an engine, the benchmark or the machine has changed.
 """
+
+from .page import report
+from .run import add_options, measure
+
+__all__ = ["add_options", "measure", "report"]

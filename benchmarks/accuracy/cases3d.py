@@ -36,11 +36,11 @@ FIRST_FLIP, FLIP_PERIOD = 10.9169135, 19.5528671  # s, of SLOW
 def turning() -> list[Case]:
     flips = np.array([FIRST_FLIP + k * FLIP_PERIOD for k in range(3)])  # s, until 60
     return [
-        Case("4", "tumbling wing nut, 60 s", partial(spinning_box, *SLOW), 60.0,
+        Case("tumbling:slow", "tumbling wing nut, 60 s", partial(spinning_box, *SLOW), 60.0,
              partial(tumbling_error, expected=flips), kind="free"),
-        Case("4:fast", "tumbling at 5 rad/s, 10 s", partial(spinning_box, *FAST), 10.0,
+        Case("tumbling:fast", "tumbling at 5 rad/s, 10 s", partial(spinning_box, *FAST), 10.0,
              partial(tumbling_error, expected=flip_times(*FAST, 10.0)), kind="free"),
-        Case("5", "gyroscope's precession", gyroscope, 5.0,
+        Case("gyroscope", "gyroscope's precession", gyroscope, 5.0,
              partial(precession_error, rate=precession()), kind="top"),
     ]  # fmt: skip
 
@@ -57,23 +57,23 @@ def slopes() -> list[Case]:
     for kind, inertia in (("sphere", 0.4), ("cylinder", 0.5)):
         down = roll / (1.0 + inertia)
         cases += [
-            Case(f"6:{kind}", f"sliding {kind} starts to roll", partial(sliding_roller, kind), 2.0,
+            Case(f"slide_to_roll:{kind}", f"sliding {kind} starts to roll", partial(sliding_roller, kind), 2.0,
                  partial(slide_to_roll_error, speed=3.0, friction=0.3, inertia=inertia), quick=kind == "sphere"),
-            Case(f"7:{kind}", f"{kind} rolls down 20°", partial(roller_on_incline, kind), 2.0,
+            Case(f"rolling:{kind}", f"{kind} rolls down 20°", partial(roller_on_incline, kind), 2.0,
                  partial(distance_error, law=partial(_fallen, down)), quick=kind == "sphere"),
         ]  # fmt: skip
     for heading in (0, 30, 45):
         a, h = steep, math.radians(heading)
         down_slope = (math.cos(a) * math.cos(h), math.cos(a) * math.sin(h), -math.sin(a))
         cases.append(
-            Case(f"8:slide{heading}", f"block slides, slope to {heading}°",
+            Case(f"incline:slide{heading}", f"block slides, slope to {heading}°",
                  partial(block_on_incline, 35.0, heading), 2.0,
                  partial(slope_error, law=lambda t: 0.5 * slide * t**2, direction=down_slope), quick=heading == 30)
         )  # fmt: skip
     for heading, turn in ((0, 0), (45, 0), (30, 20)):
         title = f"stays, {heading}°, turned {turn}° (m)"
         cases.append(
-            Case(f"8:creep{heading}", title, partial(block_on_incline, 20.0, heading, turn), 5.0,
+            Case(f"incline:stay{heading}", title, partial(block_on_incline, 20.0, heading, turn), 5.0,
                  partial(distance_error, law=lambda t: 0.0 * t), quick=heading == 30)
         )  # fmt: skip
     return cases
@@ -81,31 +81,30 @@ def slopes() -> list[Case]:
 
 def towers() -> list[Case]:
     return [
-        tower("14:10", "tower of 10", partial(cube_stack, 10), 10.0),
-        tower("14:20", "tower of 20", partial(cube_stack, 20), 10.0, quick=False),
-        tower("14:50", "tower of 50", partial(cube_stack, 50), 10.0, quick=False),
-        tower("15:10", "10 kg on 1 kg", partial(cube_mass_ratio, 10.0), 5.0, quick=False),
-        tower("15:100", "100 kg on 1 kg", partial(cube_mass_ratio, 100.0), 5.0),
-        tower("15:1000", "1000 kg on 1 kg", partial(cube_mass_ratio, 1000.0), 5.0),
-        tower("16:10", "pyramid, base 10", partial(cube_pyramid, 10), 10.0, quick=False),
-        tower("16:20", "pyramid, base 20", partial(cube_pyramid, 20), 10.0, quick=False),
+        tower("tower:10", "tower of 10", partial(cube_stack, 10), 10.0),
+        tower("tower:20", "tower of 20", partial(cube_stack, 20), 10.0, quick=False),
+        tower("tower:50", "tower of 50", partial(cube_stack, 50), 10.0, quick=False),
+        tower("mass_ratio:10", "10 kg on 1 kg", partial(cube_mass_ratio, 10.0), 5.0, quick=False),
+        tower("mass_ratio:100", "100 kg on 1 kg", partial(cube_mass_ratio, 100.0), 5.0),
+        tower("mass_ratio:1000", "1000 kg on 1 kg", partial(cube_mass_ratio, 1000.0), 5.0),
+        tower("pyramid:10", "pyramid, base 10", partial(cube_pyramid, 10), 10.0, quick=False),
+        tower("pyramid:20", "pyramid, base 20", partial(cube_pyramid, 20), 10.0, quick=False),
     ]
 
 
 def linkages() -> list[Case]:
     return [
-        *(Case(f"11:{k}", f"cradle of 5, {k} raised", partial(sphere_cradle, k), 1.5,
+        *(Case(f"cradle:{k}", f"cradle of 5, {k} raised", partial(sphere_cradle, k), 1.5,
                partial(cradle_error, raised=k), kind="cradle", quick=k == 1) for k in (1, 2)),
-        Case("17", "chain of 20, heavy end", ball_chain, 10.0,
+        Case("heavy_chain", "chain of 20, heavy end", ball_chain, 10.0,
              partial(chain_error, link=0.25), kind="jointed"),
-        Case("18", "energy of two rods", two_rods, 10.0, partial(energy_error, link=1.0), kind="jointed"),
+        Case("two_rods", "energy of two rods", two_rods, 10.0, partial(energy_error, link=1.0), kind="jointed"),
     ]  # fmt: skip
 
 
 def all_cases() -> list[Case]:
-    """In the order of the table."""
-    bounce = Case("10", "three bounces, e = .8", partial(bouncing_spheres, [0.8]), 2.2,
+    """In the order of the tables."""
+    bounce = Case("bounces", "three bounces, e = .8", partial(bouncing_spheres, [0.8]), 2.2,
                   partial(apex_error, restitution=0.8), kind="bounce")  # fmt: skip
-    balls = Case("19", "216 balls fall apart (m)", sphere_grid, 3.0, ball_overlap, kind="balls", quick=False)
-    cases = [*turning(), *linkages(), *slopes(), bounce, *towers(), balls]
-    return sorted(cases, key=lambda case: int(case.row))
+    balls = Case("balls", "216 balls fall apart (m)", sphere_grid, 3.0, ball_overlap, kind="balls", quick=False)
+    return [*turning(), *linkages(), *slopes(), bounce, *towers(), balls]

@@ -12,7 +12,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from gsenv.solver.planar.joints import JointKind
+from gsenv.solver.records.model import JointKind
 
 from .geometry import deepest_overlap
 from .geometry3d import conjugate, deepest_box_overlap, rotated
@@ -21,7 +21,7 @@ from .trajectory import Trajectory, ball_joints
 Array = NDArray[np.float64]
 
 G = 9.81
-BALL_RADIUS, ARM = 0.1, 1.0  # m, of row 10 and of the cradle
+BALL_RADIUS, ARM = 0.1, 1.0  # m, of the bouncing ball and of the cradle
 STILL = 1e-2  # m and m/s: what stands may drift sideways and move at the end by less
 
 
@@ -80,9 +80,7 @@ def apex_error(trajectory: Trajectory, restitution: float, count: int = 3) -> fl
 def layer_error(start: Array, end: Array) -> float:
     """m: largest error of a layer's mean height, per layer from the ground up to it: gaps add up."""
     levels = np.round(start, 6)
-    return max(
-        float(abs((end - start)[levels == level].mean())) / (1 + k) for k, level in enumerate(np.unique(levels))
-    )
+    return max(float(abs((end - start)[levels == level].mean())) / (1 + k) for k, level in enumerate(np.unique(levels)))
 
 
 def lenient_standing_error(trajectory: Trajectory) -> float:
@@ -106,9 +104,11 @@ def standing_error(trajectory: Trajectory) -> float:
     return lenient_standing_error(trajectory) if drift < STILL and speed < STILL else math.inf
 
 
-def upward_crossings(times: Array, values: Array) -> Array:
-    """s: when the values pass 0 from below, by a cubic of time over value through four samples."""
-    at = np.flatnonzero((values[1:-2] < 0.0) & (values[2:-1] >= 0.0)) + 1
+def crossings(times: Array, values: Array, upward_only: bool = False) -> Array:
+    """s: when the values pass 0, by a cubic of time over value through four samples."""
+    left, right = values[1:-2], values[2:-1]
+    passed = (left < 0.0) & (right >= 0.0) if upward_only else left * right < 0.0
+    at = np.flatnonzero(passed) + 1
     found = np.zeros(len(at))
     for k, i in enumerate(at):
         t, v = times[i - 1 : i + 3], values[i - 1 : i + 3]
@@ -139,10 +139,10 @@ def swings(trajectory: Trajectory) -> Array:
 
 def period_error(trajectory: Trajectory, expected: float) -> float:
     """Relative error of the mean period (s) of the last hinge's swing."""
-    crossings = upward_crossings(trajectory.times, swings(trajectory)[:, -1])
-    if len(crossings) < 2:
+    starts = crossings(trajectory.times, swings(trajectory)[:, -1], upward_only=True)
+    if len(starts) < 2:
         return math.inf
-    return abs(float(np.diff(crossings).mean()) - expected) / expected
+    return abs(float(np.diff(starts).mean()) - expected) / expected
 
 
 def highest(values: Array) -> float:

@@ -1,4 +1,4 @@
-"""How wrong a trajectory of a spatial scene is, where the plane has no such thing; the rest is in errors.py."""
+"""Errors of trajectories that only spatial scenes have; the others are in errors.py."""
 
 from __future__ import annotations
 
@@ -8,11 +8,13 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from .errors import energies
+from .errors import crossings, energies
 from .geometry3d import conjugate, deepest_ball_overlap, rotated
 from .trajectory import Trajectory
 
 Array = NDArray[np.float64]
+
+__all__ = ["ball_overlap", "crossings", "flip_times", "precession_error", "slope_error", "tumbling_error"]
 
 
 def slope_error(trajectory: Trajectory, law: Callable[[Array], Array], direction: Sequence[float]) -> float:
@@ -22,18 +24,6 @@ def slope_error(trajectory: Trajectory, law: Callable[[Array], Array], direction
     expected = law(trajectory.times)
     away = np.linalg.norm(moved - expected[:, None] * np.asarray(direction), axis=-1)
     return float(away.max()) / (float(expected[-1]) or 1.0)
-
-
-def crossings(times: Array, values: Array) -> Array:
-    """s: when the values pass 0 either way, by a cubic of time over value through four samples."""
-    at = np.flatnonzero(values[1:-2] * values[2:-1] < 0.0) + 1
-    found = np.zeros(len(at))
-    for k, i in enumerate(at):
-        t, v = times[i - 1 : i + 3], values[i - 1 : i + 3]
-        for j in range(4):
-            others = np.delete(v, j)
-            found[k] += t[j] * np.prod(others / (others - v[j]))
-    return found
 
 
 def flip_times(inertia: Sequence[float], spin: Sequence[float], seconds: float, step: float = 1e-3) -> Array:

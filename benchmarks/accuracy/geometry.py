@@ -17,10 +17,9 @@ def corners(position: Array, angle: Array, half: Array) -> Array:
     return position[:, None] + turned
 
 
-def near_pairs(position: Array, half: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Pairs (i < j) of boxes whose circumscribed circles meet."""
-    reach = np.hypot(half[:, 0], half[:, 1])
-    distance = np.hypot(*np.moveaxis(position[:, None] - position[None], -1, 0))
+def near_pairs(position: Array, reach: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Pairs (i < j) whose circles or balls of radius ``reach`` (m) meet; position (item, 2 or 3)."""
+    distance = np.linalg.norm(position[:, None] - position[None], axis=-1)
     first, second = np.nonzero(np.triu(distance < reach[:, None] + reach[None], 1))
     return first, second
 
@@ -32,7 +31,7 @@ def box_overlaps(position: Array, angle: Array, half: Array) -> Array:
     smallest overlap of their shadows on the four face normals is the exact depth (Ericson, Real-Time
     Collision Detection, 4.4).
     """
-    first, second = near_pairs(position, half)
+    first, second = near_pairs(position, np.linalg.norm(half, axis=-1))
     points = corners(position, angle, half)
     depth = np.full(len(first), np.inf)
     for owner in (first, second):

@@ -1,49 +1,26 @@
-"""Quaternions of many bodies at once, and overlaps of boxes and balls from their poses alone."""
+"""Overlaps of boxes and balls from their poses alone."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.common.quaternions import conjugate, matrices, multiply, rotated
+
+from .geometry import near_pairs
+
 Array = NDArray[np.float64]
 
-
-def conjugate(q: Array) -> Array:
-    """(..., 4), w first."""
-    return np.asarray(q) * np.array([1.0, -1.0, -1.0, -1.0])
-
-
-def multiply(p: Array, q: Array) -> Array:
-    """(..., 4): the turn q, then the turn p."""
-    a, u = p[..., :1], p[..., 1:]
-    b, v = q[..., :1], q[..., 1:]
-    scalar = a * b - (u * v).sum(-1, keepdims=True)
-    return np.concatenate([scalar, a * v + b * u + np.cross(u, v)], -1)
-
-
-def rotated(q: Array, v: Array) -> Array:
-    """(..., 3): vectors turned by unit quaternions."""
-    w, u = q[..., :1], q[..., 1:]
-    t = 2.0 * np.cross(u, v)
-    return v + w * t + np.cross(u, t)
-
-
-def matrices(q: Array) -> Array:
-    """(..., 3, 3): columns are the turned axes."""
-    return np.stack([rotated(q, np.broadcast_to(axis, (*q.shape[:-1], 3))) for axis in np.eye(3)], -1)
+__all__ = [
+    "box_overlaps", "conjugate", "corners", "deepest_ball_overlap", "deepest_box_overlap", "matrices", "multiply",
+    "rotated",
+]  # fmt: skip
 
 
 def corners(position: Array, rotation: Array, half: Array) -> Array:
     """(box, 8, 3) m in the world; position (box, 3), rotation (box, 4), half-extents (box, 3)."""
     signs = np.array(np.meshgrid(*[(-1.0, 1.0)] * 3)).reshape(3, 8).T
     return position[:, None] + rotated(rotation[:, None], half[:, None] * signs)
-
-
-def near_pairs(position: Array, reach: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Pairs (i < j) whose balls of radius ``reach`` meet."""
-    distance = np.linalg.norm(position[:, None] - position[None], axis=-1)
-    first, second = np.nonzero(np.triu(distance < reach[:, None] + reach[None], 1))
-    return first, second
 
 
 def box_overlaps(position: Array, rotation: Array, half: Array) -> Array:

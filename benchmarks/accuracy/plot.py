@@ -1,22 +1,19 @@
-"""Log-log plots: one panel a case, one front an engine."""
+"""Log-log plots: one panel for each case, one front for each engine."""
 
 from __future__ import annotations
 
 import math
-from pathlib import Path
+from collections.abc import Sequence
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
-from matplotlib.axes import Axes
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullFormatter, NullLocator
 
+from benchmarks.common.plots import Axes, Figure, plain_axes, plt
+
 from .cases import Case
-from .measure import Point, Results
-from .report import OURS, engines_of, front
+from .fronts import OURS, Points, front
+from .points import Point
 
 COLORS = {
     "gsenv": "#0b6e99",
@@ -26,7 +23,7 @@ COLORS = {
     "PyBullet": "#7a8450",
 }
 MARKS = {"fast": "^", "balanced": "o", "accurate": "s"}
-INK, GRID = "#333333", "#e4e4e4"
+INK = "#333333"
 FLOOR, CEILING = 1e-9, 1.0  # of the error axis; smaller errors are drawn on the floor
 COLUMNS = 5
 PANEL = (3.05, 2.55)  # inches
@@ -51,8 +48,8 @@ def draw_engine(axes: Axes, points: list[Point], engine: str, right: float) -> N
                       markeredgecolor="white", markeredgewidth=0.8, zorder=5, clip_on=False)  # fmt: skip
 
 
-def draw_case(axes: Axes, case: Case, results: Results) -> None:
-    times = [p.us for p in results.of(case.key) if p.error is not None]
+def draw_case(axes: Axes, case: Case, points: Points) -> None:
+    times = [p.us for p in points.of(case.key) if p.error is not None]
     left, right = 10 ** math.floor(math.log10(min(times)) - 0.05), max(times) * 1.6
     axes.set_xscale("log")
     axes.set_yscale("log")
@@ -60,20 +57,18 @@ def draw_case(axes: Axes, case: Case, results: Results) -> None:
     axes.set_ylim(FLOOR * 0.6, CEILING)
     for limit in (1e-2, 1e-3):
         axes.axhline(limit, color="#b5b5b5", linewidth=0.7, linestyle=(0, (3, 3)), zorder=1)
-    for engine in reversed(engines_of(results)):
-        draw_engine(axes, results.of(case.key, engine), engine, right)
-    key = case.key.replace(":", "{:}")  # mathtext spaces a bare colon
-    axes.set_title(f"$\\mathbf{{{key}}}$  {case.title}", fontsize=8.8, loc="left", color=INK, pad=6)
+    for engine in reversed(points.engines):
+        draw_engine(axes, points.of(case.key, engine), engine, right)
+    axes.set_title(case.title, fontsize=8.8, loc="left", color=INK, pad=6)
     axes.yaxis.set_major_locator(FixedLocator([1e-9, 1e-6, 1e-4, 1e-3, 1e-2, 1.0]))
     axes.yaxis.set_major_formatter(FuncFormatter(error_label))
     axes.yaxis.set_minor_locator(NullLocator())
     axes.xaxis.set_major_locator(LogLocator(numticks=6))
     axes.xaxis.set_major_formatter(FuncFormatter(time_label))
     axes.xaxis.set_minor_formatter(NullFormatter())
-    axes.grid(axis="x", color=GRID, linewidth=0.7)
+    plain_axes(axes, "x")
     axes.tick_params(labelsize=7.5, colors=INK, length=2.5)
     axes.tick_params(which="minor", length=0)
-    axes.spines[["top", "right"]].set_visible(False)
     axes.spines[["left", "bottom"]].set_color("#999999")
 
 
@@ -100,21 +95,20 @@ def legend_handles(engines: list[str]) -> list[Line2D]:
     return [*fronts, *marks, dot]
 
 
-def draw(cases: list[Case], results: Results, path: Path) -> None:
-    """Write the figure."""
-    cases = [case for case in cases if any(p.error is not None for p in results.of(case.key))]
+def draw(cases: Sequence[Case], points: Points) -> Figure:
+    """All cases that have an error."""
+    cases = [case for case in cases if any(p.error is not None for p in points.of(case.key))]
     columns = min(COLUMNS, len(cases))
     rows = -(-len(cases) // columns)
     width, height = max(columns * PANEL[0], 8.0), rows * PANEL[1] + 1.0
     layout = ConstrainedLayoutEngine(hspace=0.07, wspace=0.05)
     figure, grid = plt.subplots(rows, columns, figsize=(width, height), squeeze=False, sharey=True, layout=layout)
     for axes, case in zip(grid.flat, cases, strict=False):
-        draw_case(axes, case, results)
+        draw_case(axes, case, points)
     for axes in grid.flat[len(cases) :]:
         axes.set_visible(False)
     figure.supxlabel("CPU time per simulated second", fontsize=10.5, color=INK)
     figure.supylabel("error, relative or in m", fontsize=10.5, color=INK)
-    handles = legend_handles(engines_of(results))
+    handles = legend_handles(points.engines)
     figure.legend(handles=handles, loc="outside upper center", ncols=7, frameon=False, fontsize=9.5)
-    figure.savefig(path, dpi=120)
-    plt.close(figure)
+    return figure

@@ -1,10 +1,11 @@
-"""What is swept: the settings of each engine on a case, cheap ones first."""
+"""The settings of each engine that are measured on a planar case, cheap ones first."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
-from gsenv.solver.options import FIDELITIES, SOLVERS
+from gsenv.solver.api.options import FIDELITIES
+from gsenv.solver.records.options import SOLVERS
 
 from .cases import Case
 from .engines import Setting
@@ -70,9 +71,13 @@ PYMUNK_CONTACTS = {
 
 
 def gsenv_settings(case: Case, quick: bool) -> Iterable[Setting]:
+    return gsenv_sweep(case, GSENV_QUICK if quick else GSENV[case.kind])
+
+
+def gsenv_sweep(case: Case, grid: Iterable[tuple[str, int, int, float]]) -> Iterator[Setting]:
+    """The fidelities, then settings of (solver, steps per s, substeps, tolerance)."""
     for mark, values in FIDELITIES.items():
         yield Setting("gsenv", mark, 1.0 / 60.0, {**values, "sleep": case.sleep}, mark)
-    grid = GSENV_QUICK if quick else GSENV[case.kind]
     for solver, rate, substeps, tolerance in grid:
         label = f"{solver}, {rate} Hz x {substeps}, {tolerance:.0e}"
         values = {

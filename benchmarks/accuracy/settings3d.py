@@ -1,4 +1,4 @@
-"""What is swept in space: the settings of each engine on a case, cheap ones first."""
+"""The settings of each engine that are measured on a spatial case, cheap ones first."""
 
 from __future__ import annotations
 
@@ -6,12 +6,9 @@ from collections.abc import Iterable, Iterator
 from itertools import product
 from typing import Any
 
-from gsenv.solver.options import FIDELITIES
-
 from .cases import Case
 from .engines import Setting
-
-RATES = (15, 30, 60, 120, 240, 480, 960, 1920)  # steps per s
+from .settings import GSENV_QUICK, RATES, gsenv_sweep
 
 # (solver, steps per s, substeps, tolerance)
 GSENV_MOVING = tuple(("subspace", rate, n, 1e-4) for rate in RATES[:5] for n in (1, 2, 4))
@@ -32,20 +29,10 @@ GSENV = {
     "standing": GSENV_STANDING,
     "balls": GSENV_BALLS,
 }
-GSENV_QUICK = (("subspace", 30, 1, 1e-4), ("subspace", 60, 1, 1e-4))
-SWEEPS = {1e-3: 20, 1e-4: 30, 1e-5: 60}  # most sweeps, by tolerance
 
 
 def gsenv_settings(case: Case, quick: bool) -> Iterable[Setting]:
-    for mark, values in FIDELITIES.items():
-        yield Setting("gsenv", mark, 1.0 / 60.0, {**values, "sleep": case.sleep}, mark)
-    for solver, rate, substeps, tolerance in GSENV_QUICK if quick else GSENV[case.kind]:
-        label = f"{solver}, {rate} Hz x {substeps}, {tolerance:.0e}"
-        values = {
-            "solver": solver, "substeps": substeps, "tolerance": tolerance, "sweeps": SWEEPS[tolerance],
-            "sleep": case.sleep,
-        }  # fmt: skip
-        yield Setting("gsenv", label, 1.0 / rate, values)
+    return gsenv_sweep(case, GSENV_QUICK if quick else GSENV[case.kind])
 
 
 def mujoco_setting(rate: int, integrator: str = "Euler", **values: Any) -> Setting:
@@ -116,7 +103,7 @@ MUJOCO = {
     "standing": mujoco_standing,
     "balls": mujoco_balls,
 }
-BIG = ("14:50", "16:20")  # cases where only a few settings are swept
+BIG = ("tower:50", "pyramid:20")  # cases where only a few settings are swept
 MUJOCO_QUICK = ((60, "elliptic"), (240, "elliptic"), (60, "pyramidal"))
 
 

@@ -1,4 +1,4 @@
-"""The planar and the spatial benchmark: which engines, cases and settings, and where the figures go."""
+"""The planar and the spatial benchmark: engines, cases and settings."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from importlib import import_module
 from importlib.util import find_spec
 from types import ModuleType
 
-from . import ours
-from .cases import Case, all_cases
+from . import cases, cases3d, settings, settings3d
+from .cases import Case
 from .engines import Setting
-from .measure import Build
-from .settings import box2d_settings, gsenv_settings, pymunk_settings
+from .points import Build
 
 Settings = Callable[[Case, bool], Iterable[Setting]]
+JUDGING = ("cases.py", "engines/__init__.py", "errors.py", "geometry.py", "points.py", "trajectory.py")
 
 
 @dataclass(frozen=True)
@@ -23,49 +23,56 @@ class Suite:
 
     Attributes:
         dim: 2 or 3.
-        name: of the files of figures.
-        cases: all, in the order of the table.
-        engines: module of each, by name; ours first.
-        settings: of each, by name.
-        judging: modules that all figures depend on.
+        cases: all, in the order of the tables.
+        engines: by name, the library that each needs; gsenv first. Its module in engines/ has the library's name in
+            small letters.
+        settings: of each engine.
+        judging: files that all points depend on.
     """
 
     dim: int
-    name: str
     cases: list[Case]
-    engines: dict[str, ModuleType]
+    engines: dict[str, str]
     settings: dict[str, Settings]
     judging: tuple[str, ...]
 
+    @property
+    def installed(self) -> list[str]:
+        """Names of the engines whose libraries are installed."""
+        return [name for name, library in self.engines.items() if find_spec(library) is not None]
+
+    def module(self, engine: str) -> ModuleType:
+        """The engine's module, imported when it is first needed."""
+        return import_module(f"{__package__}.engines.{engine.lower()}")
+
     def build(self, engine: str) -> Build:
-        module = self.engines[engine]
-        return module.Simulation3D if self.dim == 3 and module is ours else module.Simulation
+        module = self.module(engine)
+        build: Build = module.Simulation3D if self.dim == 3 and engine == "gsenv" else module.Simulation
+        return build
 
 
-JUDGING = ("cases", "engines", "errors", "geometry", "measure", "trajectory")
-
-
-def suite(dim: int) -> Suite:
-    """The peers are imported only where they are wanted; PyBullet only where it is installed."""
+def suite_of(dim: int) -> Suite:
+    """The suite of 2 or 3 dimensions."""
     if dim == 2:
-        modules = {"gsenv": ours, "Box2D": engine("box2d"), "pymunk": engine("pymunk")}
-        settings: dict[str, Settings] = {
-            "gsenv": gsenv_settings, "Box2D": box2d_settings, "pymunk": pymunk_settings,
-        }  # fmt: skip
-        return Suite(2, "accuracy", all_cases(), modules, settings, JUDGING)
-    from . import cases3d, settings3d
-
-    modules = {"gsenv": ours, "MuJoCo": engine("mujoco")}
-    if find_spec("pybullet") is not None:
-        modules["PyBullet"] = engine("pybullet")
-    settings = {
-        "gsenv": settings3d.gsenv_settings,
-        "MuJoCo": settings3d.mujoco_settings,
-        "PyBullet": settings3d.pybullet_settings,
-    }
-    spatial = (*JUDGING, "cases3d", "errors3d", "geometry3d")
-    return Suite(3, "accuracy3d", cases3d.all_cases(), modules, settings, spatial)
-
-
-def engine(name: str) -> ModuleType:
-    return import_module(f"{__package__}.{name}")
+        return Suite(
+            dim=2,
+            cases=cases.all_cases(),
+            engines={"gsenv": "gsenv", "Box2D": "Box2D", "pymunk": "pymunk"},
+            settings={
+                "gsenv": settings.gsenv_settings,
+                "Box2D": settings.box2d_settings,
+                "pymunk": settings.pymunk_settings,
+            },
+            judging=JUDGING,
+        )
+    return Suite(
+        dim=3,
+        cases=cases3d.all_cases(),
+        engines={"gsenv": "gsenv", "MuJoCo": "mujoco", "PyBullet": "pybullet"},
+        settings={
+            "gsenv": settings3d.gsenv_settings,
+            "MuJoCo": settings3d.mujoco_settings,
+            "PyBullet": settings3d.pybullet_settings,
+        },
+        judging=(*JUDGING, "cases3d.py", "errors3d.py", "geometry3d.py"),
+    )

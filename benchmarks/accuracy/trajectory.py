@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gsenv.solver.model import BodyKind, Model
+from gsenv.solver.records.model import BodyKind, Model
 
 Array = NDArray[np.float64]
 
@@ -17,7 +17,7 @@ STATE3 = 13  # in 3D: position (3), quaternion (4), velocity (3), angular veloci
 
 def ball_joints(model: Model) -> NDArray[np.intp]:
     """Indices of a spatial model's ball joints."""
-    from gsenv.solver.spatial.joints import JointKind
+    from gsenv.solver.records.model import JointKind
 
     return np.flatnonzero(model.joints["kind"] == JointKind.BALL)
 

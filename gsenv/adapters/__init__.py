@@ -1,1 +1,1 @@
-"""Adapters to other RL libraries; each imports its library only when used."""
+"""Adapters to other RL libraries; each module imports its library, so import only those you use."""

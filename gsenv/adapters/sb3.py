@@ -1,11 +1,11 @@
-"""Stable-Baselines3: all worlds of an environment as one native VecEnv, in one process.
+"""Stable-Baselines3: all worlds of an environment as one VecEnv, in one process.
 
-    from stable_baselines3 import PPO
-    from stable_baselines3.common.env_util import make_vec_env
-    from gsenv.adapters.sb3 import BatchedVecEnv
+from stable_baselines3 import PPO
+from stable_baselines3.common.env_util import make_vec_env
+from gsenv.adapters.sb3 import BatchedVecEnv
 
-    envs = make_vec_env("gsenv:GStack-v0", n_envs=64, vec_env_cls=BatchedVecEnv)
-    PPO("MlpPolicy", envs, n_steps=64).learn(1_000_000)
+envs = make_vec_env("gsenv:GStack-v0", n_envs=64, vec_env_cls=BatchedVecEnv)
+PPO("MlpPolicy", envs, n_steps=64).learn(1_000_000)
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ from numpy.typing import NDArray
 from stable_baselines3.common.monitor import Monitor
 from stable_baselines3.common.vec_env import VecEnv
 
-from gsenv.envs.base import TaskEnv
-from gsenv.envs.vector import TaskVectorEnv
+from gsenv.envs.core.env import TaskEnv
+from gsenv.envs.core.vector import TaskVectorEnv
 
 Array = NDArray[Any]
 Indices = int | Iterable[int] | None
 
-# What a batch does itself: truncation by TimeLimit, order and types by the vector environment.
+# Wrappers that a batch replaces: Monitor and TimeLimit below, the checks by the vector environment.
 _KNOWN_WRAPPERS: tuple[type[Any], ...] = (
     Monitor,
     wrappers.TimeLimit,
@@ -39,21 +39,21 @@ _KNOWN_WRAPPERS: tuple[type[Any], ...] = (
 
 
 class BatchedVecEnv(VecEnv):
-    """A batch of worlds behind the interface of SB3's `DummyVecEnv`, with the same numbers.
+    """A batch of worlds with the interface of SB3's `DummyVecEnv` and the same results.
 
-    World i, seeded, goes through the same states as environment i of a DummyVecEnv; `Monitor`'s episode records
-    come without it stepping each world. All worlds share their settings, so `set_attr` sets them for all.
+    With the same seeds, world i passes through the same states as environment i of a DummyVecEnv. The batch writes
+    the episode records of `Monitor` itself. All worlds share their settings, so `set_attr` sets them for all.
 
     Args:
-        env_fns: as `make_vec_env` passes them. Only the first is called, to learn what to build `len(env_fns)`
-            worlds of; it may wrap its environment in a Monitor and in what `gymnasium.make` adds, nothing else.
-            A Monitor's file gets the episodes of all worlds.
-        threads: worlds are shared out over this many.
+        env_fns: functions as `make_vec_env` passes them. Only the first is called; the batch has `len(env_fns)`
+            worlds of the environment that it returns. That environment may be wrapped in a Monitor and in the
+            wrappers that `gymnasium.make` adds, nothing else. A Monitor's file gets the episodes of all worlds.
+        threads: number of threads that the worlds are distributed over.
         infos: "ended" fills the info dicts of worlds whose episode has just ended, which is all that SB3 reads;
-            "all" fills those of all worlds, as a DummyVecEnv does, at a cost for each of them.
+            "all" fills those of all worlds at each step, as a DummyVecEnv does, which takes time for each world.
 
     Raises:
-        ValueError: an environment that cannot be batched.
+        ValueError: the environment cannot be batched, or an argument is bad.
     """
 
     def __init__(
@@ -74,14 +74,14 @@ class BatchedVecEnv(VecEnv):
         self._lengths = np.zeros(len(env_fns), np.int64)
         super().__init__(len(env_fns), probe.observation_space, probe.action_space)
         self.metadata = dict(probe.metadata)
-        layers[-1].close()  # not the Monitor's: its file stays open for this batch
+        layers[-1].close()  # closing the Monitor would close its file, which this batch goes on writing
 
     # ------------------------------------------------- VecEnv
 
     def reset(self) -> Array:
-        """Begin new episodes in all worlds, with the seeds and options set for this once."""
+        """Begin new episodes in all worlds, with the seeds and options set for the next reset; return observations."""
         everywhere = np.arange(self.num_envs)
-        groups: dict[str, list[int]] = {}  # worlds of equal options are reset together
+        groups: dict[str, list[int]] = {}  # worlds with equal options are reset together
         for i, options in enumerate(self._options):
             groups.setdefault(json.dumps(options, sort_keys=True, default=repr), []).append(i)
         for worlds in groups.values():
@@ -92,9 +92,11 @@ class BatchedVecEnv(VecEnv):
         return self.batch.observe()
 
     def step_async(self, actions: Array) -> None:
+        """Set the actions of the next `step_wait`."""
         self._actions = actions
 
     def step_wait(self) -> tuple[Array, Array, Array, list[dict[str, Any]]]:
+        """Step all worlds; return observations, rewards, dones and infos. Ended worlds are reset, as SB3 expects."""
         assert self._actions is not None, "step_wait: call step_async first"
         observations, rewards, terminated, truncated, _ = self.batch.step(self._actions)
         dones = terminated | truncated
@@ -132,18 +134,18 @@ class BatchedVecEnv(VecEnv):
     # ------------------------------------------------- attributes and methods of the worlds
 
     def get_attr(self, attr_name: str, indices: Indices = None) -> list[Any]:
-        """An attribute for each chosen world; one value for each world is taken apart, others are shared."""
-        if attr_name in ("observation_space", "action_space"):  # as of one environment
+        """Return an attribute of each chosen world; an array over worlds is split, other values are shared."""
+        if attr_name in ("observation_space", "action_space"):  # the spaces of one environment
             attr_name = f"single_{attr_name}"
         values = self.batch.get_attr(attr_name)
         return [values[i] for i in self._get_indices(indices)]
 
     def set_attr(self, attr_name: str, value: Any, indices: Indices = None) -> None:
-        """Set an attribute that the worlds share.
+        """Set an attribute, which all worlds share.
 
         Raises:
             AttributeError: there is no such attribute.
-            ValueError: for some of the worlds only.
+            ValueError: `indices` are only some of the worlds.
         """
         if set(self._get_indices(indices)) != set(range(self.num_envs)):
             raise ValueError(f"set_attr: {attr_name!r} is shared by all worlds; it cannot be set in {indices!r} only.")
@@ -152,9 +154,9 @@ class BatchedVecEnv(VecEnv):
     def env_method(
         self, method_name: str, *method_args: Any, indices: Indices = None, **method_kwargs: Any
     ) -> list[Any]:
-        """Call a method of the vector environment, once, and give each chosen world its part of the result.
+        """Call a method of the vector environment once, and return the part of its result for each chosen world.
 
-        `reset` begins new episodes in the chosen worlds alone: `env_method("reset", seed=3, indices=[0])`.
+        `reset` begins new episodes in the chosen worlds only: `env_method("reset", seed=3, indices=[0])`.
         """
         chosen = list(self._get_indices(indices))
         if method_name == "reset":
@@ -166,7 +168,7 @@ class BatchedVecEnv(VecEnv):
         wrapped = any(issubclass(known, wrapper_class) for known in self._wrapper_classes)
         return [wrapped for _ in self._get_indices(indices)]
 
-    # ------------------------------------------------- inside
+    # ------------------------------------------------- internal
 
     def _reset(self, worlds: Array, seeds: Sequence[int | None] | None, options: dict[str, Any]) -> None:
         mask = np.zeros(self.num_envs, np.bool_)
@@ -188,7 +190,7 @@ class BatchedVecEnv(VecEnv):
             self.reset_infos[w] = self.batch.task.info(w)
 
     def _episode(self, monitor: Monitor, w: int, info: dict[str, Any]) -> dict[str, Any]:
-        """What Monitor says of an episode that has ended, and into its file if it has one."""
+        """Return Monitor's record of an episode that has ended, and write it to the Monitor's file if there is one."""
         episode = {
             "r": round(float(self._returns[w]), 6),
             "l": int(self._lengths[w]),
@@ -201,7 +203,7 @@ class BatchedVecEnv(VecEnv):
 
 
 def _layers(env: gymnasium.Env[Any, Any]) -> list[gymnasium.Env[Any, Any]]:
-    """The environment's wrappers, from the outside, and itself at the end."""
+    """Return the environment's wrappers, outermost first, and the environment itself last."""
     layers = [env]
     while isinstance(layers[-1], gymnasium.Wrapper):
         layers.append(layers[-1].env)

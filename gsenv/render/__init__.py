@@ -1,4 +1,4 @@
-"""Software rendering: a world becomes a draw list, a draw list becomes a uint8 image or a video."""
+"""Software rendering of worlds to uint8 images and videos: through a draw list in 2D, by ray casting in 3D."""
 
 from typing import Any
 
@@ -10,10 +10,10 @@ __all__ = ["Camera", "FollowCamera", "SceneRenderer", "VideoWriter", "make_rende
 
 
 def make_renderer(world: Any, width: int = 640, height: int = 480, *, small: bool = False) -> Any:
-    """The renderer of a World's dimension, with a `camera` and `render(world_index, hud)`.
+    """Return a 2D or 3D renderer for the world; both have a `camera` and `render(world_index, hud)`.
 
     width, height: px
-    small: for pixel observations; in 3D it spares what shows only in large pictures
+    small: in 3D, render at "fast" quality, for pixel observations
     """
     if world.model.dim == 2:
         return SceneRenderer(world, width, height)

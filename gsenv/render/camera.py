@@ -20,9 +20,9 @@ class Bounds(NamedTuple):
 
 
 class Camera(NamedTuple):
-    """Orthographic view: `center` (x, y) in m is the picture's middle, `height` in m its height.
+    """Orthographic view of `height` m, centred on `center` (x, y) in m.
 
-    Pixel coordinates are continuous: (0, 0) is the top left corner, y points down, the middle of
+    Pixel coordinates are continuous: (0, 0) is the top left corner, y points down, and the centre of
     the first pixel is (0.5, 0.5).
     """
 
@@ -31,7 +31,7 @@ class Camera(NamedTuple):
 
     @classmethod
     def fit(cls, bounds: Bounds, width: int, height: int, margin: float = 0.10) -> "Camera":
-        """Camera that shows `bounds` whole, with at least `margin` of the picture on each side."""
+        """Return a camera that shows all of `bounds`; `margin` is the least free share of the picture on each side."""
         room = 1.0 - 2.0 * margin
         span_x = max(bounds.right - bounds.left, 1e-3)
         span_y = max(bounds.top - bounds.bottom, 1e-3)
@@ -40,18 +40,18 @@ class Camera(NamedTuple):
         return cls(center, view_height)
 
     def scale(self, height: int) -> float:
-        """Pixels per metre in a picture of that height."""
+        """Return the pixels per metre in a picture that is `height` px high."""
         return height / self.height
 
     def to_pixel(self, points: ArrayLike, width: int, height: int) -> FloatArray:
-        """World (..., 2) in m to pixels (..., 2)."""
+        """Convert world points (..., 2) in m to pixels (..., 2)."""
         scale = self.scale(height)
         offset = (np.asarray(points, np.float64) - self.center) * (scale, -scale)
         middle: FloatArray = np.array([0.5 * width, 0.5 * height])
         return offset + middle
 
     def to_world(self, pixels: ArrayLike, width: int, height: int) -> FloatArray:
-        """Pixels (..., 2) to world (..., 2) in m."""
+        """Convert pixels (..., 2) to world points (..., 2) in m."""
         scale = self.scale(height)
         offset = np.asarray(pixels, np.float64) - (0.5 * width, 0.5 * height)
         return offset / (scale, -scale) + self.center
@@ -61,16 +61,16 @@ class Camera(NamedTuple):
 class FollowCamera:
     """Camera that follows bodies like a critically damped spring, in simulation time.
 
-    The target is the middle of the box around the positions of `bodies`. Between two updates it is
-    taken to move in a straight line, for which the spring's motion is solved exactly: the frame
-    rate does not change the path. Where time goes back or bodies jump at one time (a reset), the
-    camera jumps straight to the target.
+    The target is the centre of the bounding box of the positions of `bodies`. It is assumed to move
+    in a straight line between two updates; the spring's motion is solved exactly for that, so the
+    path does not depend on the frame rate. If the time decreases, or the bodies move while it stays
+    the same (a reset), the camera jumps to the target.
 
     bodies: indices of the bodies to keep in view
-    height: m shown vertically; grows where the bodies spread out further
-    smooth_time: s, roughly the lag behind a moving target; 0 locks the camera to it
-    offset: m, from the target to the picture's middle
-    margin: m kept free around the outermost body positions
+    height: m, least height of the view; it grows with the bounding box
+    smooth_time: s, approximate lag behind a moving target; 0 locks the camera to the target
+    offset: m, from the target to the centre of the view
+    margin: m, free space around the bounding box
     """
 
     bodies: Sequence[int]
@@ -84,7 +84,7 @@ class FollowCamera:
     _target: FloatArray = field(default_factory=lambda: np.zeros(3), repr=False)
 
     def update(self, positions: FloatArray, time: float | None, width: int, height: int) -> Camera:
-        """Camera at `time` (s; None: no smoothing) for body positions (body, 2) in m."""
+        """Return the camera at `time` (s; None disables smoothing) for body positions (body, 2) in m."""
         target = self._find_target(positions, width / height)
         if time is not None and self._time is not None and time > self._time:
             self._advance(target, time - self._time)
@@ -95,7 +95,7 @@ class FollowCamera:
         return Camera((float(center_x), float(center_y)), float(view_height))
 
     def _find_target(self, positions: FloatArray, aspect: float) -> FloatArray:
-        """(center x, center y, height) in m that frames the followed bodies."""
+        """Return the (center x, center y, height) in m that frames the followed bodies."""
         followed = positions[list(self.bodies)]
         low, high = followed.min(axis=0), followed.max(axis=0)
         span = high - low + 2.0 * self.margin
@@ -103,9 +103,9 @@ class FollowCamera:
         return np.array([*center, max(self.height, span[1], span[0] / aspect)])
 
     def _advance(self, target: FloatArray, dt: float) -> None:
-        """Exact step of x'' = w^2 (g - x) - 2 w x' for a target g that moves uniformly.
+        """Advance the exact solution of x'' = w^2 (g - x) - 2 w x' by `dt`, for a target g of constant velocity.
 
-        The lag e = x - g + 2 u / w, with u = g', obeys e'' = -w^2 e - 2 w e', so that
+        With u = g', the lag e = x - g + 2 u / w obeys e'' = -w^2 e - 2 w e', whose solution is
         e(t) = (e0 + (e0' + w e0) t) exp(-w t).
         """
         if self.smooth_time <= 0.0:

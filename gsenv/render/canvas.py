@@ -1,4 +1,4 @@
-"""Canvas: paints a draw list into an image, row by row."""
+"""Canvas: rasterises a draw list into an image, one pixel row at a time."""
 
 from typing import Any
 
@@ -41,8 +41,8 @@ from gsenv.solver.jit import inline_njit, njit
 
 FloatArray = NDArray[np.float32]
 
-BAND_ROWS = 16  # rows for which items are looked up at a time
-LINE_SOFTNESS = np.float32(4.0)  # of a polyline's shadow, at most, in radii: lines hang low over the ground
+BAND_ROWS = 16  # pixel rows that share one search for visible items
+LINE_SOFTNESS = np.float32(4.0)  # largest blur of a polyline's shadow, in radii of the line
 
 
 @inline_njit
@@ -56,13 +56,12 @@ def paint_ground(
     segments: FloatArray,
     segment_first: NDArray[np.int64],
 ) -> None:
+    """Paint one row of a half-plane or a terrain."""
     first, last = np.uint64(0), np.uint64(lines.shape[1])
     if item.kind == TERRAIN:
         surface = row % surfaces.shape[1]
         reach = item.outline + TWO
-        find_terrain_distance(
-            lines, y, surfaces, item.terrain, surface, segments, segment_first, reach
-        )
+        find_terrain_distance(lines, y, surfaces, item.terrain, surface, segments, segment_first, reach)
     else:
         find_polygon_distance(lines, first, last, y, edges, item.edge_first, item.edge_count)
         if min(lines[DISTANCE, 0], lines[DISTANCE, lines.shape[1] - 1]) > HALF:
@@ -80,8 +79,8 @@ def paint_shadows(
     edges: FloatArray,
     look: Any,
 ) -> None:
-    """One union of all shadows, so that overlapping ones do not add up to black."""
-    y -= look.shadow_y  # now in the frame of the casters
+    """Darken the row once by the union of all drop shadows, so that overlapping shadows do not darken it twice."""
+    y -= look.shadow_y  # shadows are found in the casters' coordinates
     shift, softness = look.shadow_x, look.softness
     reach = HALF * softness
     width = lines.shape[1]
@@ -105,17 +104,13 @@ def paint_shadows(
                 find_capsule_distance(lines, first, last, y, shift, item)
                 add_distance_shadow(lines, first, last, softness)
             else:
-                add_polygon_shadow(
-                    lines, first, last, y, shift, softness, edges, edge, edge_count
-                )
+                add_polygon_shadow(lines, first, last, y, shift, softness, edges, edge, edge_count)
     apply_shadow(lines, begin, end, look.shadow_alpha)
 
 
 @inline_njit
-def find_active(
-    screen: NDArray[np.void], count: int, row: int, look: Any, active: NDArray[np.int64]
-) -> int:
-    """Fill `active` with the items that may show in the BAND_ROWS rows from `row` on, in order."""
+def find_active(screen: NDArray[np.void], count: int, row: int, look: Any, active: NDArray[np.int64]) -> int:
+    """Fill `active` with the items that may be visible in the BAND_ROWS rows from `row` on; return their number."""
     low = np.float32(row) - ONE
     high = np.float32(row + BAND_ROWS) + ONE
     found = 0
@@ -145,7 +140,7 @@ def paint(
     look: NDArray[np.void],
     active: NDArray[np.int64],
 ) -> None:
-    """Sky, grounds, shadows, shapes: one row after the other, back to front."""
+    """Paint all rows; each row from back to front: sky, grounds, shadows, shapes."""
     style = look[0]
     first, last = np.uint64(0), np.uint64(lines.shape[1])
     near = 0
@@ -177,7 +172,7 @@ def paint(
 
 
 def make_dither(width: int) -> FloatArray:
-    """(8, width) thresholds in (0, 1), an 8 x 8 ordered matrix repeated along the row."""
+    """Return (8, width) dither thresholds in (0, 1): an 8 x 8 ordered (Bayer) matrix, repeated along the row."""
     matrix = np.zeros((1, 1))
     for _ in range(3):
         matrix = np.block([[4 * matrix, 4 * matrix + 2], [4 * matrix + 3, 4 * matrix + 1]])
@@ -186,14 +181,14 @@ def make_dither(width: int) -> FloatArray:
 
 
 def make_sky(height: int, theme: Theme) -> FloatArray:
-    """(height, 3) colours of the rows."""
+    """Return the sky's colour (height, 3) in each row."""
     part = np.minimum((np.arange(height) + 0.5) / (theme.sky_end * height), 1.0)[:, None]
     top, bottom = np.array(theme.sky_top), np.array(theme.sky_bottom)
     return (top + (bottom - top) * part).astype(np.float32)
 
 
 def make_look(height: int, theme: Theme) -> NDArray[np.void]:
-    """(1,) LOOK of a picture of that height."""
+    """Return the (1,) LOOK record, lengths in px, for a picture that is `height` px high."""
     look = np.zeros(1, LOOK)
     look["outline"] = max(theme.outline * height, theme.outline_min)
     look["ground_edge"] = max(theme.ground_edge * height, 1.0)
@@ -206,7 +201,7 @@ def make_look(height: int, theme: Theme) -> NDArray[np.void]:
 
 
 class Canvas:
-    """Paints draw lists at one picture size; the same list and camera always give the same bits.
+    """Paints draw lists at one picture size; equal lists and cameras give bit-identical images.
 
     width, height: px
     """
@@ -227,7 +222,7 @@ class Canvas:
         self._camera: Camera | None = None
 
     def draw(self, draw_list: DrawList, camera: Camera) -> NDArray[np.uint8]:
-        """New (height, width, 3) RGB image."""
+        """Return a new (height, width, 3) RGB image of the list."""
         layers = draw_list.items["layer"]
         if (layers[1:] < layers[:-1]).any():
             order = np.argsort(layers, kind="stable")
@@ -259,7 +254,7 @@ class Canvas:
         return image
 
     def _reserve(self, draw_list: DrawList) -> None:
-        """Grow the scratch arrays to what the list can need at most."""
+        """Grow the scratch arrays to the most that the list can need."""
         items = draw_list.items
         edge_count = 4 * len(items) + int(items["vertex_count"].sum())
         if len(self._screen) < len(items) + 1:
@@ -269,14 +264,14 @@ class Canvas:
             self._edges = np.zeros((edge_count, 4), np.float32)
 
     def _make_bands(self, camera: Camera) -> FloatArray:
-        """(width,) light of the ground by column: stripes of 1, 2, 5, 10 ... m, box filtered."""
+        """Return the ground's brightness factor (width,) by column: box-filtered stripes of 1, 2, 5, 10 ... m."""
         scale = camera.scale(self.height)
         wanted = 0.11 * self.height / scale
         decade = 10.0 ** np.floor(np.log10(wanted))
         stripe = decade * next(step for step in (1.0, 2.0, 5.0, 10.0) if step * decade >= wanted)
         pixel_edges = np.arange(self.width + 1) - 0.5 * self.width
         phase = (pixel_edges / scale + camera.center[0]) / (2.0 * stripe)
-        # Integral of the unit square wave: a triangle wave of the phase.
+        # The integral of a unit square wave is a triangle wave of the phase.
         triangle = np.abs((phase % 1.0) - 0.5)
         wave = -np.diff(triangle) * 2.0 * stripe * scale
         return (1.0 + self._theme.band_contrast * wave).astype(np.float32)

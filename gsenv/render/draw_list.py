@@ -1,4 +1,4 @@
-"""Draw list: the flat list of primitives between a world and a rasteriser."""
+"""Draw list: the flat list of 2D primitives that the rasteriser paints."""
 
 from enum import IntEnum, IntFlag
 from typing import NamedTuple
@@ -13,13 +13,13 @@ class DrawKind(IntEnum):
     BOX = 0
     CAPSULE = 1
     POLYGON = 2
-    POLYLINE = 3  # a line through its vertices, two or more; round at corners and ends
+    POLYLINE = 3  # a line through two or more vertices, with round joins and caps
     HALF_PLANE = 4
     TERRAIN = 5
 
 
 class DrawFlag(IntFlag):
-    """What is drawn besides the flat fill."""
+    """Features drawn in addition to the flat fill."""
 
     NONE = 0
     OUTLINE = 1  # inside the silhouette
@@ -29,14 +29,14 @@ class DrawFlag(IntFlag):
 
 
 class Layer(IntEnum):
-    """Painting order; then list order. Drop shadows fall on GROUND and sky only."""
+    """Painting order; items of one layer are painted in list order. Drop shadows fall on GROUND and sky only."""
 
     GROUND = 0
-    LINK = 1  # joints behind the bodies
+    LINK = 1  # joint parts behind the bodies
     BODY = 2
     STRUT = 3
     WHEEL = 4
-    PIN = 5  # joints before the bodies
+    PIN = 5  # joint parts in front of the bodies
     OVERLAY = 6
 
 
@@ -47,16 +47,16 @@ DRAW_ITEM = np.dtype(
         ("kind", np.int32),  # DrawKind
         ("flags", np.int32),  # DrawFlag
         ("layer", np.int32),  # Layer
-        ("vertex_first", np.int32),  # POLYGON, POLYLINE, TERRAIN: into the list's vertices
+        ("vertex_first", np.int32),  # POLYGON, POLYLINE, TERRAIN: index into the list's vertices
         ("vertex_count", np.int32),
         ("position", np.float64, 2),  # m; HALF_PLANE: a point of the boundary
-        ("rotation", np.float64, 2),  # cos and sin of the angle; HALF_PLANE: local y is outward
-        ("size", np.float64, 2),  # m; BOX half extents; CAPSULE half length along local x in [0]
+        ("rotation", np.float64, 2),  # cos and sin of the angle; HALF_PLANE: local y is the outward normal
+        ("size", np.float64, 2),  # m; BOX: half extents; CAPSULE: [0] is the half length along local x
         ("radius", np.float64),  # m; CAPSULE, POLYLINE
         ("alpha", np.float32),  # 0 hides the item
-        ("fill", np.float32, 3),  # RGB in 0..255; grounds: just below the edge
-        ("line", np.float32, 3),  # outline; grounds: the edge band
-        ("deep", np.float32, 3),  # grounds only: colour deep down
+        ("fill", np.float32, 3),  # RGB in 0..255; grounds: just below the edge band
+        ("line", np.float32, 3),  # RGB of the outline; grounds: of the edge band
+        ("deep", np.float32, 3),  # RGB of a ground far below its edge
     ],
     align=True,
 )
@@ -66,8 +66,8 @@ class DrawList(NamedTuple):
     """Primitives of one picture.
 
     items: (item,) DRAW_ITEM
-    vertices: (vertex, 2) float64, m, in the frames of their items; polygons are convex with either
-        winding; a terrain is a chain with the ground on its right hand
+    vertices: (vertex, 2) float64, m, in the frames of their items; polygons are convex, of either
+        winding; a terrain is a chain of segments whose ground is on the right of its direction
     """
 
     items: NDArray[np.void]
@@ -78,7 +78,7 @@ NO_VERTICES: NDArray[np.float64] = np.empty((0, 2))
 
 
 def draw_items(count: int) -> NDArray[np.void]:
-    """(count,) opaque, unrotated, black items on the BODY layer."""
+    """Return (count,) opaque, unrotated, black items on the BODY layer."""
     items = np.zeros(count, DRAW_ITEM)
     items["layer"] = Layer.BODY
     items["rotation"][:, 0] = 1.0
@@ -99,7 +99,7 @@ def draw_item(
     layer: Layer = Layer.BODY,
     vertices: tuple[int, int] = (0, 0),
 ) -> NDArray[np.void]:
-    """(1,) item; `vertices` is (first, count), `line` defaults to the fill colour."""
+    """Return a (1,) item; `vertices` is (first, count), `line` defaults to the fill colour."""
     items = draw_items(1)
     items["kind"] = kind
     items["position"] = position
@@ -116,7 +116,7 @@ def draw_item(
 
 
 def join(*lists: DrawList) -> DrawList:
-    """One list after the other."""
+    """Concatenate draw lists."""
     moved = []
     first = 0
     for items, vertices in lists:

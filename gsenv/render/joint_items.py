@@ -1,7 +1,7 @@
-"""Joints to draw items: paths made once, stretched between the anchors for each picture.
+"""Convert joints to draw items: paths are built once and stretched between the anchors for each picture.
 
-Every item is a polyline. Its points are shares of the way between two spots of the joint, so that a
-spring has the same windings at any length, and nothing pops from picture to picture.
+Every item is a polyline. Its points are given as fractions of the line between two points of the joint,
+so a spring has the same number of windings at any length and does not flicker between pictures.
 """
 
 from collections.abc import Collection
@@ -32,38 +32,39 @@ from gsenv.render.world_view import JointState, JointTable
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-DRAWN_JOINTS = ("revolute", "prismatic", "distance", "wheel")  # unless told otherwise
+DRAWN_JOINTS = ("revolute", "prismatic", "distance", "wheel")  # drawn by default
 KNOWN_JOINTS = (*DRAWN_JOINTS, "weld", "target")
 SWINGING_JOINTS = ("revolute", "distance")
 
-# Lengths of parts are fractions of the picture's height. Joints of small bodies are drawn smaller: in
-# full from a half width of 1/45 of that height on.
+# Lengths of parts are fractions of the picture's height. They shrink with the body where its half width
+# is below 1 / FULL_SIZE of that height.
 FULL_SIZE = 45.0
-RAIL_REACH = 50.0  # picture heights, of a rail without limits
+RAIL_REACH = 50.0  # drawn half length of a rail without limits, in picture heights
 
 ROPE_POINTS = 25
-TURNS = 14  # of a spring, from side to side
-LEAD = 0.12  # straight ends of a spring, each as a share of its length
+TURNS = 14  # zigzags of a spring
+LEAD = 0.12  # length of each straight end of a spring, as a fraction of its length
 
 
 class Spot(IntEnum):
-    """Points of a joint between which its parts run."""
+    """Points of a joint between which its parts are drawn."""
 
     A = 0  # anchor on body a
-    B = 1
-    LOWER = 2  # where the anchor of b is at the lower limit of the travel
-    UPPER = 3
-    MOUNT = 4  # on body a, the end of the spring of a travel
-    AHEAD = 5  # from b along the axis
-    GOAL = 6  # of targets
+    B = 1  # anchor on body b
+    LOWER = 2  # anchor b at the lower limit of the translation
+    UPPER = 3  # anchor b at the upper limit
+    MOUNT = 4  # end on body a of the spring along the axis
+    AHEAD = 5  # anchor b plus the unit axis
+    GOAL = 6  # position of a target joint's target
 
 
 class Part(NamedTuple):
     """One polyline of a joint; lengths are fractions of the picture's height.
 
-    path: (point, 4) share of the way from `start` to `end`, length along that way, length to its left,
-        and share of the sag
-    full_size: the part is drawn in full where 1 / full_size of the picture is the body's half width
+    path: (point, 4) fraction of the line from `start` to `end`, offset along the line, offset to its
+        left, and fraction of the sag
+    full_size: the part has its full size if the body's half width is at least 1 / full_size of the
+        picture's height
     """
 
     path: FloatArray
@@ -77,22 +78,23 @@ class Part(NamedTuple):
 
 
 def line_path() -> FloatArray:
+    """Return the path of a straight line from start to end."""
     return np.array([(0.0, 0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)])
 
 
 def dash_path(along: float, left: float = 0.0) -> FloatArray:
-    """A short line through the start; nothing but a dot where both half lengths are zero."""
+    """Return the path of a short line centred on the start; with both half lengths 0 it is drawn as a dot."""
     return np.array([(0.0, -along, -left, 0.0), (0.0, along, left, 0.0)])
 
 
 def rail_path(half: float) -> FloatArray:
-    """A straight line with stops across both ends."""
+    """Return the path of a straight line with a crossbar of half length `half` at each end."""
     points = [(0.0, half), (0.0, -half), (0.0, 0.0), (1.0, 0.0), (1.0, half), (1.0, -half)]
     return np.array([(share, 0.0, left, 0.0) for share, left in points])
 
 
 def rope_path() -> FloatArray:
-    """A parabola."""
+    """Return the path of a rope: a parabola, scaled by the sag."""
     path = np.zeros((ROPE_POINTS, 4))
     path[:, 0] = share = np.linspace(0.0, 1.0, ROPE_POINTS)
     path[:, 3] = 4.0 * share * (1.0 - share)
@@ -100,7 +102,7 @@ def rope_path() -> FloatArray:
 
 
 def spring_path(half: float) -> FloatArray:
-    """A zigzag between straight ends."""
+    """Return the path of a spring: a zigzag of amplitude `half` between straight ends."""
     turns = np.arange(TURNS)
     path = np.zeros((TURNS + 4, 4))
     path[1:-1, 0] = np.linspace(LEAD, 1.0 - LEAD, TURNS + 2)
@@ -111,7 +113,7 @@ def spring_path(half: float) -> FloatArray:
 
 
 def dot(spot: Spot, radius: float) -> Part:
-    """A pin before the bodies."""
+    """Return a dot in front of the bodies."""
     return Part(dash_path(0.0), spot, spot, radius, PIN_COLOR, DrawFlag.OUTLINE, Layer.PIN)
 
 
@@ -129,13 +131,11 @@ STRUT = COIL._replace(flags=DrawFlag.OUTLINE, layer=Layer.STRUT)
 STRUT_END = dot(Spot.MOUNT, 0.0075)
 WELD = dot(Spot.B, 0.0085)._replace(color=STATIC_COLOR)
 LEASH = Part(line_path(), Spot.B, Spot.GOAL, 0.0016, TARGET_COLOR, DrawFlag.NONE, Layer.PIN)
-CROSS = tuple(
-    LEASH._replace(path=path, start=Spot.GOAL) for path in (dash_path(0.0140), dash_path(0.0, 0.0140))
-)
+CROSS = tuple(LEASH._replace(path=path, start=Spot.GOAL) for path in (dash_path(0.0140), dash_path(0.0, 0.0140)))
 
 
 def choose_parts(kind: str, fixed: bool, sprung: bool, rigid: bool) -> tuple[Part, ...]:
-    """Parts of a joint, from JointTable's fields; kinds that are never drawn have none."""
+    """Return the parts of a joint from its fields in JointTable; a kind that is never drawn has none."""
     plate = (PLATE,) if fixed else ()
     if kind == "revolute":
         return (*plate, PIN)
@@ -150,12 +150,13 @@ def choose_parts(kind: str, fixed: bool, sprung: bool, rigid: bool) -> tuple[Par
 
 @dataclass
 class JointStencil:
-    """Items of all drawn joints of a model; `fill` lays them where a world has them.
+    """Items of all drawn joints of a model; `fill` places them for one world.
 
     joint_of, start_of, end_of: (item,) joint and its Spots
-    radius, unit_most: (item,) fraction of the picture's height, and what counts as that height at most, m
-    ropes: items that hang through where they are slack
-    item_of, share, offset, sag_share: (point,) item and path; offsets along the way + 1j to its left
+    radius: (item,) fraction of the picture's height
+    unit_most: (item,) m, upper bound of the picture height that lengths are scaled by
+    ropes: indices of the items that sag when slack
+    item_of, share, offset, sag_share: (point,) item and path; offsets are complex, along + 1j * left
     """
 
     table: JointTable
@@ -172,32 +173,35 @@ class JointStencil:
     sag_share: FloatArray
 
     def fill(self, state: JointState, view_height: float) -> DrawList:
-        """Draw list of one world in a picture of `view_height` m; the stencil's items are overwritten."""
+        """Return the draw list of one world in a view of `view_height` m; overwrites the stencil's items."""
         spots = find_spots(state, self.table.mount, RAIL_REACH * view_height)
         start = spots[self.start_of, self.joint_of]
-        way = spots[self.end_of, self.joint_of] - start
-        length = np.abs(way)
+        span = spots[self.end_of, self.joint_of] - start
+        length = np.abs(span)
         unit = np.minimum(self.unit_most, view_height)
-        scaled = np.divide(unit * way, length, out=unit + 0j, where=length > 0.0)
+        scaled = np.divide(unit * span, length, out=unit + 0j, where=length > 0.0)
         of = self.item_of
-        points = start[of] + self.share * way[of] + self.offset * scaled[of]
+        points = start[of] + self.share * span[of] + self.offset * scaled[of]
         if len(self.ropes):
-            sags = np.zeros_like(way)
-            sags[self.ropes] = self._find_sags(state, way[self.ropes])
+            sags = np.zeros_like(span)
+            sags[self.ropes] = self._find_sags(state, span[self.ropes])
             points += self.sag_share * sags[of]
         self.items["radius"] = self.radius * unit
         self.items["alpha"] = state.enabled[self.joint_of]
         return DrawList(self.items, points.view(np.float64).reshape(-1, 2))
 
-    def _find_sags(self, state: JointState, way: ComplexArray) -> ComplexArray:
-        """(rope,) vectors in m from the middles of the chords to the ropes."""
+    def _find_sags(self, state: JointState, span: ComplexArray) -> ComplexArray:
+        """Return (rope,) vectors in m from the midpoints of the chords to the ropes."""
         down = complex(*state.down)
-        turned = way * down.conjugate()
+        turned = span * down.conjugate()
         depth = find_sag(turned.imag.copy(), turned.real.copy(), state.upper[self.joint_of[self.ropes]])
         return np.asarray(depth * down, np.complex128)
 
     def find_bounds(self, state: JointState) -> Bounds:
-        """Box in m around the anchors and what can swing on fixed ones: under gravity, not above them."""
+        """Return the box in m around the anchors and the reach of bodies that swing on fixed anchors.
+
+        Under gravity the reach above a fixed anchor is left out.
+        """
         drawn = np.unique(self.joint_of)
         a, b = state.anchor_a[drawn], state.anchor_b[drawn]
         kinds, upper = np.array(self.table.kinds)[drawn], state.upper[drawn]
@@ -213,12 +217,12 @@ class JointStencil:
 
 
 def as_complex(vectors: FloatArray) -> ComplexArray:
-    """(..., 2) to (...,): to turn and to stretch are then products."""
+    """Convert (..., 2) vectors to complex (...,), so that rotation and scaling are products."""
     return np.ascontiguousarray(vectors, np.float64).view(np.complex128)[..., 0]
 
 
 def find_spots(state: JointState, mount: FloatArray, reach: float) -> ComplexArray:
-    """(Spot, joint) points in m; rails without limits end at `reach` m."""
+    """Return (Spot, joint) points in m; a rail without limits ends at `reach` m."""
     a, b, axis = as_complex(state.anchor_a), as_complex(state.anchor_b), as_complex(state.axis)
     spots = np.empty((len(Spot), len(a)), np.complex128)
     spots[Spot.A] = a
@@ -232,7 +236,7 @@ def find_spots(state: JointState, mount: FloatArray, reach: float) -> ComplexArr
 
 
 def make_joint_stencil(table: JointTable, kinds: Collection[str]) -> JointStencil | None:
-    """Stencil of the joints of the given kinds; None if nothing is drawn of them."""
+    """Return the stencil of the joints of the given kinds; None if none of them has parts."""
     chosen = [
         (joint, part)
         for joint, kind in enumerate(table.kinds)
@@ -241,7 +245,7 @@ def make_joint_stencil(table: JointTable, kinds: Collection[str]) -> JointStenci
     ]
     if not chosen:
         return None
-    chosen.sort(key=lambda pair: pair[1] is not PLATE)  # plates below all others of their layer
+    chosen.sort(key=lambda pair: pair[1] is not PLATE)  # plates are painted first in their layer
     joint_of = np.array([joint for joint, _ in chosen])
     parts = [part for _, part in chosen]
     counts = np.array([len(part.path) for part in parts])
@@ -263,7 +267,7 @@ def make_joint_stencil(table: JointTable, kinds: Collection[str]) -> JointStenci
 
 
 def make_items(parts: list[Part], counts: NDArray[np.int64]) -> NDArray[np.void]:
-    """(item,) items with everything that does not depend on a world's state."""
+    """Return (item,) items with all fields that do not depend on a world's state."""
     items = draw_items(len(parts))
     items["kind"] = DrawKind.POLYLINE
     items["flags"] = [part.flags for part in parts]

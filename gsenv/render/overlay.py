@@ -1,6 +1,6 @@
-"""Arrows, lines and dots with a dark halo on top of a picture: contact forces, joint frames.
+"""Arrows, lines and dots with a dark halo, drawn over a picture to show contact forces and joint frames.
 
-Widths are given in m, so that a caller who wants px divides by the camera's scale.
+Widths are in m; to give a width in px, divide it by the camera's scale.
 """
 
 from typing import NamedTuple
@@ -13,9 +13,9 @@ from gsenv.render.theme import HALO_ALPHA, HALO_COLOR, Rgb
 
 FloatArray = NDArray[np.float64]
 
-HEAD_LENGTH = 6.0  # of an arrow, in pen radii; at most this share of the arrow:
-HEAD_SHARE = 0.6
-HEAD_SLOPE = 0.48  # half width over length
+HEAD_LENGTH = 6.0  # length of an arrowhead, in pen radii
+HEAD_SHARE = 0.6  # largest length of the head, as a fraction of the arrow
+HEAD_SLOPE = 0.48  # half width of the head over its length
 
 
 class Pen(NamedTuple):
@@ -26,7 +26,7 @@ class Pen(NamedTuple):
 
 
 def lines(starts: ArrayLike, ends: ArrayLike, pen: Pen, color: Rgb) -> DrawList:
-    """Segments with round caps from (line, 2) to (line, 2) in m, all halos below all lines."""
+    """Draw segments with round caps from (line, 2) to (line, 2) in m; all halos lie below all lines."""
     a, span, length = _spans(starts, ends)
     items = draw_items(len(a))
     items["kind"] = DrawKind.CAPSULE
@@ -44,18 +44,18 @@ def lines(starts: ArrayLike, ends: ArrayLike, pen: Pen, color: Rgb) -> DrawList:
 
 
 def dots(points: ArrayLike, pen: Pen, color: Rgb) -> DrawList:
-    """Discs at (dot, 2) in m."""
+    """Draw discs at (dot, 2) in m."""
     return lines(points, points, pen, color)
 
 
 def arrows(starts: ArrayLike, ends: ArrayLike, pen: Pen, color: Rgb) -> DrawList:
-    """Arrows from (arrow, 2) to (arrow, 2) in m; short ones have smaller heads, points none."""
+    """Draw arrows from (arrow, 2) to (arrow, 2) in m; short ones get smaller heads, zero-length ones are left out."""
     a, span, length = _spans(starts, ends)
     a, span, length = a[length > 0.0], span[length > 0.0], length[length > 0.0]
     direction = span / length[:, None]
     head = np.minimum(HEAD_LENGTH * pen.radius, HEAD_SHARE * length)
     neck = a + direction * (length - head)[:, None]
-    # The halo is the same triangle with each side moved out: the tip moves by more.
+    # The halo is the triangle with each side moved outward by the same distance; its tip moves by more.
     tip = pen.halo * np.hypot(1.0, HEAD_SLOPE) / HEAD_SLOPE
     tips = a + span
     halos = _heads(tips + tip * direction, direction, head + tip + pen.halo, HALO_COLOR)
@@ -64,14 +64,14 @@ def arrows(starts: ArrayLike, ends: ArrayLike, pen: Pen, color: Rgb) -> DrawList
 
 
 def _spans(starts: ArrayLike, ends: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Starts (n, 2), vectors to the ends (n, 2) and their lengths (n,)."""
+    """Return the starts (n, 2), the vectors to the ends (n, 2) and their lengths (n,)."""
     a = np.reshape(np.asarray(starts, np.float64), (-1, 2))
     span = np.reshape(np.asarray(ends, np.float64), (-1, 2)) - a
     return a, span, np.hypot(span[:, 0], span[:, 1])
 
 
 def _heads(tips: FloatArray, direction: FloatArray, length: FloatArray, color: Rgb) -> DrawList:
-    """Triangles with their tips at (head, 2) that look along `direction`."""
+    """Draw triangles that point along `direction`, with their tips at (head, 2)."""
     items = draw_items(len(tips))
     items["kind"] = DrawKind.POLYGON
     items["layer"] = Layer.OVERLAY

@@ -1,4 +1,4 @@
-"""Draw items in metres to screen items in pixels; what is out of sight is dropped here."""
+"""Project draw items in metres to screen items in pixels; items outside the picture are dropped here."""
 
 from typing import Any
 
@@ -21,10 +21,10 @@ OUTLINE = int(DrawFlag.OUTLINE)
 SHADE = int(DrawFlag.SHADE)
 SHADOW = int(DrawFlag.SHADOW)
 
-EDGE_COUNTS = (4, 0, 0, 0, 1, 0)  # by kind; polygons and polylines have their own
+EDGE_COUNTS = (4, 0, 0, 0, 1, 0)  # edges by kind; those of polygons and polylines follow from their vertices
 SHADE_TOP = np.float32(1.07)
-SHADE_STEP = np.float32(-0.17)  # from the top of a silhouette to its bottom
-OUTLINE_SHARE = np.float32(0.30)  # of the inradius at most, or small shapes were all outline
+SHADE_STEP = np.float32(-0.17)  # change of the brightness factor from the top of a silhouette to its bottom
+OUTLINE_SHARE = np.float32(0.30)  # largest outline, as a fraction of the inradius, so that small shapes keep a fill
 
 SCREEN_ITEM = np.dtype(
     [
@@ -32,7 +32,7 @@ SCREEN_ITEM = np.dtype(
         ("casts_shadow", np.int32),
         ("edge_first", np.int32),
         ("edge_count", np.int32),
-        ("terrain", np.int32),  # TERRAIN: its number
+        ("terrain", np.int32),  # TERRAIN: index among the terrains
         ("left", np.float32),  # silhouette bounds, px
         ("right", np.float32),
         ("top", np.float32),
@@ -43,9 +43,9 @@ SCREEN_ITEM = np.dtype(
         ("by", np.float32),
         ("radius", np.float32),  # CAPSULE, POLYLINE
         ("outline", np.float32),  # px
-        ("depth", np.float32),  # px over which a ground darkens
-        ("shade_top", np.float32),  # factor of the fill colour at the top of the silhouette
-        ("shade_slope", np.float32),  # change of that factor per px downwards
+        ("depth", np.float32),  # px, depth over which a ground darkens
+        ("shade_top", np.float32),  # brightness factor of the fill at the top of the silhouette
+        ("shade_slope", np.float32),  # 1/px, change of that factor downwards
         ("alpha", np.float32),
         ("fill", np.float32, 3),
         ("line", np.float32, 3),
@@ -54,7 +54,7 @@ SCREEN_ITEM = np.dtype(
     align=True,
 )
 
-# Lengths in px that go with a picture's size.
+# Lengths in px, which scale with the picture's height.
 LOOK = np.dtype(
     [
         ("outline", np.float32),
@@ -79,7 +79,7 @@ def set_bounds(out: Any, left: Any, right: Any, top: Any, bottom: Any) -> None:
 
 @njit
 def project_capsule(item: Any, x: float, y: float, scale: float, out: Any) -> Any:
-    """Endpoints and radius; returns the inradius in px. Thin ones fade instead of vanishing."""
+    """Set endpoints and radius; return the inradius in px. A capsule below a pixel's width fades out."""
     half_x = item.rotation[0] * item.size[0] * scale
     half_y = -item.rotation[1] * item.size[0] * scale
     out.ax = np.float32(x - half_x)
@@ -104,10 +104,8 @@ def project_capsule(item: Any, x: float, y: float, scale: float, out: Any) -> An
 
 
 @njit
-def find_corner(
-    item: Any, vertices: NDArray[np.float64], k: Any, x: float, y: float, scale: float
-) -> tuple[Any, Any]:
-    """Corner k of a box, polygon or polyline in px."""
+def find_corner(item: Any, vertices: NDArray[np.float64], k: Any, x: float, y: float, scale: float) -> tuple[Any, Any]:
+    """Return corner k of a box, polygon or polyline in px."""
     if item.kind == BOX:
         u = item.size[0] if k == 1 or k == 2 else -item.size[0]
         v = item.size[1] if k >= 2 else -item.size[1]
@@ -131,7 +129,7 @@ def project_polygon(
     out: Any,
     edges: FloatArray,
 ) -> Any:
-    """Edge lines with outward normals for either winding; returns the inradius in px."""
+    """Set the edge lines, with outward normals for either winding; return the inradius in px."""
     count = np.int64(out.edge_count)
     left, right, top, bottom = FAR, -FAR, FAR, -FAR
     middle_x, middle_y = ZERO, ZERO
@@ -165,7 +163,7 @@ def project_polyline(
     out: Any,
     edges: FloatArray,
 ) -> Any:
-    """Segments (ax, ay, bx, by); returns the inradius in px. Thin ones fade, like capsules."""
+    """Set the segments (ax, ay, bx, by); return the inradius in px. Thin lines fade out as capsules do."""
     inradius = np.float32(item.radius * scale)
     radius = max(inradius, HALF)
     out.radius = radius
@@ -188,12 +186,10 @@ def project_polyline(
 
 
 @njit
-def store_edge(
-    edges: FloatArray, row: Any, ax: Any, ay: Any, bx: Any, by: Any, inner_x: Any, inner_y: Any
-) -> Any:
-    """Line (nx, ny, offset) through a and b with the inner point on its negative side.
+def store_edge(edges: FloatArray, row: Any, ax: Any, ay: Any, bx: Any, by: Any, inner_x: Any, inner_y: Any) -> Any:
+    """Store the line (nx, ny, offset) through a and b, with the inner point on its negative side.
 
-    Returns the depth of the inner point in px; a zero-length edge bounds nothing.
+    Returns the depth of the inner point in px. An edge of length zero bounds nothing.
     """
     nx = by - ay
     ny = ax - bx
@@ -215,10 +211,8 @@ def store_edge(
 
 
 @njit
-def project_half_plane(
-    item: Any, x: float, y: float, width: int, height: int, out: Any, edges: FloatArray
-) -> None:
-    """One edge line; the bounds are the part of the picture that it may cover."""
+def project_half_plane(item: Any, x: float, y: float, width: int, height: int, out: Any, edges: FloatArray) -> None:
+    """Set the edge line; the bounds are the part of the picture that the half-plane may cover."""
     nx = -item.rotation[1]
     ny = -item.rotation[0]
     offset = -(nx * x + ny * y)
@@ -232,7 +226,7 @@ def project_half_plane(
 
 @njit
 def start_item(item: Any, out: Any, row: Any) -> None:
-    """Everything that needs no geometry."""
+    """Set all fields that do not depend on the geometry."""
     out.kind = item.kind
     out.casts_shadow = item.flags & SHADOW
     out.alpha = item.alpha
@@ -250,8 +244,8 @@ def start_item(item: Any, out: Any, row: Any) -> None:
 
 @njit
 def finish_shape(item: Any, inradius: Any, look: Any, out: Any) -> None:
-    """Outline width and vertical gradient from the size on screen."""
-    out.outline = -TWO  # the fill reaches over the whole edge
+    """Set the outline's width and the vertical gradient from the size on screen."""
+    out.outline = -TWO  # no outline: the fill covers the antialiased edge as well
     if item.flags & OUTLINE:
         out.outline = min(look.outline, OUTLINE_SHARE * inradius)
     out.shade_top = ONE
@@ -263,7 +257,7 @@ def finish_shape(item: Any, inradius: Any, look: Any, out: Any) -> None:
 
 @njit
 def is_in_sight(out: Any, look: Any, width: int, height: int) -> bool:
-    """Whether silhouette or shadow touch the picture; false for NaN."""
+    """Whether the silhouette or its shadow meets the picture; False for NaN."""
     left, right, top, bottom = out.left, out.right, out.top, out.bottom
     if out.casts_shadow:
         left -= look.softness
@@ -288,9 +282,9 @@ def project(
     screen: NDArray[np.void],
     edges: FloatArray,
 ) -> int:
-    """Fill `screen` with the items in sight, in the same order; returns their number."""
+    """Fill `screen` with the visible items, in list order; return their number."""
     style = look[0]
-    count, row, terrain = 0, np.int64(0), 0  # typed: a literal would compile start_item twice
+    count, row, terrain = 0, np.int64(0), 0  # int64, not a literal, or numba compiles start_item twice
     for index in range(items.shape[0]):
         item = items[index]
         out = screen[count]

@@ -1,4 +1,4 @@
-"""How far a slack rope hangs through."""
+"""Sag of a slack rope."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -7,21 +7,21 @@ from gsenv.solver.jit import njit
 
 FloatArray = NDArray[np.float64]
 
-ROUNDS = 6  # the length is then right to 1e-6 of itself
-SMALL = 1e-9  # of a rope's length: less slack, and less way across gravity, count as none
+ROUNDS = 6  # Newton iterations; the relative error of the length is then below 1e-6
+SMALL = 1e-9  # fraction of a rope's length below which slack, or distance across gravity, counts as zero
 
 
 @njit
 def find_sag(across: FloatArray, along: FloatArray, length: FloatArray) -> FloatArray:
-    """Depth (rope,) m below the middle of the chord at which a parabola has the rope's length m.
+    """Return the sag (rope,) in m below the chord's midpoint of a parabola with the rope's length.
 
-    across, along: (rope,) m, the way between the ends across and along gravity
-    length: (rope,) m, inf: not a rope but a straight line
+    across, along: (rope,) m, components of the vector between the ends across and along gravity
+    length: (rope,) m; inf for a straight line that is not a rope
 
     A parabola whose slope changes by k / (half the chord) to either side has the sag k / 4 and the
     length s(k) = (F(along + k) - F(along - k)) / 2k, where F'(u) = hypot(across, u). Newton's method
-    on s^2 as a function of k^2, which is nearly straight: its slope is at most 1/3 (a level rope, just
-    slack), and k is largest where the rope is folded in a vertical line.
+    solves s^2(k^2) = length^2, since s^2 is nearly linear in k^2: its slope is at most 1/3 (a level rope
+    with little slack), and k is largest for a rope folded into a vertical line.
     """
     sag = np.zeros(across.shape[0])
     for i in range(across.shape[0]):

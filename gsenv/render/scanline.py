@@ -1,10 +1,10 @@
-"""Row kernels: signed distances along one picture row, and what is painted from them.
+"""Row kernels: signed distances along one pixel row, and blending from them.
 
-`lines` (7, width) float32 holds everything about the current row and stays in the first cache
-level, so a layer costs arithmetic and no memory traffic. Distances are in px, negative inside.
-All constants are float32, or numba would promote whole rows to float64. Kernels get the whole of
-`lines` and the columns first..last-1 as unsigned integers: slices would be counted references, which
-took 40 % of a picture's time, and loops over signed columns do not vectorise.
+`lines` (7, width) float32 holds the buffers of the current row and stays in the L1 cache, so that
+painting an item is bound by arithmetic, not by memory. Distances are in px, negative inside.
+All constants are float32, or numba would promote whole rows to float64. Kernels take the whole of
+`lines` and the columns first..last-1 as unsigned integers: passing slices makes numba count
+references, which took 40 % of a picture's time, and loops over signed columns do not vectorise.
 """
 
 from typing import Any
@@ -38,7 +38,7 @@ def clamp01(x: Any) -> Any:
 
 @inline_njit
 def clip_span(low: Any, high: Any, width: int) -> tuple[Any, Any]:
-    """Columns first..last-1 whose middles may lie within one px of [low, high]."""
+    """Return (first, last): columns first..last-1 hold all pixel centres within one px of [low, high]."""
     first: Any = min(max(np.int64(low - ONE), 0), width)
     last: Any = max(min(np.int64(high + ONE) + 1, width), first)
     return np.uint64(first), np.uint64(last)
@@ -46,6 +46,7 @@ def clip_span(low: Any, high: Any, width: int) -> tuple[Any, Any]:
 
 @inline_njit
 def fill_line(lines: FloatArray, line: int, first: Any, last: Any, value: Any) -> None:
+    """Set the columns first..last-1 of one buffer."""
     for j in range(first, last):
         lines[line, j] = value
 
@@ -54,9 +55,9 @@ def fill_line(lines: FloatArray, line: int, first: Any, last: Any, value: Any) -
 def find_polygon_distance(
     lines: FloatArray, first: Any, last: Any, y: Any, edges: FloatArray, edge: int, count: int
 ) -> None:
-    """Largest distance to the edge lines (nx, ny, offset): exact inside, mitred outside."""
+    """Store the largest distance to the edge lines (nx, ny, offset): exact inside, mitred at outer corners."""
     fill_line(lines, DISTANCE, first, last, -FAR)
-    for k in range(edge, edge + count, 2):  # two edges at a time: half the memory traffic
+    for k in range(edge, edge + count, 2):  # two edges per pass halve the memory traffic
         other = k + 1 if k + 1 < edge + count else k
         slope_a, slope_b = edges[k, 0], edges[other, 0]
         offset_a = edges[k, 1] * y + edges[k, 2]
@@ -68,10 +69,8 @@ def find_polygon_distance(
 
 
 @inline_njit
-def find_capsule_distance(
-    lines: FloatArray, first: Any, last: Any, y: Any, shift: Any, item: Any
-) -> None:
-    """Distance to the segment a-b, moved to the right by `shift`, minus the radius."""
+def find_capsule_distance(lines: FloatArray, first: Any, last: Any, y: Any, shift: Any, item: Any) -> None:
+    """Store the distance to the segment a-b, shifted right by `shift`, minus the radius."""
     ax = item.ax + shift
     dx = item.bx - item.ax
     dy = item.by - item.ay
@@ -90,9 +89,9 @@ def find_capsule_distance(
 def find_polyline_distance(
     lines: FloatArray, y: Any, shift: Any, edges: FloatArray, item: Any, reach: Any
 ) -> tuple[Any, Any]:
-    """Distance to the segments, moved to the right by `shift`, minus the radius.
+    """Store the distance to the segments, shifted right by `shift`, minus the radius.
 
-    Exact where it is below `reach`; returns the columns beyond which it is not.
+    It is exact where it is below `reach`. Returns (first, last): no such column lies outside first..last-1.
     """
     begin = end = np.uint64(0)
     reach += item.radius
@@ -104,7 +103,7 @@ def find_polyline_distance(
         dx = bx + shift - ax
         dy = by - ay
         py = y - ay
-        # The part of the segment whose height is within reach.
+        # the part of the segment within reach of this row
         slope = ONE / dy if dy != ZERO else FAR
         up, down = clamp01((py - reach) * slope), clamp01((py + reach) * slope)
         near, far = ax + up * dx, ax + down * dx
@@ -139,17 +138,15 @@ def add_polygon_shadow(
     edge: int,
     count: int,
 ) -> None:
-    """Blurred polygon as the product of its blurred half-planes: round corners, no mitres."""
+    """Add a blurred polygon: the product of its blurred half-planes, which has round corners."""
     fill_line(lines, DISTANCE, first, last, ONE)
     inverse = ONE / softness
-    for k in range(edge, edge + count, 2):  # two edges at a time: half the memory traffic
+    for k in range(edge, edge + count, 2):  # two edges per pass halve the memory traffic
         other = k + 1 if k + 1 < edge + count else k
         slope_a = -edges[k, 0] * inverse
         slope_b = -edges[other, 0] * inverse
         offset_a = HALF - (edges[k, 1] * y + edges[k, 2] - edges[k, 0] * shift) * inverse
-        offset_b = (
-            HALF - (edges[other, 1] * y + edges[other, 2] - edges[other, 0] * shift) * inverse
-        )
+        offset_b = HALF - (edges[other, 1] * y + edges[other, 2] - edges[other, 0] * shift) * inverse
         if other == k:
             slope_b, offset_b = ZERO, ONE
         for j in range(first, last):
@@ -164,6 +161,7 @@ def add_polygon_shadow(
 
 @inline_njit
 def add_distance_shadow(lines: FloatArray, first: Any, last: Any, softness: Any) -> None:
+    """Add a shadow that is a smoothstep of the stored distance."""
     inverse = ONE / softness
     for j in range(first, last):
         s = clamp01(HALF - lines[DISTANCE, j] * inverse)
@@ -172,7 +170,7 @@ def add_distance_shadow(lines: FloatArray, first: Any, last: Any, softness: Any)
 
 @inline_njit
 def apply_shadow(lines: FloatArray, first: Any, last: Any, alpha: Any) -> None:
-    """Darken by the clamped sum: exact for shapes that touch, so a wall has no light seams."""
+    """Darken by the clamped sum of shadows, which is exact for touching shapes: a wall casts no light seams."""
     for j in range(first, last):
         light = ONE - alpha * min(lines[SHADOW, j], ONE)
         lines[RED, j] *= light
@@ -182,7 +180,7 @@ def apply_shadow(lines: FloatArray, first: Any, last: Any, alpha: Any) -> None:
 
 @inline_njit
 def blend_shape(lines: FloatArray, first: Any, last: Any, item: Any, y: Any) -> None:
-    """Fill with an outline inside the silhouette."""
+    """Blend a shape's fill, and the outline inside its silhouette, over the row."""
     shade = item.shade_top + item.shade_slope * (y - item.top)
     fill_red = min(item.fill[0] * shade, WHITE)
     fill_green = min(item.fill[1] * shade, WHITE)
@@ -202,7 +200,7 @@ def blend_shape(lines: FloatArray, first: Any, last: Any, item: Any, y: Any) -> 
 
 @inline_njit
 def blend_ground(lines: FloatArray, first: Any, last: Any, item: Any) -> None:
-    """Ground that darkens with depth and in metre bands, with an edge line inside its surface."""
+    """Blend a ground: it darkens with depth and in vertical stripes, and has an edge band inside its surface."""
     line_red, line_green, line_blue = item.line[0], item.line[1], item.line[2]
     top_red, top_green, top_blue = item.fill[0], item.fill[1], item.fill[2]
     step_red, step_green, step_blue = (
@@ -240,7 +238,7 @@ def find_terrain_distance(
     segment_first: NDArray[np.int64],
     reach: Any,
 ) -> None:
-    """Exact distance within `reach` of the chain; the vertical one, never smaller, elsewhere.
+    """Store the distance to the chain: exact within `reach`, elsewhere the vertical one, which is never smaller.
 
     Surfaces and segments are those of TerrainLines.
     """
@@ -260,9 +258,9 @@ def find_terrain_distance(
 def take_segment_distance(
     lines: FloatArray, first: Any, last: Any, y: Any, ax: Any, ay: Any, bx: Any, by: Any, reach: Any
 ) -> None:
-    """Shrink |distance| to the distance from segment a-b where that is within reach, keeping the sign.
+    """Shrink |distance| to the distance from segment a-b where that is within reach; the sign stays.
 
-    Farther off it would light up the box around a steep segment.
+    Beyond the reach it is left alone, or the bounding box of a steep segment would show as a light area.
     """
     dx = bx - ax
     dy = by - ay
@@ -281,9 +279,9 @@ def take_segment_distance(
 
 @inline_njit
 def store_line(lines: FloatArray, row: int, dither: FloatArray, pixels: NDArray[np.uint8]) -> None:
-    """Round with an ordered dither in (0, 1): slow gradients do not band, integers stay exact.
+    """Write the row as bytes, with ordered dithering in (0, 1): it prevents banding and keeps integers exact.
 
-    pixels: the whole image, flat: one flat index vectorises, 0.4 instead of 1.0 ns per px
+    pixels: the whole image, flattened: a single index vectorises, 0.4 instead of 1.0 ns per px
     """
     begin = np.uint64(3 * row * lines.shape[1])
     for j in range(np.uint64(0), np.uint64(lines.shape[1])):

@@ -1,4 +1,4 @@
-"""SceneRenderer: a World to uint8 pictures. Reads the simulation, never writes to it."""
+"""SceneRenderer: renders a 2D World to uint8 pictures; it reads the simulation and never writes to it."""
 
 from collections.abc import Iterable, Sequence
 
@@ -12,14 +12,7 @@ from gsenv.render.draw_list import DrawList, join
 from gsenv.render.hud import draw_hud
 from gsenv.render.joint_items import DRAWN_JOINTS, KNOWN_JOINTS, make_joint_stencil
 from gsenv.render.shape_items import enclose, find_bounds, make_stencil
-from gsenv.render.theme import (
-    AXIS_COLORS,
-    CONTACT_COLOR,
-    DEFAULT_THEME,
-    FORCE_COLOR,
-    JOINT_COLOR,
-    Theme,
-)
+from gsenv.render.theme import AXIS_COLORS, CONTACT_COLOR, DEFAULT_THEME, FORCE_COLOR, JOINT_COLOR, Theme
 from gsenv.render.world_view import (
     Frames,
     find_wheels,
@@ -32,28 +25,31 @@ from gsenv.render.world_view import (
     read_table,
     read_time,
 )
-from gsenv.solver.world import World
+from gsenv.solver.api.world import World
 
 OVERLAYS = ("contacts", "joints")
 
-# In fractions of the picture's height.
+# Fractions of the picture's height.
 PEN_RADIUS = 0.0030
 PEN_RADIUS_MIN = 0.6  # px
-ARROW_LENGTH = 0.11  # of the largest force in the picture
-AXIS_LENGTH = 0.035
+ARROW_LENGTH = 0.11  # arrow of the largest force in the picture
+AXIS_LENGTH = 0.035  # axes of a joint frame
 
 
 class SceneRenderer:
-    """Renders worlds of one model at one size.
+    """Renders the worlds of one 2D World at one picture size.
 
     world: the World to show
     width, height: px
-    camera: a Camera, a FollowCamera, or None to fit the bodies at the first picture
+    camera: a Camera, a FollowCamera, or None to fit the bodies in the first picture
     overlay: any of "contacts" (points and forces) and "joints" (anchors with their frames)
-    wheels: indices of bodies whose circles are drawn as wheels, besides circles that turn about their
-        middles on a joint
-    joints: kinds of joints that are drawn; "weld" and "target" only if asked for
-    force_scale: m per N of the force arrows; None makes the largest in each picture equally long
+    wheels: indices of bodies whose circles are drawn as wheels; a circle that rotates about its centre
+        on a joint is always drawn so
+    joints: kinds of joints that are drawn; by default all but "weld" and "target"
+    force_scale: m/N, length of the force arrows; None scales the largest force in each picture to a
+        fixed length
+
+    Raises ValueError for a size below 1 px, or an unknown overlay or joint kind.
     """
 
     def __init__(
@@ -99,7 +95,7 @@ class SceneRenderer:
         return self._canvas.height
 
     def render(self, world_index: int = 0, hud: Sequence[str] = ()) -> NDArray[np.uint8]:
-        """New (height, width, 3) RGB picture of one world; `hud` lines go to the top left."""
+        """Return a new (height, width, 3) RGB picture of one world, with the `hud` lines at the top left."""
         bodies = read_bodies(self.world, world_index)
         draw_list = self._shapes.fill(read_state(self.world, world_index, self._table, bodies))
         camera = self._aim(draw_list, bodies, world_index)

@@ -1,4 +1,4 @@
-"""Shapes to draw items: a stencil made once, filled with poses and sizes for each picture."""
+"""Convert shapes to draw items: a stencil is built once and filled with poses and sizes for each picture."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -19,13 +19,13 @@ from gsenv.render.theme import (
     TYRE_COLOR,
 )
 from gsenv.render.world_view import ShapeState, ShapeTable, rotate
-from gsenv.solver.planar.shapes import ShapeKind
+from gsenv.solver.planar.kinds import ShapeKind
 
 FloatArray = NDArray[np.float64]
 
 SPOKE_COUNT = 5
 SENSOR_ALPHA = 0.30
-STRIPE_LIGHTENING = 0.55  # of a ball's stripe, from its fill colour towards white
+STRIPE_LIGHTENING = 0.55  # blend of a ball's stripe from its fill colour (0) to white (1)
 
 _DRAW_KINDS = {
     ShapeKind.CIRCLE: DrawKind.CAPSULE,
@@ -40,7 +40,8 @@ _DRAW_KINDS = {
 class Part(NamedTuple):
     """One item of a shape; lengths are multiples of the shape's radius.
 
-    center: along the direction `angle` (rad, in the shape's frame)
+    angle: rad, a direction in the shape's frame
+    center: distance of the item's centre along that direction
     length: half length of a capsule along that direction
     """
 
@@ -55,7 +56,7 @@ class Part(NamedTuple):
 
 
 def ball_parts(color: NDArray[np.float64], turns: bool) -> list[Part]:
-    """A disc; if it turns, with a bar off its middle, so that the whole turn can be read."""
+    """Return a disc; if the circle can rotate, with an off-centre bar that shows its angle."""
     if not turns:
         return [Part(DrawKind.CAPSULE, color)]
     light = color + STRIPE_LIGHTENING * (255.0 - color)
@@ -64,7 +65,7 @@ def ball_parts(color: NDArray[np.float64], turns: bool) -> list[Part]:
 
 
 def wheel_parts() -> list[Part]:
-    """Tyre, rim, spokes and hub."""
+    """Return a tyre, a rim, spokes and a hub."""
     angles = 2.0 * np.pi * np.arange(SPOKE_COUNT) / SPOKE_COUNT
     spoke = Part(DrawKind.CAPSULE, HUB_COLOR, DrawFlag.NONE, center=0.34, length=0.26, radius=0.062)
     parts = [
@@ -77,7 +78,7 @@ def wheel_parts() -> list[Part]:
 
 
 def pick_colors(table: ShapeTable) -> FloatArray:
-    """(shape, 3) RGB: given ones (not black), else the palette in the order of moving bodies."""
+    """Return (shape, 3) RGB: the given colour unless it is black, else the palette's in the order of moving bodies."""
     moving = np.unique(table.bodies[~table.static])
     colors = PALETTE[np.searchsorted(moving, table.bodies) % len(PALETTE)].astype(np.float64)
     colors[table.static] = STATIC_COLOR
@@ -89,12 +90,12 @@ def pick_colors(table: ShapeTable) -> FloatArray:
 
 @dataclass
 class ShapeStencil:
-    """Items of all shapes of a model; `fill` moves them to where a world has them.
+    """Items of all shapes of a model; `fill` places them for one world.
 
     shape_of: (item,) source shape
     scale_by_radius: (item, 3) center, half length and radius in multiples of the shape's radius
-    turn: (item, 2) cos, sin of the part in the shape's frame
-    keeps_size: (item,) 1 where the shape's own size is the item's, 0 for parts made of its radius
+    turn: (item, 2) cos, sin of the part's direction in the shape's frame
+    keeps_size: (item,) 1 where the item has the shape's size, 0 for parts that scale with its radius
     """
 
     items: NDArray[np.void]
@@ -104,7 +105,7 @@ class ShapeStencil:
     keeps_size: FloatArray
 
     def fill(self, state: ShapeState) -> DrawList:
-        """Draw list of one world; the stencil's own items are overwritten."""
+        """Return the draw list of one world; overwrites the stencil's items."""
         items, of = self.items, self.shape_of
         rotation = rotate(state.rotation[of], self.turn)
         radius = state.radius[of]
@@ -121,7 +122,7 @@ class ShapeStencil:
 
 
 def make_stencil(table: ShapeTable, wheels: NDArray[np.bool_]) -> ShapeStencil:
-    """`wheels` (shape,) marks circles that are drawn as wheels."""
+    """Return the stencil of all shapes; `wheels` (shape,) marks circles that are drawn as wheels."""
     colors = pick_colors(table)
     parts: list[Part] = []
     shape_of: list[int] = []
@@ -143,10 +144,8 @@ def make_stencil(table: ShapeTable, wheels: NDArray[np.bool_]) -> ShapeStencil:
     )
 
 
-def make_items(
-    parts: list[Part], shape_of: NDArray[np.int64], table: ShapeTable
-) -> NDArray[np.void]:
-    """(item,) items with everything that does not depend on a world's state."""
+def make_items(parts: list[Part], shape_of: NDArray[np.int64], table: ShapeTable) -> NDArray[np.void]:
+    """Return (item,) items with all fields that do not depend on a world's state."""
     items = draw_items(len(parts))
     items["kind"] = [part.kind for part in parts]
     items["flags"] = [part.flags for part in parts]
@@ -168,7 +167,7 @@ def make_items(
 
 
 def find_bounds(draw_list: DrawList) -> Bounds:
-    """Box around all bounded items, else around the terrains; half-planes have no extent."""
+    """Return the box around all bounded items, or around the terrains if there are none; half-planes don't count."""
     low, high = item_boxes(draw_list)
     kinds = draw_list.items["kind"]
     for wanted in (kinds < DrawKind.HALF_PLANE, kinds == DrawKind.TERRAIN):
@@ -180,12 +179,12 @@ def find_bounds(draw_list: DrawList) -> Bounds:
 
 
 def enclose(a: Bounds, b: Bounds) -> Bounds:
-    """Box around both."""
+    """Return the box around two boxes."""
     return Bounds(min(a.left, b.left), min(a.bottom, b.bottom), max(a.right, b.right), max(a.top, b.top))
 
 
 def item_boxes(draw_list: DrawList) -> tuple[FloatArray, FloatArray]:
-    """Lower and upper corners (item, 2) of the items' bounding boxes in m."""
+    """Return the lower and upper corners (item, 2) in m of the items' bounding boxes."""
     items, vertices = draw_list
     turn = np.abs(items["rotation"])
     extent = np.empty((len(items), 2))

@@ -1,7 +1,7 @@
-"""A small stroke font: glyphs as pen strokes on a grid, rasterised with anti-aliasing at any size.
+"""A small stroke font: glyphs are pen strokes on a grid, rasterised with anti-aliasing at any size.
 
-A stroke is a run of points "xy" (one digit each). The baseline is y = 2, small letters end at
-y = 6, capitals at y = 8. "~" smooths a stroke into a curve, "@" into a closed one.
+A stroke is a sequence of points "xy", one digit each. The baseline is y = 2, the x-height y = 6, the
+cap height y = 8. A leading "~" smooths a stroke into an open curve, "@" into a closed one.
 """
 
 from functools import lru_cache
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 Coverage = NDArray[np.float32]
 
-CAP_HEIGHT, LINE_HEIGHT = 6.0, 11.0  # grid units; a line reaches from y = -1 to y = 10
+CAP_HEIGHT, LINE_HEIGHT = 6.0, 11.0  # grid units; a line extends from y = -1 to y = 10
 PEN_RADIUS = 0.46
 GAP = 1.7  # between glyphs
 SPACE = 2.4
@@ -56,7 +56,7 @@ UNKNOWN = "0848420208"
 
 
 def smooth(points: FloatArray, closed: bool) -> FloatArray:
-    """Cut corners until the polyline (point, 2) looks like a curve; open ends stay."""
+    """Smooth a polyline (point, 2) by repeated corner cutting; the ends of an open one stay."""
     for _ in range(SMOOTHING_ROUNDS):
         a = points if closed else points[:-1]
         b = np.roll(points, -1, axis=0) if closed else points[1:]
@@ -67,7 +67,7 @@ def smooth(points: FloatArray, closed: bool) -> FloatArray:
 
 @lru_cache(maxsize=256)
 def glyph_segments(character: str) -> FloatArray:
-    """(segment, 4) x, y of both ends in grid units."""
+    """Return the glyph's segments (segment, 4): x, y of both ends in grid units."""
     segments = []
     for stroke in GLYPHS.get(character, UNKNOWN).split():
         digits = [float(digit) for digit in stroke if digit.isdigit()]
@@ -79,7 +79,7 @@ def glyph_segments(character: str) -> FloatArray:
 
 
 def glyph_width(character: str) -> float:
-    """Grid units; digits are all equally wide, so that numbers do not jitter."""
+    """Return the glyph's width in grid units; all digits are equally wide, so that changing numbers stay in place."""
     if character in _DIGITS:
         return 4.0
     return max(float(glyph_segments(character)[:, ::2].max()), MIN_WIDTH)
@@ -87,7 +87,7 @@ def glyph_width(character: str) -> float:
 
 @lru_cache(maxsize=1024)
 def glyph_coverage(character: str, unit: float) -> Coverage:
-    """(row, column) coverage in 0..1 of a glyph with its gap; `unit` is px per grid unit."""
+    """Return the (row, column) coverage, 0 to 1, of a glyph and its gap; `unit` is px per grid unit."""
     rows = round(LINE_HEIGHT * unit)
     if character == " ":
         return np.zeros((rows, round(SPACE * unit)), np.float32)
@@ -103,7 +103,7 @@ def glyph_coverage(character: str, unit: float) -> Coverage:
 
 
 def text_coverage(text: str, unit: float, max_width: int) -> Coverage:
-    """(row, column) coverage of one line; what does not fit in `max_width` px gives way to "..."."""
+    """Return the (row, column) coverage of one line; text beyond `max_width` px is replaced by "..."."""
     tiles = [glyph_coverage(character, unit) for character in text]
     widths = np.cumsum([tile.shape[1] for tile in tiles])
     if len(tiles) and widths[-1] > max_width:

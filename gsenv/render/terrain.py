@@ -1,4 +1,4 @@
-"""Terrains in pixels: what the row kernels need to tell ground from air."""
+"""Projected terrains: the surfaces and segments from which the row kernels find the ground."""
 
 from typing import Any, NamedTuple
 
@@ -11,17 +11,17 @@ from gsenv.render.draw_list import DrawFlag, DrawKind, DrawList
 FloatArray = NDArray[np.float32]
 
 FAR = 1e9  # px
-RUNOUT = 64.0  # px beyond the picture to which the loose ends of a chain are led
+RUNOUT = 64.0  # px beyond the picture to which the ends of an open chain are extended
 
 
 class TerrainLines(NamedTuple):
-    """All terrains of a list in px.
+    """All terrains of a draw list in px.
 
     tops: (terrain,) y of the highest point of the ground
-    surfaces: (terrain, 1 or height, width) y of the surface above or below which ground is, by
-        column, or by row and column where some chain folds over itself
-    segments: (segment, 4) ax, ay, bx, by of those in sight
-    segment_first: (terrain + 1,) where the segments of each terrain begin
+    surfaces: (terrain, 1 or height, width) y of the surface: by column for a height profile, by row
+        and column if any chain is closed or overhangs
+    segments: (segment, 4) ax, ay, bx, by of segments near the picture
+    segment_first: (terrain + 1,) index of each terrain's first segment
     """
 
     tops: FloatArray
@@ -38,10 +38,8 @@ NO_TERRAIN = TerrainLines(
 )
 
 
-def project_terrains(
-    draw_list: DrawList, camera: Camera, width: int, height: int, reach: float
-) -> TerrainLines:
-    """All terrains of the list; `reach` in px is how far from the chain distances are exact."""
+def project_terrains(draw_list: DrawList, camera: Camera, width: int, height: int, reach: float) -> TerrainLines:
+    """Project all terrains of the list; distances will be exact within `reach` px of the chains."""
     items, vertices = draw_list
     terrains = items[items["kind"] == DrawKind.TERRAIN]
     if not len(terrains):
@@ -70,7 +68,7 @@ def project_terrains(
 
 
 def place_chain(item: Any, vertices: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(vertex, 2) in m, world frame."""
+    """Return the vertices (vertex, 2) in m in the world frame."""
     first = item["vertex_first"]
     chain = vertices[first : first + item["vertex_count"]]
     cos, sin = item["rotation"]
@@ -79,9 +77,9 @@ def place_chain(item: Any, vertices: NDArray[np.float64]) -> NDArray[np.float64]
 
 
 def close_chain(chain: NDArray[np.float64], height: int) -> NDArray[np.float64]:
-    """Lead both ends out of the picture: down where the chain runs to the right, else up.
+    """Extend both ends vertically out of the picture: down if the chain runs to the right, else up.
 
-    The ground is on the right hand along the chain, so walls show where it ends in sight.
+    The ground is on the right of the chain's direction, so a chain that ends in the picture shows walls.
     """
     runs_right = chain[-1, 0] >= chain[0, 0]
     out = max(chain[:, 1].max(), height) if runs_right else min(chain[:, 1].min(), 0.0)
@@ -89,12 +87,10 @@ def close_chain(chain: NDArray[np.float64], height: int) -> NDArray[np.float64]:
     return np.concatenate([[[chain[0, 0], out]], chain, [[chain[-1, 0], out]]])
 
 
-def fold_surface(
-    outline: NDArray[np.float64], width: int, height: int, reach: float
-) -> NDArray[np.float64]:
-    """(height, width) surface just above pixels inside the outline and far below the others.
+def fold_surface(outline: NDArray[np.float64], width: int, height: int, reach: float) -> NDArray[np.float64]:
+    """Return a surface (height, width) that lies `reach` above each ground pixel and far below all others.
 
-    A pixel's crossings to the left, each counted with its direction, tell on which hand it lies.
+    The signed number of crossings to a pixel's left is its winding number, which tells ground from air.
     """
     after = np.roll(outline, -1, axis=0)
     rows = np.arange(height) + 0.5
@@ -107,15 +103,13 @@ def fold_surface(
             turns[np.arange(first, last), columns] += np.sign(by - ay)
     winding = np.cumsum(turns, axis=1)[:, :width]
     area = 0.5 * np.sum(outline[:, 0] * after[:, 1] - after[:, 0] * outline[:, 1])
-    # Pixel y points down: with the ground on the right hand, a positive area encloses ground.
+    # Pixel y points down, and the ground is on the right: a positive area encloses ground.
     ground = winding != 0.0 if area > 0.0 else winding == 0.0
     return np.asarray(rows[:, None] + np.where(ground, -reach, FAR), np.float64)
 
 
-def select_segments(
-    outline: NDArray[np.float64], width: int, height: int, reach: float
-) -> FloatArray:
-    """(segment, 4) segments of the closed outline that come near the picture."""
+def select_segments(outline: NDArray[np.float64], width: int, height: int, reach: float) -> FloatArray:
+    """Return the segments (segment, 4) of the closed outline within `reach` px of the picture."""
     segments = np.concatenate([outline, np.roll(outline, -1, axis=0)], axis=1)
     low = np.minimum(segments[:, :2], segments[:, 2:])
     high = np.maximum(segments[:, :2], segments[:, 2:])

@@ -1,4 +1,4 @@
-"""Colours and proportions of the pictures; pixel sizes are fractions of the image height."""
+"""Colours and proportions of 2D pictures; lengths are fractions of the picture's height."""
 
 from typing import NamedTuple
 
@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 Rgb = tuple[float, float, float]
 
-# Bodies take these colours in turn.
+# Colours of bodies, assigned cyclically.
 PALETTE: NDArray[np.uint8] = np.array(
     [
         (238, 90, 46),  # vermilion
@@ -21,7 +21,7 @@ PALETTE: NDArray[np.uint8] = np.array(
     ],
     dtype=np.uint8,
 )
-STATIC_COLOR: Rgb = (134, 143, 154)  # shapes that belong to the world itself
+STATIC_COLOR: Rgb = (134, 143, 154)  # shapes of static bodies
 TYRE_COLOR: Rgb = (44, 47, 56)
 RIM_COLOR: Rgb = (206, 211, 218)
 HUB_COLOR: Rgb = (96, 103, 114)
@@ -46,11 +46,11 @@ INK_COLOR: Rgb = (30, 37, 56)
 PANEL_COLOR: Rgb = (252, 252, 252)
 PANEL_ALPHA = 0.62
 
-OUTLINE_DARKENING = 0.42  # outline colour over fill colour
+OUTLINE_DARKENING = 0.42  # ratio of the outline's colour to the fill's
 
 
 class Ground(NamedTuple):
-    """Colours of a ground: just below its edge, deep down, and the edge band itself."""
+    """Colours of a ground: just below its edge band, far below, and of the band itself."""
 
     top: Rgb
     deep: Rgb
@@ -62,7 +62,7 @@ MEADOW = Ground(top=(150, 128, 106), deep=(104, 88, 78), edge=(122, 165, 84))
 
 
 class Theme(NamedTuple):
-    """Everything about the look that is neither a shape nor a body."""
+    """Sky, outlines, grounds and shadows."""
 
     sky_top: Rgb = (206, 223, 240)
     sky_bottom: Rgb = (247, 243, 236)
@@ -74,7 +74,7 @@ class Theme(NamedTuple):
     shadow_alpha: float = 0.34
     shadow_offset: tuple[float, float] = (0.0095, 0.0125)  # right and down
     shadow_softness: float = 0.0270  # width of the whole penumbra
-    band_contrast: float = 0.018  # of the metre bands that make a moving ground readable
+    band_contrast: float = 0.018  # of the ground's stripes, which make the camera's motion visible
 
 
 DEFAULT_THEME = Theme()

@@ -1,7 +1,7 @@
-"""VideoWriter: frames to an MP4 or GIF file, streamed, so that memory stays flat.
+"""VideoWriter: streams frames to an MP4 or GIF file in constant memory.
 
-The file appears whole at its path when the writer is closed; until then frames go to a hidden
-file in the same folder. Leaving the `with` block early, by Ctrl-C too, keeps the frames so far.
+Frames go to a temporary file in a hidden folder beside the target, which replaces the target when the
+writer is closed. Leaving the `with` block early, also by Ctrl-C, keeps the frames written so far.
 """
 
 import os
@@ -20,9 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 SUFFIXES = (".mp4", ".gif")
-GIF_MAX_FPS = 50.0  # viewers slow down frames that are shorter than two hundredths of a second
+GIF_MAX_FPS = 50.0  # viewers show a frame for at least 0.02 s
 
-# A GIF needs all frames for its palette: they wait in a lossless file, not in memory.
+# A GIF's palette depends on all frames; they are kept in a lossless file, not in memory.
 _LOSSLESS = ("-c:v", "libx264rgb", "-qp", "0", "-preset", "ultrafast")
 _PALETTE = "palettegen=stats_mode=diff"
 _USE_PALETTE = "paletteuse=dither=bayer:bayer_scale=4:diff_mode=rectangle"
@@ -31,11 +31,11 @@ _USE_PALETTE = "paletteuse=dither=bayer:bayer_scale=4:diff_mode=rectangle"
 class VideoWriter:
     """Context manager; `write` takes (height, width, 3) uint8 frames of one size.
 
-    path: ends in .mp4 (even sizes only) or .gif; an existing file is replaced on `close`
+    path: ends in .mp4 (even sizes only) or .gif; `close` replaces an existing file
     fps: frames per second, at most 50 in a GIF
 
-    Raises ValueError for a wrong ending, rate or frame and OSError for a folder that is missing or
-    cannot be written to; nothing has been written then.
+    Raises ValueError for a wrong file name extension, rate or frame, and OSError if the folder is missing
+    or not writable; nothing has been written then.
     """
 
     def __init__(self, path: str | os.PathLike[str], fps: float) -> None:
@@ -56,7 +56,7 @@ class VideoWriter:
         self._check_frame(frame)
         self._shape = frame.shape
         if self._sink is None:
-            with _interrupts_held():
+            with _interrupts_blocked():
                 self._open(frame.shape[1], frame.shape[0])
                 self._append(frame)
         else:
@@ -64,7 +64,7 @@ class VideoWriter:
         self.frame_count += 1
 
     def close(self) -> None:
-        """Finish the file; without frames there is none. Closing twice is fine."""
+        """Finish the file; no file is made if no frame was written. A second call does nothing."""
         if self._closed:
             return
         self._closed = True
@@ -112,16 +112,11 @@ class VideoWriter:
     def _check_frame(self, frame: NDArray[np.uint8]) -> None:
         array = np.asanyarray(frame)
         if array.dtype != np.uint8 or array.ndim != 3 or array.shape[2] != 3 or not array.size:
-            raise ValueError(
-                "A frame must be a uint8 array (height, width, 3), "
-                f"got {array.dtype} {array.shape}."
-            )
+            raise ValueError(f"A frame must be a uint8 array (height, width, 3), got {array.dtype} {array.shape}.")
         if self._shape is not None and array.shape != self._shape:
             raise ValueError(f"Frames must keep their shape {self._shape}, got {array.shape}.")
         if self._suffix == ".mp4" and (array.shape[0] % 2 or array.shape[1] % 2):
-            raise ValueError(
-                f"MP4 needs even sizes, got {array.shape[1]} x {array.shape[0]} pixels."
-            )
+            raise ValueError(f"MP4 needs even sizes, got {array.shape[1]} x {array.shape[0]} pixels.")
 
     def _open(self, width: int, height: int) -> None:
         prefix = f".{self.path.stem}-"
@@ -143,7 +138,7 @@ class VideoWriter:
             self._sink = _LosslessSink(target, width, height, self.fps)
 
     def _finish(self, folder: Path) -> Path:
-        """The finished file, ready to be moved."""
+        """Encode the final file and return its path."""
         if self._suffix == ".mp4":
             return folder / "frames.mp4"
         frames, palette, result = (folder / name for name in ("frames.mkv", "p.png", "o.gif"))
@@ -153,11 +148,11 @@ class VideoWriter:
 
 
 @contextmanager
-def _interrupts_held() -> Iterator[None]:
-    """Ctrl-C waits until the block is left; the encoders started inside never hear it.
+def _interrupts_blocked() -> Iterator[None]:
+    """Block SIGINT until the block is left, also for encoders that are started inside.
 
-    Programs inherit the mask. Without it, an interrupt kills the encoder that is looked for (its
-    search runs one) or has just started, and the frames with it.
+    Child processes inherit the signal mask. Without it, Ctrl-C would kill an encoder that has just
+    started (imageio also runs one to find it), and its frames would be lost.
     """
     if not hasattr(signal, "pthread_sigmask"):
         yield
@@ -170,7 +165,7 @@ def _interrupts_held() -> Iterator[None]:
 
 
 class _LosslessSink:
-    """An ffmpeg that takes raw frames on its standard input."""
+    """An ffmpeg process that reads raw frames from its standard input."""
 
     def __init__(self, target: Path, width: int, height: int, fps: float) -> None:
         raw = ("-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", f"{fps}")
@@ -178,7 +173,7 @@ class _LosslessSink:
             _ffmpeg_command(*raw, "-i", "-", *_LOSSLESS, target),
             stdin=subprocess.PIPE,
             stderr=subprocess.PIPE,
-            start_new_session=True,  # Ctrl-C must not reach it before the last frame does
+            start_new_session=True,  # Ctrl-C in the terminal must not end it before the last frame
         )
 
     def append_data(self, frame: NDArray[np.uint8]) -> None:

@@ -1,24 +1,23 @@
-"""The only place that knows how a World stores what a picture needs."""
+"""Reads from a 2D World what its picture shows; no other 2D render module knows how a World stores it."""
 
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gsenv.solver.model import BodyKind
-from gsenv.solver.planar.joints import JointKind
-from gsenv.solver.planar.shapes import ShapeKind
-from gsenv.solver.world import World
+from gsenv.solver.api.world import World
+from gsenv.solver.planar.kinds import ShapeKind
+from gsenv.solver.records.model import BodyKind, JointKind
 
 FloatArray = NDArray[np.float64]
 
-STRUT_REACH = 1.65  # of a wheel's suspension, in wheel radii: it looks out above the wheel
-SPRING_SLIMNESS = 0.12  # half width of a spring over its length outside the bodies
-SPRING_REACH = 6.0  # of a spring whose travel has no limits, in half widths of the body
+STRUT_REACH = 1.65  # length of a wheel's drawn suspension, in wheel radii, so that it shows above the wheel
+SPRING_SLIMNESS = 0.12  # half width of a drawn spring over its length outside the bodies
+SPRING_REACH = 6.0  # drawn length of a spring without limits, in half widths of the body
 
 
 class ShapeTable(NamedTuple):
-    """What never changes; (shape,) arrays."""
+    """Constant fields of shapes; (shape,) arrays."""
 
     kinds: NDArray[np.int32]  # ShapeKind
     bodies: NDArray[np.int32]
@@ -42,17 +41,17 @@ class ShapeState(NamedTuple):
 
 
 class JointTable(NamedTuple):
-    """What never changes; (joint,) arrays."""
+    """Constant fields of joints; (joint,) arrays."""
 
     kinds: tuple[str, ...]  # "revolute", "distance", ...
     body_a: NDArray[np.int32]
     body_b: NDArray[np.int32]
     fixed: NDArray[np.bool_]  # body a is static
     sprung: NDArray[np.bool_]  # has a spring
-    rigid: NDArray[np.bool_]  # distances: a rod
-    size: FloatArray  # m, length scale of the drawing: half width of the slimmer moving body; inf: none
-    span: FloatArray  # m, farthest point of body b from its anchor
-    mount: FloatArray  # m along the axis, where the spring of a travel is fixed to body a
+    rigid: NDArray[np.bool_]  # a distance joint is a rod
+    size: FloatArray  # m, length scale of the drawing: half width of the slimmer moving body; inf if neither moves
+    span: FloatArray  # m, distance of body b's farthest point from its anchor
+    mount: FloatArray  # m along the axis, end on body a of a spring along the axis
 
 
 class JointState(NamedTuple):
@@ -60,23 +59,23 @@ class JointState(NamedTuple):
 
     anchor_a: FloatArray  # (joint, 2) m
     anchor_b: FloatArray  # (joint, 2) m
-    axis: FloatArray  # (joint, 2) unit; kinds with a travel
-    lower: FloatArray  # (joint,) m, of the travel along the axis or of the distance; -inf: none
-    upper: FloatArray  # (joint,) m; inf: none
-    goal: FloatArray  # (joint, 2) m; targets
-    down: FloatArray  # (2,) unit, where ropes hang
-    enabled: NDArray[np.bool_]  # (joint,); with both bodies
+    axis: FloatArray  # (joint, 2) unit; joints that slide along an axis
+    lower: FloatArray  # (joint,) m, lower limit of the translation or distance; -inf: none
+    upper: FloatArray  # (joint,) m, upper limit; inf: none
+    goal: FloatArray  # (joint, 2) m; position of a target joint's target
+    down: FloatArray  # (2,) unit, direction of gravity
+    enabled: NDArray[np.bool_]  # (joint,); the joint and both bodies are enabled
 
 
 class Frames(NamedTuple):
-    """Points with directions, e.g. joints."""
+    """Coordinate frames in the world."""
 
     position: FloatArray  # (frame, 2) m
     rotation: FloatArray  # (frame, 2) cos, sin
 
 
 def rotate(rotation: FloatArray, vectors: FloatArray) -> FloatArray:
-    """(..., 2) vectors turned by (..., 2) (cos, sin): a complex product is the fastest way."""
+    """Rotate (..., 2) vectors by (..., 2) (cos, sin); a complex product is the fastest way."""
     a = np.ascontiguousarray(rotation, np.float64).view(np.complex128)
     b = np.ascontiguousarray(vectors, np.float64).view(np.complex128)
     turned: FloatArray = (a * b).view(np.float64)
@@ -84,6 +83,7 @@ def rotate(rotation: FloatArray, vectors: FloatArray) -> FloatArray:
 
 
 def read_table(world: World) -> ShapeTable:
+    """Return the constant fields of all shapes."""
     shapes = world.model.shapes
     static = world.model.bodies["kind"] == BodyKind.STATIC
     kinds, first, count = shapes["kind"], shapes["vertex_first"], shapes["vertex_count"]
@@ -103,7 +103,7 @@ def read_table(world: World) -> ShapeTable:
 
 
 def read_bodies(world: World, index: int) -> Frames:
-    """Body frames (body,) of one world."""
+    """Return the body frames (body,) of one world."""
     states = world.state.bodies[index]
     rotation = states["rotation"]
     center = rotate(rotation, world.parameters.bodies[index]["center"])
@@ -111,6 +111,7 @@ def read_bodies(world: World, index: int) -> Frames:
 
 
 def read_state(world: World, index: int, table: ShapeTable, bodies: Frames) -> ShapeState:
+    """Return the poses and sizes of one world's shapes."""
     parameters = world.parameters
     shapes = parameters.shapes[index]
     rotation = bodies.rotation[table.bodies]
@@ -127,18 +128,19 @@ def read_state(world: World, index: int, table: ShapeTable, bodies: Frames) -> S
 
 
 def read_time(world: World, index: int) -> float:
-    """s since the last reset."""
+    """Return the time in s since the last reset."""
     return float(world.time[index])
 
 
 def read_contacts(world: World, index: int) -> tuple[FloatArray, FloatArray]:
-    """Points (contact, 2) in m and mean forces (contact, 2) in N of touching contacts."""
+    """Return points (contact, 2) in m and mean forces (contact, 2) in N of the touching contacts."""
     contacts: Any = world.contacts(index)
     touching = contacts.touching & ~contacts.sensor
     return contacts.point[touching], contacts.force_vector(world.timestep)[touching]
 
 
 def read_joint_table(world: World) -> JointTable:
+    """Return the constant fields of all joints."""
     model = world.model
     joints, nominal = model.joints, model.nominal_joints
     sprung = (nominal["frequency"] > 0.0) | (nominal["stiffness"] > 0.0)
@@ -158,10 +160,10 @@ def read_joint_table(world: World) -> JointTable:
 
 
 def find_sizes(world: World, springs: NDArray[np.bool_]) -> FloatArray:
-    """(joint,) m, length scale of a joint's drawing; inf where nothing limits it.
+    """Return (joint,) m, the length scale of each joint's drawing; inf where nothing limits it.
 
-    The half width of the slimmer moving body. Springs between bodies are also slim for their length
-    outside the bodies, the more so where many meet: a net of them is to look like a net.
+    It is the half width of the slimmer moving body. For springs it is also bounded by their length
+    outside the bodies, and more tightly where many meet at a body, so that a net of springs stays readable.
     """
     model = world.model
     bodies = np.stack([model.joints["body_a"], model.joints["body_b"]])
@@ -179,7 +181,7 @@ def find_sizes(world: World, springs: NDArray[np.bool_]) -> FloatArray:
 
 
 def find_mounts(world: World, size: FloatArray) -> FloatArray:
-    """(joint,) m along the axis: struts end above their wheel, other springs where the travel does."""
+    """Return (joint,) m along the axis: struts end above their wheel, other springs at the limit of translation."""
     model = world.model
     joints, nominal = model.joints, model.nominal_joints
     radius = np.zeros(len(model.bodies))
@@ -193,7 +195,7 @@ def find_mounts(world: World, size: FloatArray) -> FloatArray:
 
 
 def find_wheels(world: World) -> NDArray[np.bool_]:
-    """(shape,) circles that turn about their middles on wheel or revolute joints."""
+    """Return (shape,) bool: circles that rotate about their centres on wheel or revolute joints."""
     shapes, nominal = world.model.shapes, world.model.nominal_shapes
     wheels = np.zeros(len(shapes), bool)
     for joint, parameters in zip(world.model.joints, world.model.nominal_joints, strict=True):
@@ -204,13 +206,14 @@ def find_wheels(world: World) -> NDArray[np.bool_]:
 
 
 def read_joints(world: World, index: int, table: JointTable, bodies: Frames) -> JointState:
+    """Return anchors, axes and limits of one world's joints."""
     parameters = world.parameters.joints[index]
     present = world.parameters.bodies[index]["enabled"] != 0
     rotation_a = bodies.rotation[table.body_a]
     anchor_a = rotate(rotation_a, parameters["anchor_a"])
     anchor_b = rotate(bodies.rotation[table.body_b], parameters["anchor_b"])
     gravity = world.parameters.worlds[index]["gravity"]
-    pull = np.hypot(*gravity)
+    gravity_norm = np.hypot(*gravity)
     return JointState(
         anchor_a=bodies.position[table.body_a] + anchor_a,
         anchor_b=bodies.position[table.body_b] + anchor_b,
@@ -218,13 +221,13 @@ def read_joints(world: World, index: int, table: JointTable, bodies: Frames) -> 
         lower=parameters["lower"],
         upper=parameters["upper"],
         goal=world.state.joints[index]["target_position"],
-        down=gravity / pull if pull > 0.0 else np.array([0.0, -1.0]),
+        down=gravity / gravity_norm if gravity_norm > 0.0 else np.array([0.0, -1.0]),
         enabled=(parameters["enabled"] != 0) & present[table.body_a] & present[table.body_b],
     )
 
 
 def read_joint_frames(world: World, index: int, bodies: Frames) -> Frames:
-    """Frames (joint,) at the anchors on body b."""
+    """Return the frames (joint,) at the anchors on body b of enabled joints."""
     joints = world.model.joints
     enabled = world.parameters.joints[index]["enabled"] != 0
     of_joint = joints["body_b"][enabled]

@@ -1,4 +1,4 @@
-"""Chains, a rope and a bridge."""
+"""Chains, a rope and a plank bridge."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from gsenv.solver import Box, Circle, Scene
+from gsenv.solver import Scene
+from gsenv.solver.planar import Box, Circle
 
 from .links import Point, add_links, direction, straight
 from .palette import AMBER, COOL, HEMP, SAGE, WARM, WOOD
@@ -16,31 +17,34 @@ Array = NDArray[np.float64]
 
 
 def chain(count: int = 20, link: float = 0.25, degrees: float = 30.0, last_mass: float = 1.0) -> Scene:
-    """``count`` uniform rods of ``link`` m and 1 kg, the last of ``last_mass`` kg, hung from the origin and released
-    in one straight line ``degrees`` from hanging."""
+    """Build a chain that hangs from the origin and is released straight, ``degrees`` from the vertical.
+
+    It has ``count`` uniform rods of length ``link`` m and mass 1 kg; the last one has ``last_mass`` kg.
+    """
     scene = Scene()
     scene.add_body("hook", kind="static")
     points = straight((0.0, 0.0), degrees, link, count)
     masses = [1.0] * (count - 1) + [last_mass]
-    half_widths = [0.2 * link * mass**0.25 for mass in masses]  # a heavy link looks heavy
+    half_widths = [0.2 * link * mass**0.25 for mass in masses]  # heavier links are drawn thicker
     add_links(scene, points, half_widths, start="hook", masses=masses)
     return scene
 
 
 def heavy_chain(ratio: float = 100.0) -> Scene:
-    """A chain of 20 links whose last one has ``ratio`` times the mass of each other, released at 30 degrees."""
+    """Build a chain of 20 links, released at 30 degrees, whose last link is ``ratio`` times as heavy as the others."""
     return chain(last_mass=ratio)
 
 
 def hanging_mode(count: int) -> tuple[float, Array]:
-    """The slowest small swing of a hanging chain of equal uniform rods.
+    """Return the slowest normal mode of small oscillations of a hanging chain of equal uniform rods.
 
-    With angles t of the rods, c_ik = 1 for rods k above i and 1/2 for k = i, the energies of rods of unit
-    mass and length are t' M t' / 2 with M = c^T c + 1/12 and g t K t / 2 with K the diagonal of c's column sums.
+    Let t be the rods' angles, and c_ik = 1 for rods k above i and 1/2 for k = i. For rods of unit mass and
+    length, the kinetic energy is t' M t' / 2 with M = c^T c + 1/12, and the potential energy g t K t / 2 with K
+    the diagonal matrix of c's column sums.
 
     Returns:
-        Angular frequency over sqrt(g / length of the chain), and the rods' angles (count,) from the top, the
-        lowest 1.
+        Angular frequency over sqrt(g / length of the chain), and the rods' angles (count,) from the top, scaled
+        so that the lowest is 1.
     """
     arms = np.tril(np.ones((count, count)), -1) + 0.5 * np.eye(count)
     inertia = arms.T @ arms + np.eye(count) / 12.0
@@ -51,8 +55,11 @@ def hanging_mode(count: int) -> tuple[float, Array]:
 
 
 def hanging_chain(count: int = 10, length: float = 1.0, degrees: float = 0.5) -> Scene:
-    """A chain of ``count`` equal uniform rods, ``length`` m in all, released at rest in the shape of its slowest
-    swing, the lowest rod ``degrees`` from hanging. Its closed form holds for small angles."""
+    """Build a hanging chain of ``count`` equal rods, ``length`` m long in total, in its slowest normal mode.
+
+    It is released at rest with the lowest rod ``degrees`` from the vertical. The closed form of its motion holds
+    for small angles.
+    """
     scene = Scene()
     scene.add_body("hook", kind="static")
     link = length / count
@@ -65,8 +72,10 @@ def hanging_chain(count: int = 10, length: float = 1.0, degrees: float = 0.5) ->
 
 
 def rope(count: int = 36, link: float = 0.2, radius: float = 1.0, offset: float = 0.4) -> Scene:
-    """A rope of ``count`` links of ``link`` m that falls onto a fixed drum of ``radius`` m, its middle ``offset`` m
-    to the right of it, and drapes."""
+    """Build a rope that falls onto a static drum of ``radius`` m and drapes over it.
+
+    It has ``count`` links of ``link`` m; its midpoint starts ``offset`` m to the right of the drum's centre.
+    """
     scene = Scene()
     drum = Circle(radius=radius, friction=0.8)
     scene.add_body("drum", kind="static", shapes=[drum])
@@ -77,8 +86,10 @@ def rope(count: int = 36, link: float = 0.2, radius: float = 1.0, offset: float 
 
 
 def plank_bridge(count: int = 14, span: float = 8.4, slack: float = 0.03, loads: int = 4) -> Scene:
-    """``count`` planks hinged into a bridge of ``span`` m between two cliffs, longer than that by the part
-    ``slack``, and ``loads`` boxes of .8 m that fall onto it."""
+    """Build a bridge of ``count`` hinged planks between two cliffs, and ``loads`` boxes of 0.8 m that fall onto it.
+
+    The cliffs are ``span`` m apart; the bridge is (1 + ``slack``) times as long.
+    """
     scene = Scene()
     half = 0.5 * span
     for side, x in (("left", -half - 4.0), ("right", half + 4.0)):
@@ -105,9 +116,12 @@ def plank_bridge(count: int = 14, span: float = 8.4, slack: float = 0.03, loads:
 
 
 def _sagging(count: int, span: float, slack: float) -> list[Point]:
-    """Ends of ``count`` equal links, (1 + slack) span long in all, that lie on an arc through (-span/2, 0) and
-    (span/2, 0)."""
-    # half the angle of the arc: chords of count equal parts are count sin(a/count) long, the span is sin(a)
+    """Return the ends of ``count`` equal links on a circular arc through (-span/2, 0) and (span/2, 0).
+
+    The links are (1 + slack) span long in total.
+    """
+    # bisection for a, half the arc's angle: on a unit circle the links' total length is 2 count sin(a/count), and
+    # the span 2 sin(a)
     low, high = 1e-9, math.pi
     for _ in range(60):
         a = 0.5 * (low + high)

@@ -1,16 +1,18 @@
-"""Free motion and bounces."""
+"""Free flight and bouncing."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from gsenv.solver import Box, Circle, HalfPlane, Scene
+from gsenv.solver import Scene
+from gsenv.solver.planar import Box, Circle, HalfPlane
 
 
-def projectile(
-    velocity: tuple[float, float] = (5.0, 7.0), spin: float = 3.0, gravity: float = 9.81
-) -> Scene:
-    """A spinning box in free flight; nothing to hit."""
+def projectile(velocity: tuple[float, float] = (5.0, 7.0), spin: float = 3.0, gravity: float = 9.81) -> Scene:
+    """Build a spinning box in free flight, with nothing to hit.
+
+    velocity: m/s; spin: rad/s; gravity: m/s^2
+    """
     scene = Scene(gravity=(0.0, -gravity))
     scene.add_body(
         "box",
@@ -27,7 +29,7 @@ def bouncing_balls(
     height: float = 1.0,
     radius: float = 0.1,
 ) -> Scene:
-    """Balls dropped side by side, their lowest points ``height`` m above the ground."""
+    """Build balls that are dropped side by side, with their lowest points ``height`` m above the ground."""
     scene = Scene()
     scene.add_body("ground", kind="static", shapes=[HalfPlane()])
     for k, restitution in enumerate(restitutions):

@@ -1,4 +1,4 @@
-"""Things that fall over and into heaps."""
+"""Heaps of falling boxes, and dominoes."""
 
 from __future__ import annotations
 
@@ -6,20 +6,21 @@ import math
 
 import numpy as np
 
-from gsenv.solver import Box, Scene
+from gsenv.solver import Scene
+from gsenv.solver.planar import Box
 
 from .stacks import ground
 
 
 def cube_drop(count: int = 50, seed: int = 1) -> Scene:
-    """``count`` boxes with sides of .3 to .8 m, sizes and angles drawn with ``seed``, fall into a bin."""
+    """Build ``count`` boxes that fall into a bin; sides of 0.3 to 0.8 m and angles are random, drawn with ``seed``."""
     rng = np.random.default_rng(seed)
     scene = Scene()
     ground(scene)
     for side, x in (("left", -3.2), ("right", 3.2)):
         wall = Box(half_extents=(0.2, 2.0), friction=0.3)
         scene.add_body(f"wall_{side}", kind="static", shapes=[wall], position=(x, 2.0))
-    columns, pitch = 5, 1.15  # no two boxes touch, whatever their angles
+    columns, pitch = 5, 1.15  # far enough apart that no two boxes touch at any angle
     for k in range(count):
         half = 0.5 * rng.uniform(0.3, 0.8, 2)
         row, column = divmod(k, columns)
@@ -31,11 +32,13 @@ def cube_drop(count: int = 50, seed: int = 1) -> Scene:
 
 
 def dominoes(count: int = 16, height: float = 0.5, growth: float = 1.1, lean: float = 14.0) -> Scene:
-    """``count`` dominoes, the first one of ``height`` m, each next one larger by ``growth``; the first one leans
-    ``lean`` degrees, on its lower right corner."""
+    """Build a row of ``count`` dominoes; the first is ``height`` m high, and each next one is ``growth`` times larger.
+
+    The first one leans by ``lean`` degrees on its lower right corner, so that it falls.
+    """
     scene = Scene()
     ground(scene)
-    edge = 0.0  # m, where the next one's lower right corner is
+    edge = 0.0  # m, x of the next domino's lower right corner
     for k in range(count):
         size = height * growth**k
         half_width, half_height = 0.065 * size, 0.5 * size

@@ -1,4 +1,4 @@
-"""Rows of links that hinges join: what chains, ropes and bridges are made of."""
+"""Rows of links joined by hinges, of which chains, ropes and bridges are made."""
 
 from __future__ import annotations
 
@@ -8,24 +8,25 @@ from itertools import pairwise
 
 import numpy as np
 
-from gsenv.solver import Capsule, Scene
+from gsenv.solver import Scene
+from gsenv.solver.planar import Capsule, Revolute
 
 from .palette import IRON, Rgb
 
 Point = tuple[float, float]
 
-LINK = 2  # category of the links: those of one row pass through each other
+LINK = 2  # collision category of links, which do not collide with each other
 NOT_LINKS = ~LINK
 
 
 def direction(degrees: float) -> Point:
-    """Unit vector ``degrees`` from straight down, counter-clockwise."""
+    """Return the unit vector ``degrees`` counter-clockwise from straight down."""
     angle = math.radians(degrees)
     return math.sin(angle), -math.cos(angle)
 
 
 def straight(start: Point, degrees: float, length: float, count: int) -> list[Point]:
-    """``count`` + 1 points ``length`` m apart, from ``start`` on in the ``direction`` of ``degrees``."""
+    """Return ``count`` + 1 points ``length`` m apart, from ``start`` on in the ``direction`` of ``degrees``."""
     x, y = direction(degrees)
     return [(start[0] + k * length * x, start[1] + k * length * y) for k in range(count + 1)]
 
@@ -44,16 +45,18 @@ def add_links(
     drag: float = 0.0,
     colors: Sequence[Rgb] = IRON,
 ) -> list[str]:
-    """Links ``name``_0 ... from each point to the next, joined by hinges at the points.
+    """Add links ``name``_0, ``name``_1, ... from each point to the next, joined by hinges at the points.
 
     Args:
         points: m, (link + 1, 2).
-        half_width: m, of the round-ended links, or one for each.
-        start, end: bodies that hold the first and the last point.
-        masses: kg, of uniform thin rods; None takes masses and inertias from shape and density.
+        half_width: m, half width of the capsules: one number, or one for each link.
+        start, end: bodies to which the first and the last point are hinged; None leaves that end free.
+        masses: kg, one for each link, with the inertia of a uniform thin rod; None takes masses and inertias from
+            shape and density.
         density: kg/m^2.
-        damping: N m s/rad, of the hinges between links; drag: 1/s, of the links in the air.
-        colors: of the links in turn.
+        damping: N m s/rad, of the hinges between links.
+        drag: 1/s, linear damping of the links.
+        colors: colours of the links, used cyclically.
 
     Returns:
         The links' names.
@@ -86,5 +89,5 @@ def add_links(
     for k, ((before, after), point) in enumerate(zip(joined, points, strict=True)):
         if before is not None and after is not None:
             between = damping if 0 < k < count else 0.0
-            scene.add_joint(f"{name}_hinge_{k}", "revolute", before, after, anchor=point, damping=between)
+            scene.add_joint(f"{name}_hinge_{k}", Revolute(before, after, anchor=point, damping=between))
     return names

@@ -1,11 +1,12 @@
-"""Things with motors, gears and limits, and one that knocks a wall down."""
+"""Machines: a motor, gears, and a wrecking ball."""
 
 from __future__ import annotations
 
 import math
 from itertools import pairwise
 
-from gsenv.solver import Box, Capsule, Circle, Scene
+from gsenv.solver import Scene
+from gsenv.solver.planar import Box, Capsule, Circle, Gear, Revolute
 
 from .links import LINK, NOT_LINKS, Point, add_links, straight
 from .palette import BRICK, COOL, GRAPHITE, WARM
@@ -19,26 +20,32 @@ def motor_rig(
     limits: tuple[float, float] | None = None,
     inertia: float = 0.5,
 ) -> Scene:
-    """A balanced rotor of ``inertia`` kg m^2 on a hinge, turning at ``spin`` rad/s, with a motor for ``motor_speed``
-    rad/s of at most ``motor_effort`` N m (0: none), between ``limits`` in rad."""
+    """Build a balanced rotor of ``inertia`` kg m^2 on a hinge with a motor; it starts at ``spin`` rad/s.
+
+    The motor drives it to ``motor_speed`` rad/s with a torque of at most ``motor_effort`` N m (0: no motor);
+    ``limits`` bound its angle, in rad.
+    """
     scene = Scene()
     scene.add_body("stand", kind="static")
     scene.add_body("rotor", shapes=[Box(half_extents=(0.5, 0.08))], mass=2.0, inertia=inertia, angular_velocity=spin)
     scene.add_joint(
         "hinge",
-        "revolute",
-        "stand",
-        "rotor",
-        limits=limits,
-        motor_speed=motor_speed if motor_effort > 0.0 else 0.0,
-        motor_effort=motor_effort,
+        Revolute(
+            "stand",
+            "rotor",
+            limits=limits,
+            motor_speed=motor_speed if motor_effort > 0.0 else 0.0,
+            motor_effort=motor_effort,
+        ),
     )
     return scene
 
 
 def mixer(balls: int = 96, speed: float = -2.0) -> Scene:
-    """Two paddle wheels in a tub of balls; a motor turns the left one at ``speed`` rad/s, a gear makes the right
-    one turn the other way as fast."""
+    """Build a tub of balls with two paddle wheels that rotate in opposite directions at the same speed.
+
+    A motor drives the left wheel at ``speed`` rad/s, and a gear couples the right one to it.
+    """
     scene = Scene()
     reach, thickness, apart, height = 1.1, 0.07, 1.1, 1.5
     scene.add_body("tub", kind="static", shapes=_tub(apart, height, reach + 0.37, 2.4))
@@ -48,9 +55,9 @@ def mixer(balls: int = 96, speed: float = -2.0) -> Scene:
             for k in range(2)
         ]
         scene.add_body(f"paddle_{name}", shapes=arms, position=(x, height), color=GRAPHITE)
-    scene.add_joint("motor", "revolute", "tub", "paddle_left", motor_speed=speed, motor_effort=200.0)
-    scene.add_joint("axle", "revolute", "tub", "paddle_right")
-    scene.add_joint("gear", "gear", joint_a="motor", joint_b="axle")
+    scene.add_joint("motor", Revolute("tub", "paddle_left", motor_speed=speed, motor_effort=200.0))
+    scene.add_joint("axle", Revolute("tub", "paddle_right"))
+    scene.add_joint("gear", Gear("motor", "axle"))
     columns, radius = 16, 0.12
     for k in range(balls):
         row, column = divmod(k, columns)
@@ -62,10 +69,10 @@ def mixer(balls: int = 96, speed: float = -2.0) -> Scene:
 
 
 def _tub(apart: float, height: float, radius: float, rim: float) -> list[Capsule]:
-    """Two round troughs of ``radius`` m about (-apart, height) and (apart, height), with walls ``rim`` m higher."""
+    """Return two round troughs of ``radius`` m about (-apart, height) and (apart, height), with walls of ``rim`` m."""
     thickness = 0.08
     outer = radius + thickness
-    cusp = math.pi - math.acos(apart / outer)  # from the wall down to where the troughs meet
+    cusp = math.pi - math.acos(apart / outer)  # rad, from the wall down to the cusp between the troughs
     angles = [math.pi + cusp * k / 14 for k in range(15)]
     left = [(outer * math.cos(t) - apart, outer * math.sin(t) + height) for t in angles]
     left = [(-apart - outer, height + rim), *left]
@@ -74,7 +81,7 @@ def _tub(apart: float, height: float, radius: float, rim: float) -> list[Capsule
 
 
 def _bar(a: Point, b: Point, radius: float) -> Capsule:
-    """A capsule from a to b."""
+    """Return a capsule from a to b."""
     (ax, ay), (bx, by) = a, b
     middle = (0.5 * (ax + bx), 0.5 * (ay + by))
     half_length = 0.5 * math.hypot(bx - ax, by - ay)
@@ -84,7 +91,7 @@ def _bar(a: Point, b: Point, radius: float) -> Capsule:
 
 
 def wrecking_ball(rows: int = 12, columns: int = 4, degrees: float = 70.0) -> Scene:
-    """A ball of .6 m radius on a chain, released at rest ``degrees`` to the left, swings into a wall of bricks."""
+    """Build a ball of 0.6 m radius on a chain, released at rest ``degrees`` to the left, that swings into a wall."""
     scene = Scene()
     ground(scene, friction=0.6)
     hook, link, links = (0.0, 7.0), 0.5, 9
@@ -95,7 +102,7 @@ def wrecking_ball(rows: int = 12, columns: int = 4, degrees: float = 70.0) -> Sc
     middle = straight(points[-1], -degrees, radius, 1)[1]
     ball = Circle(radius=radius, density=8.0, category=LINK, mask=NOT_LINKS)
     scene.add_body("ball", shapes=[ball], position=middle, color=GRAPHITE)
-    scene.add_joint("shackle", "revolute", chain[-1], "ball", anchor=points[-1])
+    scene.add_joint("shackle", Revolute(chain[-1], "ball", anchor=points[-1]))
     half_width, half_height = 0.4, 0.2
     for row in range(rows):
         for column in range(columns):
@@ -108,7 +115,7 @@ def wrecking_ball(rows: int = 12, columns: int = 4, degrees: float = 70.0) -> Sc
 
 
 def _crane(hook: Point) -> list[Box]:
-    """A mast and a jib for the eye; nothing touches them."""
+    """Return a mast and a jib, which are only drawn and collide with nothing."""
     x, y = hook
     mast = Box(half_extents=(0.25, 0.5 * y + 0.4), position=(x - 7.0, 0.5 * y + 0.4), mask=0)
     jib = Box(half_extents=(3.9, 0.15), position=(x - 3.5, y + 0.15), mask=0)

@@ -1,4 +1,4 @@
-"""Colours of what scenes are made of, RGB; bodies without one take the renderer's own in turn."""
+"""RGB colours of bodies in scenes; bodies without a colour get the renderer's palette."""
 
 from __future__ import annotations
 

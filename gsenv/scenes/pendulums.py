@@ -1,31 +1,37 @@
-"""Things that swing from hinges: one, two, and five that touch."""
+"""Pendulums, a double pendulum and Newton's cradle."""
 
 from __future__ import annotations
 
 import math
 
-from gsenv.solver import Box, Capsule, Circle, Scene
+from gsenv.solver import Scene
+from gsenv.solver.planar import Box, Capsule, Circle, Distance, Revolute
 
 from .links import add_links, direction, straight
 from .palette import AMBER, GRAPHITE, STEEL, WARM
 
 
 def pendulum(degrees: float = 120.0, length: float = 1.0, point: bool = False) -> Scene:
-    """1 kg on a hinge at the origin, at rest ``degrees`` from hanging: a uniform rod of ``length`` m, or a point
-    mass on a massless rod of that length."""
+    """Build a pendulum of 1 kg on a hinge at the origin, at rest ``degrees`` from the vertical.
+
+    It is a uniform rod of ``length`` m or, with ``point``, a point mass on a massless rod of that length.
+    """
     scene = Scene()
     scene.add_body("pivot", kind="static")
     points = straight((0.0, 0.0), degrees, length, 1)
     if point:
         scene.add_body("bob", shapes=[Circle(radius=0.1 * length)], position=points[1], mass=1.0)
-        scene.add_joint("hinge", "distance", "pivot", "bob", anchor_a=(0.0, 0.0), anchor_b=(0.0, 0.0))
+        scene.add_joint("hinge", Distance("pivot", "bob", anchor_a=(0.0, 0.0), anchor_b=(0.0, 0.0)))
     else:
         add_links(scene, points, 0.04 * length, start="pivot", masses=[1.0], colors=[WARM])
     return scene
 
 
 def double_pendulum(degrees: float = 90.0, length: float = 1.0) -> Scene:
-    """Two uniform rods of ``length`` m and 1 kg in one line, at rest ``degrees`` from hanging."""
+    """Build a double pendulum of two uniform rods of ``length`` m and 1 kg, straight and at rest.
+
+    It starts ``degrees`` from the vertical.
+    """
     scene = Scene()
     scene.add_body("pivot", kind="static")
     points = straight((0.0, 0.0), degrees, length, 2)
@@ -42,8 +48,11 @@ def cradle(
     length: float = 1.0,
     arms: bool = False,
 ) -> Scene:
-    """``count`` touching balls without friction, each on a hinge ``length`` m above its middle; the ``raised``
-    leftmost ones start ``degrees`` to the left, at rest. ``arms`` draws what holds them: no mass, touches nothing."""
+    """Build Newton's cradle: ``count`` touching frictionless balls, each on a hinge ``length`` m above its centre.
+
+    The ``raised`` leftmost balls start at rest, ``degrees`` to the left. ``arms`` draws the arms that hold the balls,
+    which have no mass and collide with nothing.
+    """
     scene = Scene()
     beam = Capsule(half_length=radius * (count + 1), radius=0.4 * radius, mask=0)
     scene.add_body("frame", kind="static", shapes=[beam], position=(0.0, length), color=GRAPHITE)
@@ -62,5 +71,5 @@ def cradle(
             color=STEEL,
         )
         anchor_a, anchor_b = (hinge, 0.0), (0.0, length)
-        scene.add_joint(f"hinge_{k}", "revolute", "frame", f"ball_{k}", anchor_a=anchor_a, anchor_b=anchor_b)
+        scene.add_joint(f"hinge_{k}", Revolute("frame", f"ball_{k}", anchor_a=anchor_a, anchor_b=anchor_b))
     return scene

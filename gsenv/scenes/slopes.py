@@ -1,4 +1,4 @@
-"""Sliding and rolling, on planes and on terrain."""
+"""Sliding and rolling on inclined planes and on terrain."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ import math
 
 import numpy as np
 
-from gsenv.solver import Box, Circle, HalfPlane, Scene, Terrain
+from gsenv.solver import Scene
+from gsenv.solver.planar import Box, Circle, HalfPlane, Terrain
 
 
 def box_on_incline(
@@ -14,7 +15,7 @@ def box_on_incline(
     friction: float = 0.5,
     half_extents: tuple[float, float] = (0.25, 0.1),
 ) -> Scene:
-    """A box lying on a plane that falls to the right by ``degrees``."""
+    """Build a box at rest on a plane that slopes down to the right by ``degrees``."""
     alpha = math.radians(degrees)
     scene = Scene()
     normal = (math.sin(alpha), math.cos(alpha))
@@ -30,7 +31,7 @@ def box_on_incline(
 
 
 def disk_on_incline(degrees: float = 20.0, radius: float = 0.5, friction: float = 0.5) -> Scene:
-    """A disk at rest on a plane that falls to the right by ``degrees``."""
+    """Build a disk at rest on a plane that slopes down to the right by ``degrees``."""
     alpha = math.radians(degrees)
     scene = Scene()
     normal = (math.sin(alpha), math.cos(alpha))
@@ -44,7 +45,7 @@ def disk_on_incline(degrees: float = 20.0, radius: float = 0.5, friction: float 
 
 
 def sliding_disk(speed: float = 3.0, friction: float = 0.3, radius: float = 0.5) -> Scene:
-    """A disk that slides without spin on level ground; friction makes it roll."""
+    """Build a disk that slides without rotation on level ground, until friction makes it roll."""
     scene = Scene()
     scene.add_body("ground", kind="static", shapes=[HalfPlane(friction=friction)])
     scene.add_body(
@@ -57,7 +58,7 @@ def sliding_disk(speed: float = 3.0, friction: float = 0.3, radius: float = 0.5)
 
 
 def terrain_slide(length: float = 24.0) -> Scene:
-    """A ball and boxes on rolling hills."""
+    """Build hills of ``length`` m with a ball and boxes that move down them."""
     x = np.linspace(0.0, length, 97)
     y = 1.2 * np.cos(2.0 * np.pi * x / 8.0) + 3.0 * (1.0 - x / length) ** 2
     scene = Scene()

@@ -1,4 +1,4 @@
-"""What a scene says of how to film it."""
+"""SceneSpec: how a named scene is built and recorded."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ class SceneSpec:
     """A scene that can be recorded.
 
     Attributes:
-        build: makes the Scene.
+        build: returns the Scene.
         summary: one line for lists.
-        duration: s worth watching.
-        view: m, (left, bottom, right, top) that the camera shows; None: what is there at the start.
-        follow: body that the camera follows instead.
-        camera: m, of spatial scenes: (eye, target), where the camera is and what it looks at.
+        duration: s, length of a recording.
+        view: m, (left, bottom, right, top) that a 2D camera shows; None fits the bodies in the first picture.
+        follow: name of a body that a 2D camera follows instead.
+        camera: m, (eye, target) of the camera in a 3D scene.
     """
 
     build: Callable[[], Scene]
@@ -32,5 +32,5 @@ class SceneSpec:
 
     @property
     def dim(self) -> int:
-        """2, or 3 where there is an eye."""
+        """Dimension of the scene: 3 if it has a `camera`, else 2."""
         return 2 if self.camera is None else 3

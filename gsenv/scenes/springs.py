@@ -1,10 +1,11 @@
-"""Masses on springs: one with a closed form, and a block of them."""
+"""Masses on springs: a single one, which has a closed-form solution, and a soft block."""
 
 from __future__ import annotations
 
 from itertools import product
 
-from gsenv.solver import Circle, Scene
+from gsenv.solver import Scene
+from gsenv.solver.planar import Circle, Distance
 
 from .palette import AMBER, WARM
 from .stacks import ground
@@ -17,21 +18,25 @@ def spring_mass(
     gravity: float = 9.81,
     length: float = 1.0,
 ) -> Scene:
-    """1 kg hung from the origin on a spring of ``frequency`` Hz and relaxed ``length`` m, released at rest
-    ``stretch`` m below its relaxed place. It hangs still g / (2 pi frequency)^2 below it."""
+    """Build a mass of 1 kg on a spring that hangs from the origin, released at rest.
+
+    The spring has a rest length of ``length`` m and, with the mass, a frequency of ``frequency`` Hz; it starts
+    stretched by ``stretch`` m. In equilibrium it is stretched by gravity / (2 pi frequency)^2.
+    """
     scene = Scene(gravity=(0.0, -gravity))
     scene.add_body("hook", kind="static")
     scene.add_body("bob", shapes=[Circle(radius=0.1)], position=(0.0, -length - stretch), mass=1.0)
     scene.add_joint(
         "spring",
-        "distance",
-        "hook",
-        "bob",
-        anchor_a=(0.0, 0.0),
-        anchor_b=(0.0, 0.0),
-        length=length,
-        frequency=frequency,
-        damping_ratio=damping_ratio,
+        Distance(
+            "hook",
+            "bob",
+            anchor_a=(0.0, 0.0),
+            anchor_b=(0.0, 0.0),
+            length=length,
+            frequency=frequency,
+            damping_ratio=damping_ratio,
+        ),
     )
     return scene
 
@@ -44,10 +49,10 @@ def jelly(
     frequency: float = 8.0,
     damping_ratio: float = 0.1,
 ) -> Scene:
-    """A block of balls ``pitch`` m apart, joined by springs along rows, columns and diagonals, its lowest points
-    dropped from ``height`` m.
+    """Build a block of balls ``pitch`` m apart, joined by springs along rows, columns and diagonals.
 
-    The springs are those of ``frequency`` Hz and ``damping_ratio`` between two balls alone.
+    It is dropped with its lowest points at ``height`` m. ``frequency`` in Hz and ``damping_ratio`` are those of a
+    single spring between two free balls.
     """
     scene = Scene()
     ground(scene, friction=0.6)
@@ -62,14 +67,15 @@ def jelly(
         if (up, right) > (0, 0) and row + up < rows and 0 <= column + right < columns:
             scene.add_joint(
                 f"spring_{row}_{column}_{up}_{right}",
-                "distance",
-                _ball(row, column),
-                _ball(row + up, column + right),
-                anchor_a=(0.0, 0.0),
-                anchor_b=(0.0, 0.0),
-                frequency=frequency,
-                damping_ratio=damping_ratio,
-                collide=True,
+                Distance(
+                    _ball(row, column),
+                    _ball(row + up, column + right),
+                    anchor_a=(0.0, 0.0),
+                    anchor_b=(0.0, 0.0),
+                    frequency=frequency,
+                    damping_ratio=damping_ratio,
+                    collide=True,
+                ),
             )
     return scene
 

@@ -1,18 +1,19 @@
-"""Things that stand on each other."""
+"""Stacks and pyramids of boxes."""
 
 from __future__ import annotations
 
-from gsenv.solver import Box, HalfPlane, Scene
+from gsenv.solver import Scene
+from gsenv.solver.planar import Box, HalfPlane
 
 
 def ground(scene: Scene, friction: float = 0.5, restitution: float = 0.0) -> None:
-    """A static half-plane y <= 0."""
+    """Add a static half-plane y <= 0."""
     plane = HalfPlane(normal=(0.0, 1.0), friction=friction, restitution=restitution)
     scene.add_body("ground", kind="static", shapes=[plane])
 
 
 def stack(count: int = 10, size: float = 1.0, friction: float = 0.5) -> Scene:
-    """``count`` square boxes of side ``size`` m and density 1, exactly touching."""
+    """Build a stack of ``count`` square boxes of side ``size`` m and density 1 kg/m^2, exactly touching."""
     scene = Scene()
     ground(scene, friction)
     half = 0.5 * size
@@ -23,7 +24,7 @@ def stack(count: int = 10, size: float = 1.0, friction: float = 0.5) -> Scene:
 
 
 def mass_ratio_stack(ratio: float = 1000.0) -> Scene:
-    """A unit box of ``ratio`` kg on one of 1 kg."""
+    """Build a box of side 1 m and ``ratio`` kg on a box of side 1 m and 1 kg."""
     scene = Scene()
     ground(scene)
     for k, mass in enumerate((1.0, ratio)):
@@ -33,7 +34,10 @@ def mass_ratio_stack(ratio: float = 1000.0) -> Scene:
 
 
 def pyramid(base: int = 10, pitch: float = 1.05) -> Scene:
-    """Unit boxes, ``base`` in the lowest row, one fewer in each, ``pitch`` m apart."""
+    """Build a pyramid of boxes of side 1 m, ``pitch`` m apart.
+
+    The lowest row has ``base`` of them, each row above one fewer.
+    """
     scene = Scene()
     ground(scene)
     for row in range(base):
@@ -45,8 +49,10 @@ def pyramid(base: int = 10, pitch: float = 1.05) -> Scene:
 
 
 def overhang(count: int = 5, fraction: float = 0.99, length: float = 2.0) -> Scene:
-    """Blocks of ``length`` m on a pedestal, each shifted by fraction * length / (2 i) over the one
-    below, i counted from the top: at fraction 1 each part above an edge balances on it."""
+    """Build blocks of ``length`` m on a pedestal, each shifted by fraction * length / (2 i) over the one below.
+
+    The index i counts from the top. At ``fraction`` 1, all blocks above an edge exactly balance on it.
+    """
     scene = Scene()
     height = 0.4
     pedestal = Box(half_extents=(0.5 * length, 2.0), friction=0.6)

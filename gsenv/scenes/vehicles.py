@@ -1,16 +1,16 @@
-"""Cars with driven wheels: on flat ground, with a closed form, and over hills."""
+"""Cars with driven wheels: on flat ground, with closed-form solutions, and over hills."""
 
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
-from gsenv.solver import Box, Circle, HalfPlane, Polygon, Scene, Terrain
-from gsenv.solver.planar.shapes import ALL_BITS
+from gsenv.solver import Scene
+from gsenv.solver.planar import Box, Circle, HalfPlane, Polygon, Revolute, Terrain, Wheel
+from gsenv.solver.records.shapes import ALL_BITS
 
-NO_LIMIT = 1000.0  # rad/s: a speed that no wheel reaches, so that its motor is a constant torque
+NO_LIMIT = 1000.0  # rad/s, a motor speed that no wheel reaches, so that the motor's torque is constant
 
 
 def car(
@@ -21,12 +21,13 @@ def car(
     suspension: float | None = None,
     wheel_inertia: float = 0.8,
 ) -> Scene:
-    """A car on flat ground that rolls to the right at ``speed`` m/s, driven by ``torque`` N m at its rear wheel, or
-    with both wheels ``locked`` and sliding. Nothing resists its rolling.
+    """Build a car on flat ground that moves to the right at ``speed`` m/s, without rolling resistance.
+
+    A torque of ``torque`` N m drives its rear wheel or, with ``locked``, both wheels are locked and slide.
 
     Args:
-        friction: of wheels on ground.
-        suspension: Hz, of the chassis on its springs; None: the axles are fixed to it.
+        friction: friction coefficient between wheels and ground.
+        suspension: Hz, natural frequency of the chassis on its springs; None fixes the axles to the chassis.
         wheel_inertia: kg m^2, of each wheel.
     """
     scene = Scene()
@@ -46,8 +47,11 @@ def car(
 
 
 def hill_car(hills: int = 4, torque: float = 200.0, wheel_speed: float = 14.0) -> Scene:
-    """A car with both wheels driven crosses ``hills`` hills, each steeper than the one before; its motors want
-    ``wheel_speed`` rad/s with at most ``torque`` N m each. Past x = 5 + 9 ``hills`` m the ground is flat again."""
+    """Build a car with two driven wheels that crosses ``hills`` hills, each steeper than the one before.
+
+    Each motor drives its wheel to ``wheel_speed`` rad/s with at most ``torque`` N m. The ground is flat again beyond
+    x = 5 + 9 ``hills`` m.
+    """
     start, width = 5.0, 9.0
     x = np.arange(-30.0, 60.0 + width * hills, 0.25)
     place = np.clip((x - start) / width, 0.0, hills)
@@ -78,17 +82,26 @@ def add_car(
     rolling: bool = True,
     roof: bool = False,
 ) -> None:
-    """A car that faces right, above x = 0 on ground at y = 0: bodies "chassis", "rear" and "front", joints
-    "rear_axle" and "front_axle".
+    """Add a car that faces right, centred on x = 0 on ground at y = 0.
+
+    Its bodies are "chassis", "rear" and "front", its joints "rear_axle" and "front_axle".
 
     Args:
-        speed: m/s, to the right; rolling: whether the wheels turn with it.
-        torques: N m, most of the rear and of the front motor, which want wheel_speed rad/s forwards.
-        chassis_mass, wheel_mass: kg, the latter of each wheel; wheel_inertia: kg m^2, of each.
-        radius, wheelbase: m; height: m, of the chassis' centre of mass, midway between the axles.
-        suspension: Hz, of the chassis on its springs, with damping_ratio and travel in m up and down; None:
-            the axles are fixed to the chassis.
-        roof: whether the cab is solid, and not only to be seen.
+        speed: m/s, to the right.
+        torques: N m, largest torques of the rear and the front motor.
+        wheel_speed: rad/s, forward speed to which the motors drive the wheels.
+        chassis_mass: kg.
+        wheel_mass: kg, of each wheel.
+        wheel_inertia: kg m^2, of each wheel.
+        radius: m, of the wheels.
+        wheelbase: m, between the axles.
+        height: m, of the chassis' centre of mass, which is midway between the axles.
+        friction: friction coefficient of the wheels.
+        suspension: Hz, natural frequency of the chassis on its springs; None fixes the axles to the chassis.
+        damping_ratio: of the suspension.
+        travel: m, limit of the suspension's translation up and down.
+        rolling: whether the wheels initially rotate with the car's speed.
+        roof: whether the cab collides; otherwise it is only drawn.
     """
     hull = Box(half_extents=(0.5 * wheelbase + 0.25, 0.18), friction=0.3)
     profile = [(-0.9, 0.18), (-0.65, 0.62), (0.25, 0.62), (0.75, 0.18)]
@@ -106,18 +119,30 @@ def add_car(
             mass=wheel_mass,
             inertia=wheel_inertia,
         )
-        axle: dict[str, Any] = {"motor_effort": torque, "motor_speed": -wheel_speed if torque > 0.0 else 0.0}
-        if suspension is not None:
-            axle |= _spring(0.5 * chassis_mass, suspension, damping_ratio)
-            axle |= {"axis": (0.0, 1.0), "limits": (-travel, travel)}
-        scene.add_joint(f"{name}_axle", "revolute" if suspension is None else "wheel", "chassis", name, **axle)
+        motor_speed = -wheel_speed if torque > 0.0 else 0.0
+        axle: Revolute | Wheel
+        if suspension is None:
+            axle = Revolute("chassis", name, motor_speed=motor_speed, motor_effort=torque)
+        else:
+            stiffness, damping, rest = _spring(0.5 * chassis_mass, suspension, damping_ratio)
+            axle = Wheel(
+                "chassis",
+                name,
+                axis=(0.0, 1.0),
+                limits=(-travel, travel),
+                stiffness=stiffness,
+                damping=damping,
+                rest=rest,
+                motor_speed=motor_speed,
+                motor_effort=torque,
+            )
+        scene.add_joint(f"{name}_axle", axle)
 
 
-def _spring(mass: float, frequency: float, damping_ratio: float) -> dict[str, float]:
-    """A wheel's spring that carries ``mass`` kg as authored, and lets it bounce at ``frequency`` Hz."""
+def _spring(mass: float, frequency: float, damping_ratio: float) -> tuple[float, float, float]:
+    """Return stiffness N/m, damping N s/m and rest m of a wheel's spring.
+
+    It carries ``mass`` kg in the initial pose and oscillates at ``frequency`` Hz.
+    """
     omega = 2.0 * math.pi * frequency
-    return {
-        "stiffness": mass * omega**2,
-        "damping": 2.0 * damping_ratio * mass * omega,
-        "rest": -9.81 / omega**2,
-    }
+    return mass * omega**2, 2.0 * damping_ratio * mass * omega, -9.81 / omega**2

@@ -1,38 +1,34 @@
-"""The engine: scenes of rigid bodies, and one sparse solver that makes all their rows true.
+"""The engine: scenes of rigid bodies, and one sparse solver of all their constraint rows.
 
-Imports numpy and numba only; knows nothing of environments, rewards or drawing.
+It imports numpy and numba only, and nothing of environments, rewards or rendering. Shapes, joints and sensors are in
+``gsenv.solver.planar`` and ``gsenv.solver.spatial``.
 """
 
-from .diagnostics import Contacts, Diagnostics
-from .model import Model
-from .options import Options
-from .parameters import Parameters
-from .planar.shapes import Box, Capsule, Circle, HalfPlane, Polygon, Terrain
-from .problem import ContactRows, Problem, Solution, solve
-from .scene import Handle, Scene
-from .sensors import RayHits
-from .state import Snapshot
-from .world import World
+from .api.options import Options
+from .api.parameters import Parameters
+from .api.world import World
+from .problem.problem import ContactRows, Problem, Solution, solve
+from .readings.diagnostics import Contacts, Diagnostics
+from .readings.rays import RayHits
+from .records.model import Model
+from .records.state import Snapshot, State
+from .specification.handles import Handle
+from .specification.scene import Scene
 
 __all__ = [
-    "Box",
-    "Capsule",
-    "Circle",
     "ContactRows",
     "Contacts",
     "Diagnostics",
-    "HalfPlane",
     "Handle",
     "Model",
     "Options",
     "Parameters",
-    "Polygon",
     "Problem",
     "RayHits",
     "Scene",
     "Snapshot",
     "Solution",
-    "Terrain",
+    "State",
     "World",
     "solve",
 ]

@@ -1,12 +1,11 @@
-"""What differs between the plane and space, for the modules that do not care which it is.
+"""The modules of 2D and 3D, for Python code that serves both; kernels use core/dispatch.py.
 
-Each dimension is imported when a scene first needs it: nothing of the other is loaded or compiled.
+A dimension is imported when a scene first needs it: nothing of the other is loaded or compiled.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import IntEnum
 from functools import cache
 from importlib import import_module
 from types import ModuleType
@@ -20,30 +19,34 @@ class Dimension:
     """The modules of one dimension; both have the same names."""
 
     dim: int
-    authored: ModuleType
+    initial_state: ModuleType
+    kinds: ModuleType
     shapes: ModuleType
+    vertices: ModuleType
     mass: ModuleType
-    joint_kinds: type[IntEnum]
-    readings: ModuleType
+    joint_readings: ModuleType
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return dimension, (self.dim,)  # modules can't be pickled
+        return dimension, (self.dim,)  # modules cannot be pickled
 
     @property
-    def step(self) -> Any:
-        return import_module(f"{__package__}.{PACKAGES[self.dim]}.step")
+    def detection(self) -> Any:
+        return import_module(f"{__package__}.{PACKAGES[self.dim]}.detection")
 
     @property
-    def sweep_fast(self) -> Any:
-        return import_module(f"{__package__}.{PACKAGES[self.dim]}.sweep_fast")
+    def sensor_readings(self) -> Any:
+        return import_module(f"{__package__}.{PACKAGES[self.dim]}.sensor_readings")
+
+    @property
+    def rays(self) -> Any:
+        return import_module(f"{__package__}.{PACKAGES[self.dim]}.rays")
 
 
 @cache
 def dimension(dim: int) -> Dimension:
-    """The modules of 2 or 3 dimensions."""
+    """Return the modules of 2 or 3 dimensions."""
     package = f"{__package__}.{PACKAGES[dim]}"
-    names = ("authored", "shapes", "mass")
+    names = ("initial_state", "kinds", "mass", "shapes", "vertices")
     modules = {name: import_module(f"{package}.{name}") for name in names}
     readings = import_module(f"{package}.joint_readings")
-    kinds = import_module(f"{package}.joints").JointKind
-    return Dimension(dim, joint_kinds=kinds, readings=readings, **modules)
+    return Dimension(dim, joint_readings=readings, **modules)

@@ -1,13 +1,14 @@
-"""The project's one kernel decorator: compile policy, on-disk cache, cold-start notice.
+"""The only kernel decorator of the project: compile options, on-disk cache, cold-start notice.
 
-Every kernel is compiled serial, without the GIL and without fastmath: bit-equal results come first,
-and numba's own thread pool does not survive a fork.
+Kernels are compiled without parallelism, the GIL and fastmath: results must be bit-equal, and numba's
+thread pool does not survive a fork.
 
 Cache. numba keeps compiled code on disk, but it checks only the caller's own file: after an edit in a
 callee of another file the cached caller runs the OLD code. So the name of a cache entry holds a digest
-of all the sources that the kernel can call (`kernel_sources`), and the signature, the CPU and numba's
-version: one entry, one file, written to a temporary name and then renamed. There is no index to
-update, so cold starts side by side cannot mix up entries; they only compile the same thing twice.
+of the files that the kernel's file imports, directly or through others (`kernel_sources`), and the
+signature, the CPU and numba's version: one entry, one file, written to a temporary name and then
+renamed. An edit of a file that a kernel cannot reach leaves its entry valid. There is no index to
+update, so concurrent cold starts cannot mix up entries; they only compile the same kernel twice.
 (numba's own index numbers the data files, and two processes that compile different signatures of one
 kernel can both take number 1.) Files lie where numba would put them: `$NUMBA_CACHE_DIR`,
 `__pycache__` beside the source, or the user's cache folder.
@@ -33,17 +34,19 @@ from numba.core.caching import FunctionCache
 from numba.core.options import DefaultOptions
 from numba.core.serialize import dumps
 
+from .inner_kernels import KernelDispatcher
+from .kernel_sources import kernel_sources
+
 _Kernel = TypeVar("_Kernel", bound=Callable[..., Any])
 
 _SOLVER = Path(__file__).parent
-_PACKAGE = _SOLVER.parent
 
 QUIET_SECONDS = 0.5
-"""Compile time [s] that a process spends in silence; after it, one line says what is happening.
-Lower and a single small helper is announced, higher and a cold start looks like a hang."""
+"""Compile time in s after which a process prints one line about compilation.
+With a lower value a single small helper is announced, with a higher one a cold start looks like a hang."""
 
 UNCOUNTED = {"_nrt": False} if hasattr(DefaultOptions, "_nrt") else {}
-"""Options of a kernel that counts no references; none where numba's private parts have moved: slower, same bits."""
+"""Options of a kernel that counts no references; empty if numba's internals have changed: slower, same bits."""
 
 _kernels: list[Any] = []
 _notices_given: set[str] = set()
@@ -58,22 +61,30 @@ def njit(function: Any = None, *, forceinline: bool = False, makes_arrays: bool 
 
     `forceinline` makes LLVM inline it into its callers; the cost of numba's front end stays the same
     (its own `inline="always"` was 10 to 70 times slower to compile). Returns numba's dispatcher
-    itself: a call pays for nothing else, and kernels call one another freely.
+    itself: calls have no further cost, and kernels can call one another.
 
-    The solver's kernels count no references to the arrays that they get, atomic operations that took
-    up to half of the time of a small world. So they can return no arrays, and make some only with
+    The solver's kernels count no references to their array arguments, since these atomic operations took
+    up to half of the time of a small world. So they cannot return arrays, and create some only with
     `makes_arrays`.
     """
     if function is None:
         return partial(njit, forceinline=forceinline, makes_arrays=makes_arrays)
-    options = {"nogil": True, "error_model": "numpy", "forceinline": forceinline}
+    # no kernel is called through a C pointer: without that wrapper, compiling takes a sixth less time
+    options = {"nogil": True, "error_model": "numpy", "forceinline": forceinline, "no_cfunc_wrapper": True}
     if _SOLVER in Path(function.__code__.co_filename).parents and not makes_arrays:
         options |= UNCOUNTED
-    kernel: Any = numba.njit(**options)(function)
-    if not numba.config.DISABLE_JIT:
-        kernel = _with_cache(kernel, function, options)
-        _kernels.append(kernel)
+    if numba.config.DISABLE_JIT:
+        return function
+    kernel = _with_cache(_dispatcher(function, options), function, options)
+    _kernels.append(kernel)
     return kernel
+
+
+def _dispatcher(function: Any, options: dict[str, Any]) -> Any:
+    try:
+        return KernelDispatcher(function, options)
+    except (AttributeError, TypeError):  # numba's private parts have moved
+        return numba.njit(**options)(function)
 
 
 def inline_njit(function: _Kernel) -> _Kernel:
@@ -82,12 +93,12 @@ def inline_njit(function: _Kernel) -> _Kernel:
 
 
 def entry(kernel: Any, *arguments: Any) -> Callable[..., Any]:
-    """The compiled code of a kernel for arguments of these types.
+    """Return the compiled code of a kernel for arguments of these types.
 
-    A call of it skips numba's look at each argument, a third of a microsecond each. Nothing checks later
-    arguments: they must have the very same types.
+    Calling it skips numba's check of the type of each argument, which takes 0.3 us each. Later arguments
+    are not checked: they must have exactly the same types.
     """
-    if not hasattr(kernel, "typeof_pyval"):  # plain Python, or a numba whose parts have moved
+    if not hasattr(kernel, "typeof_pyval"):  # plain Python, or a numba with other internals
         return kernel
     signature = tuple(kernel.typeof_pyval(argument) for argument in arguments)
     kernel.compile(signature)
@@ -95,42 +106,34 @@ def entry(kernel: Any, *arguments: Any) -> Callable[..., Any]:
 
 
 def compiled_kernels() -> list[str]:
-    """Names ("module.function") of the kernels that this process has compiled or loaded, sorted.
+    """Return the names ("module.function") of the kernels that this process has compiled or loaded, sorted.
 
-    A kernel that comes from the cache brings its callees along as machine code, and those are not
-    listed. To compare what two scenes need, give each a process with an empty `NUMBA_CACHE_DIR`.
+    A kernel from the cache contains its callees as machine code, and these are not listed. To compare
+    what two scenes need, run each in a process with an empty `NUMBA_CACHE_DIR`.
     """
     return sorted(f"{kernel.__module__}.{kernel.__qualname__}" for kernel in _kernels if kernel.overloads)
 
 
-def kernel_sources(file: Path) -> tuple[Path, ...]:
-    """Folders (or single files) whose code a kernel in `file` can call; an edit there recompiles it.
-
-    The solver's kernels call only the solver. All others may call the solver, scenes and render (the
-    import contracts allow no more) and their own top-level folder.
-    """
-    if _SOLVER in file.parents:
-        return (_SOLVER,)
-    own = file
-    while (own.parent / "__init__.py").exists() and own.parent != _PACKAGE:
-        own = own.parent
-    shared = (_SOLVER, _PACKAGE / "scenes", _PACKAGE / "render")
-    return (*(folder for folder in shared if folder.exists() and folder != own), own)
-
-
 def source_digest(sources: tuple[Path, ...]) -> str:
-    """Hex digest of names and contents of all Python files in `sources`."""
+    """Return the hex digest of names and contents of all Python files in `sources`, files or folders.
+
+    The content of a file is that at the time when this process first took its digest.
+    """
     digest = hashlib.sha256()
     for source in sources:
         for path in sorted(source.rglob("*.py")) if source.is_dir() else [source]:
-            content = path.read_bytes()
-            digest.update(f"{path.relative_to(source.parent).as_posix()}\0{len(content)}\0".encode())
-            digest.update(content)
+            digest.update(f"{path.relative_to(source.parent).as_posix()}\0{_content_digest(path)}\0".encode())
     return digest.hexdigest()
 
 
 @cache
+def _content_digest(file: Path) -> str:
+    return hashlib.sha256(file.read_bytes()).hexdigest()
+
+
+@cache
 def _file_digest(file: str) -> str:
+    # Taken when the kernel is imported, not at its first call: an edit in between would store old code as new.
     return source_digest(kernel_sources(Path(file)))
 
 
@@ -144,15 +147,15 @@ class _EntryFiles:
         self._digest = digest[:16]
 
     def load(self, key: Any) -> Any:
-        """The entry stored under `key`, or None."""
+        """Return the entry stored under `key`, or None."""
         try:
             stored_key, data = pickle.loads(self._path(key).read_bytes())
-        except Exception:  # missing or, in whatever way, unreadable: compile again
+        except Exception:  # missing or unreadable for any reason: compile again
             return None
         return data if stored_key == key else None
 
     def save(self, key: Any, data: Any) -> None:
-        """Store `data` under `key`; an entry appears whole or not at all."""
+        """Store `data` under `key`, atomically."""
         path = self._path(key)
         partial_path = path.with_name(f"{path.name}.{os.getpid()}-{threading.get_ident()}.tmp")
         try:
@@ -187,29 +190,37 @@ class _EntryFiles:
 
 
 class _KernelCache(FunctionCache):
-    """numba's cache of a function, over `_EntryFiles`.
+    """numba's cache of a function, stored in `_EntryFiles`.
 
     Raises RuntimeError (from numba) where no folder is writable, AttributeError where numba's
-    private parts have moved.
+    internals have changed.
     """
 
-    def __init__(self, function: Callable[..., Any], digest: str) -> None:
+    def __init__(self, kernel: Any, function: Callable[..., Any], digest: str) -> None:
         super().__init__(function)
+        self._kernel = kernel
         if not hasattr(self, "_cache_file"):
             raise AttributeError("numba's FunctionCache has no _cache_file")
         self._cache_file = _EntryFiles(self._cache_path, self._impl.filename_base, digest)
 
+    def _index_key(self, sig: Any, codegen: Any) -> Any:
+        """Numba's key, and whether the entry has no wrapper for Python."""
+        return (*super()._index_key(sig, codegen), getattr(self._kernel, "inner", False))
+
     def save_overload(self, sig: Any, data: Any) -> None:
         try:
             super().save_overload(sig, data)
-        except OSError as error:  # a full disk, or a folder that is gone: the code itself is fine
+        except OSError as error:  # a full disk, or a folder that is gone: the compiled code is valid
             _say_uncached(str(error))
 
 
 def _with_cache(kernel: Any, function: Callable[..., Any], options: dict[str, Any]) -> Any:
-    digest = _file_digest(function.__code__.co_filename)
+    file = function.__code__.co_filename
+    if not os.path.isfile(file):  # typed into a prompt or a notebook: no source to take a digest of
+        return kernel
+    digest = _file_digest(file)
     try:
-        kernel._cache = _KernelCache(function, digest)  # what numba's own cache=True does
+        kernel._cache = _KernelCache(kernel, function, digest)  # what numba's own cache=True does
     except AttributeError:
         return _with_cache_folder(function, options, digest)
     except RuntimeError:
@@ -218,7 +229,7 @@ def _with_cache(kernel: Any, function: Callable[..., Any], options: dict[str, An
 
 
 def _with_cache_folder(function: Callable[..., Any], options: dict[str, Any], digest: str) -> Any:
-    """For a numba whose private parts have moved: its own cache, one folder for each digest."""
+    """Use numba's own cache, one folder for each digest, where numba's internals have changed."""
     given = numba.config.CACHE_DIR
     folder = Path(given or Path.home() / ".cache" / "gsenv") / digest[:16]
     try:
@@ -249,16 +260,16 @@ def _say_once(topic: str, line: str) -> None:
 
 
 def mute_compile_notice() -> None:
-    """No cold-start line from now on in this process: for callers that show progress themselves."""
+    """Print no cold-start line in this process from now on, for callers that show progress themselves."""
     _notices_given.add("compile")
 
 
 class _CompileNotice(event.Listener):
-    """Says once what is happening when this project's kernels are being compiled.
+    """Prints one line when compiling this project's kernels takes long.
 
-    Hears compilations only, never calls or loads from the cache, so it costs a warm process nothing.
-    A cold entry point compiles its callees one inside the other; the clock runs on the outermost.
-    Events come under numba's compiler lock, one thread at a time.
+    It receives events of compilations only, not of calls or loads from the cache, so it costs a warm process
+    nothing. The compilation of a kernel contains that of its callees; the time of the outermost counts.
+    Events arrive under numba's compiler lock, one thread at a time.
     """
 
     def __init__(self) -> None:
@@ -269,7 +280,7 @@ class _CompileNotice(event.Listener):
     def on_start(self, event: Any) -> None:
         if self._depth == 0:
             if not any(kernel is event.data["dispatcher"] for kernel in _kernels):
-                return  # a kernel of the user's own
+                return  # a kernel of the user
             self._began = perf_counter()
         self._depth += 1
         self._say_when_slow(perf_counter() - self._began)

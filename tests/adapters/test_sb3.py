@@ -20,7 +20,7 @@ from stable_baselines3.common.vec_env import DummyVecEnv, VecNormalize
 
 from gsenv.adapters.sb3 import BatchedVecEnv
 from gsenv.envs import ENVS
-from gsenv.envs.stack import StackEnv
+from gsenv.envs.stack.env import StackEnv
 
 IDS = [entry.id for entry in ENVS]
 

@@ -15,7 +15,7 @@ from gymnasium.vector import AutoresetMode, SyncVectorEnv
 from numpy.typing import NDArray
 
 from gsenv.envs import ENVS
-from gsenv.envs.vector import TaskVectorEnv
+from gsenv.envs.core.vector import TaskVectorEnv
 
 IDS = [entry.id for entry in ENVS]
 MODES = list(AutoresetMode)

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from gymnasium.vector import AutoresetMode
 
-from gsenv.envs.base import TaskEnv
-from gsenv.envs.vector import TaskVectorEnv
+from gsenv.envs.core.env import TaskEnv
+from gsenv.envs.core.vector import TaskVectorEnv
 
 
 class SingleWorlds:

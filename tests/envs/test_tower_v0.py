@@ -19,13 +19,13 @@ pettingzoo = pytest.importorskip("pettingzoo")
 
 import pettingzoo.test as zoo  # noqa: E402
 
-from gsenv.envs import PARALLEL_ENVS, register_envs, register_parallel_envs, stack_scene, tower_v0  # noqa: E402
-from gsenv.envs import blocks as parts  # noqa: E402
-from gsenv.envs import tower_rules as rules  # noqa: E402
-from gsenv.envs import tower_scene as scene  # noqa: E402
-from gsenv.envs.tower import TowerTask  # noqa: E402
-from gsenv.envs.tower_policy import build_together  # noqa: E402
-from tests.envs.stack_worlds import IDLE, RELEASE, assert_equal, mixed_actions  # noqa: E402
+from gsenv.envs import PARALLEL_ENVS, register_envs, register_parallel_envs, tower_v0  # noqa: E402
+from gsenv.envs.stack import blocks as parts  # noqa: E402
+from gsenv.envs.stack import scene as stack  # noqa: E402
+from gsenv.envs.tower import rules, scene  # noqa: E402
+from gsenv.envs.tower.env import TowerTask  # noqa: E402
+from gsenv.envs.tower.policy import build_together  # noqa: E402
+from tests.envs.stack.worlds import IDLE, RELEASE, assert_equal, mixed_actions  # noqa: E402
 
 ROOT = Path(__file__).parent.parent.parent
 AGENTS = ["gripper_0", "gripper_1"]
@@ -369,14 +369,14 @@ def test_docstring_is_the_specification(heading: str) -> None:
 @pytest.mark.parametrize(
     "text",
     [
-        f"a body of {stack_scene.GRIPPER_MASS:g} kg",
-        f"at most {stack_scene.MAX_FORCE:g} N along each axis and {stack_scene.MAX_TORQUE:g} N m",
+        f"a body of {stack.GRIPPER_MASS:g} kg",
+        f"at most {stack.MAX_FORCE:g} N along each axis and {stack.MAX_TORQUE:g} N m",
         f"slower than {parts.REST_SPEED:g} m/s and {1.5 * parts.REST_SPEED:g} rad/s",
         f"more than {-scene.DEPOT_X:g} m out",
         f"{100 * parts.ARRIVAL_MARGIN:g} cm wider than the block",
         f"and {100 * rules.GRIPPER_SIZE:g} cm further of the other gripper",
         f"between {-scene.REACH_X[0]:g} m outwards and {scene.REACH_X[1]:g} m inwards of the middle, between "
-        f"{stack_scene.REACH_Y[0]:g} and {stack_scene.REACH_Y[1]:g} m high, and within {stack_scene.REACH_ANGLE:g} rad",
+        f"{stack.REACH_Y[0]:g} and {stack.REACH_Y[1]:g} m high, and within {stack.REACH_ANGLE:g} rad",
         f"the plinth up to {scene.PLINTH_X:g} m left or right",
         f"{-scene.START_X[1]:g} to {-scene.START_X[0]:g} m outwards of the middle",
         f"{scene.START_Y[0]:g} to {scene.START_Y[1]:g} m high",

@@ -38,9 +38,7 @@ def follow(times: np.ndarray, **options: float) -> np.ndarray:
     camera = FollowCamera([0], smooth_time=options.get("smooth_time", 0.4))
     corners = np.array([(0.0, 0.0), (4.0, 1.0), (3.0, 5.0), (9.0, 5.0), (9.0, 0.0)])
     path = np.stack([np.interp(times, np.arange(5), corners[:, k]) for k in (0, 1)], axis=1)
-    return np.array(
-        [camera.update(p[None], t, WIDTH, HEIGHT).center for p, t in zip(path, times, strict=True)]
-    )
+    return np.array([camera.update(p[None], t, WIDTH, HEIGHT).center for p, t in zip(path, times, strict=True)])
 
 
 def test_the_frame_rate_does_not_change_the_path() -> None:

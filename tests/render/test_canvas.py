@@ -9,15 +9,7 @@ from numpy.typing import NDArray
 import gsenv.render.canvas as canvas_module
 from gsenv.render.camera import Camera
 from gsenv.render.canvas import Canvas
-from gsenv.render.draw_list import (
-    NO_VERTICES,
-    DrawFlag,
-    DrawKind,
-    DrawList,
-    Layer,
-    draw_item,
-    join,
-)
+from gsenv.render.draw_list import NO_VERTICES, DrawFlag, DrawKind, DrawList, Layer, draw_item, join
 from gsenv.render.theme import DEFAULT_THEME, Theme
 
 BLACK, WHITE = (0.0, 0.0, 0.0), (255.0, 255.0, 255.0)
@@ -40,9 +32,7 @@ def one(item: NDArray[np.void], vertices: NDArray[np.float64] = NO_VERTICES) -> 
 
 def terrain(points: Any, flags: DrawFlag = DrawFlag.NONE) -> DrawList:
     chain = np.array(points, np.float64)
-    item = draw_item(
-        DrawKind.TERRAIN, fill=WHITE, flags=flags, layer=Layer.GROUND, vertices=(0, len(chain))
-    )
+    item = draw_item(DrawKind.TERRAIN, fill=WHITE, flags=flags, layer=Layer.GROUND, vertices=(0, len(chain)))
     return DrawList(item, chain)
 
 
@@ -87,9 +77,7 @@ def test_area_is_the_closed_form(name: str, offset: tuple[float, float]) -> None
 
 def test_clockwise_polygons_are_the_same_polygons() -> None:
     item, _ = SHAPES["polygon"]
-    np.testing.assert_array_equal(
-        coverage(one(item, PENTAGON)), coverage(one(item, PENTAGON[::-1]))
-    )
+    np.testing.assert_array_equal(coverage(one(item, PENTAGON)), coverage(one(item, PENTAGON[::-1])))
 
 
 @pytest.mark.parametrize("name", ["circle", "capsule", "box", "polygon", "polyline", "dot"])
@@ -112,9 +100,7 @@ def test_the_outline_is_inside_the_silhouette(name: str) -> None:
     outlined["flags"] = DrawFlag.OUTLINE
     outlined["line"] = (0.0, 255.0, 0.0)
     theme = DARK._replace(outline=2.0 / SIZE)
-    plain_image, image = (
-        Canvas(SIZE, SIZE, theme).draw(one(i, VERTICES), PIXEL_CAMERA) for i in (plain, outlined)
-    )
+    plain_image, image = (Canvas(SIZE, SIZE, theme).draw(one(i, VERTICES), PIXEL_CAMERA) for i in (plain, outlined))
     np.testing.assert_array_equal(plain_image[..., 1], image[..., 1])  # green: fill and line alike
     whole, red = plain_image[..., 0] / 255.0, image[..., 0] / 255.0
     assert red[SIZE // 2, SIZE // 2] == 1.0
@@ -189,16 +175,12 @@ def test_shadows_fall_on_sky_and_ground_but_not_on_shapes() -> None:
 
 def test_touching_shapes_cast_one_shadow_without_a_seam() -> None:
     def shadow(*boxes: NDArray[np.void]) -> NDArray[np.int64]:
-        theme = Theme(
-            sky_top=WHITE, sky_bottom=WHITE, shadow_softness=12.0 / SIZE, shadow_offset=(0.0, 0.4)
-        )
+        theme = Theme(sky_top=WHITE, sky_bottom=WHITE, shadow_softness=12.0 / SIZE, shadow_offset=(0.0, 0.4))
         image = Canvas(SIZE, SIZE, theme).draw(one(np.concatenate(boxes)), PIXEL_CAMERA)
         return image[80:, :, 0].astype(int)
 
     def box(x: float, half: float) -> NDArray[np.void]:
-        return draw_item(
-            DrawKind.BOX, (x, 10.0), size=(half, 20.0), fill=WHITE, flags=DrawFlag.SHADOW
-        )
+        return draw_item(DrawKind.BOX, (x, 10.0), size=(half, 20.0), fill=WHITE, flags=DrawFlag.SHADOW)
 
     whole = shadow(box(0.0, 30.0))
     assert whole.min() < 200
@@ -212,9 +194,7 @@ def test_what_is_out_of_sight_is_never_painted(monkeypatch: pytest.MonkeyPatch) 
     here = draw_item(DrawKind.BOX, size=(10.0, 10.0), fill=WHITE, flags=DrawFlag.SHADOW)
     angles = rng.uniform(0.0, 2.0 * np.pi, 2000)
     away = np.repeat(draw_item(DrawKind.BOX, size=(9.0, 9.0), fill=WHITE), 2000)
-    away["position"] = rng.uniform(120.0, 1e6, (2000, 1)) * np.stack(
-        [np.cos(angles), np.sin(angles)], 1
-    )
+    away["position"] = rng.uniform(120.0, 1e6, (2000, 1)) * np.stack([np.cos(angles), np.sin(angles)], 1)
     painted = []
     original = canvas_module.paint
 
@@ -265,9 +245,7 @@ def test_polylines_are_where_their_nearest_segment_is(points: NDArray[np.float64
     distance = np.hypot(*np.moveaxis(pixels - nearest, -1, 0)).min(axis=-1)
     item = draw_item(DrawKind.POLYLINE, radius=3.7, vertices=(0, len(points)), fill=WHITE)
     tolerance = 0.012 + 1e-6 * np.abs(points).max()  # of coordinates in single precision
-    np.testing.assert_allclose(
-        coverage(one(item, points)), np.clip(4.2 - distance, 0.0, 1.0), atol=tolerance
-    )
+    np.testing.assert_allclose(coverage(one(item, points)), np.clip(4.2 - distance, 0.0, 1.0), atol=tolerance)
 
 
 def test_thin_lines_cast_narrow_shadows() -> None:
@@ -286,9 +264,7 @@ def test_thin_lines_cast_narrow_shadows() -> None:
 
 
 def test_shapes_across_the_border_are_cut() -> None:
-    item = draw_item(
-        DrawKind.BOX, (60.0, 60.0), size=(20.0, 20.0), fill=WHITE, flags=DrawFlag.OUTLINE
-    )
+    item = draw_item(DrawKind.BOX, (60.0, 60.0), size=(20.0, 20.0), fill=WHITE, flags=DrawFlag.OUTLINE)
     item["line"] = WHITE
     assert coverage(one(item)).sum() == pytest.approx(400.0, rel=0.01)
 

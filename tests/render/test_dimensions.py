@@ -12,7 +12,7 @@ from gsenv.render.spatial.style import GROUND_COLOR
 from gsenv.render.spatial.world_view import read_table
 from gsenv.scenes import SCENES, make_world
 from gsenv.solver import Scene, World
-from gsenv.solver.spatial.shapes import Box, Plane
+from gsenv.solver.spatial import Box, Plane
 
 
 @pytest.mark.parametrize(("name", "kind"), [("stack", SceneRenderer), ("cube_stack", SpatialRenderer)])

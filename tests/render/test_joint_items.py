@@ -7,13 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from gsenv.render.draw_list import DrawList, Layer
-from gsenv.render.joint_items import (
-    DRAWN_JOINTS,
-    KNOWN_JOINTS,
-    TURNS,
-    JointStencil,
-    make_joint_stencil,
-)
+from gsenv.render.joint_items import DRAWN_JOINTS, KNOWN_JOINTS, TURNS, JointStencil, make_joint_stencil
 from gsenv.render.world_view import JointState, JointTable
 
 FloatArray = NDArray[np.float64]

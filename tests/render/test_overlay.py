@@ -17,9 +17,7 @@ PEN = Pen(2.0, 1.5)
 
 def draw(draw_list: DrawList) -> np.ndarray:
     """(SIZE, SIZE) brightness around gray; 1 px is 1 m and the middle is the origin."""
-    return (
-        Canvas(SIZE, SIZE, GRAY).draw(draw_list, Camera((0.0, 0.0), SIZE))[..., 0].astype(int) - 128
-    )
+    return Canvas(SIZE, SIZE, GRAY).draw(draw_list, Camera((0.0, 0.0), SIZE))[..., 0].astype(int) - 128
 
 
 def test_a_line_has_a_bright_core_and_a_dark_halo() -> None:

@@ -10,9 +10,10 @@ from gsenv.render.camera import Camera, FollowCamera
 from gsenv.render.joint_items import DRAWN_JOINTS
 from gsenv.render.scene_renderer import SceneRenderer
 from gsenv.render.theme import FORCE_COLOR, PALETTE
-from gsenv.solver.planar.shapes import Box, Capsule, Circle, HalfPlane, Polygon, Terrain
-from gsenv.solver.scene import Handle, Scene
-from gsenv.solver.world import World
+from gsenv.solver import Handle, Scene
+from gsenv.solver.api.world import World
+from gsenv.solver.planar import Box, Capsule, Circle, Distance, HalfPlane, Polygon, Target, Terrain, Weld
+from tests.solver.joints import make_joint
 
 WIDTH, HEIGHT = 160, 120
 CAMERA = Camera((0.0, 1.0), 6.0)  # 20 px per m
@@ -24,9 +25,7 @@ def make_world(world_count: int = 1) -> World:
     scene.add_body("ground", "static", [HalfPlane()])
     scene.add_body("box", shapes=[Box(half_extents=(0.5, 0.25))], position=(-2.0, 1.0))
     scene.add_body("ball", shapes=[Circle(radius=0.5)], position=(0.0, 2.0))
-    scene.add_body(
-        "rod", shapes=[Capsule(half_length=0.5, radius=0.2)], position=(2.0, 1.0), angle=0.5
-    )
+    scene.add_body("rod", shapes=[Capsule(half_length=0.5, radius=0.2)], position=(2.0, 1.0), angle=0.5)
     return World(scene, world_count)
 
 
@@ -54,9 +53,7 @@ def test_rendering_leaves_the_simulation_alone() -> None:
     arrays = [*vars(world.state).values(), *vars(world.parameters).values()]
     arrays = [array for array in arrays if isinstance(array, np.ndarray)]
     before = [array.tobytes() for array in arrays]
-    renderer = SceneRenderer(
-        world, WIDTH, HEIGHT, FollowCamera([1]), overlay=("contacts", "joints")
-    )
+    renderer = SceneRenderer(world, WIDTH, HEIGHT, FollowCamera([1]), overlay=("contacts", "joints"))
     renderer.render(hud=("t",))
     assert [array.tobytes() for array in arrays] == before
 
@@ -118,9 +115,7 @@ def test_shape_offsets_and_centres_of_mass_do_not_mix() -> None:
 
 def test_given_colours_win() -> None:
     scene = Scene()
-    scene.add_body(
-        "box", shapes=[Box(half_extents=(1.0, 1.0))], position=(0.0, 1.0), color=(10, 200, 30)
-    )
+    scene.add_body("box", shapes=[Box(half_extents=(1.0, 1.0))], position=(0.0, 1.0), color=(10, 200, 30))
     image = SceneRenderer(World(scene), WIDTH, HEIGHT, CAMERA).render()
     np.testing.assert_allclose(image[pixel(0.0, 1.0)], (10, 200, 30), atol=10)
 
@@ -177,9 +172,7 @@ def test_contact_arrows_show_point_and_direction() -> None:
     assert rows.max() < row + 6
     assert column - 6 < columns.min()
     assert columns.max() < column + 6
-    np.testing.assert_allclose(
-        renderer.render()[row - 7, column].astype(float), FORCE_COLOR, atol=60
-    )
+    np.testing.assert_allclose(renderer.render()[row - 7, column].astype(float), FORCE_COLOR, atol=60)
     contact["sensor"] = 1
     np.testing.assert_array_equal(renderer.render(), plain)
 
@@ -196,7 +189,7 @@ def jointed_world(kind: str | None = None) -> tuple[World, Handle | None]:
         "distance": {"anchor_a": (-1.0, 3.0), "anchor_b": (0.0, 0.0)},
         "wheel": {"anchor": (-1.0, 3.0), "axis": (0.0, 1.0), "frequency": 2.0},
     }
-    joint = None if kind is None else scene.add_joint("joint", kind, "wall", "box", **given[kind])
+    joint = None if kind is None else scene.add_joint("joint", make_joint(kind, "wall", "box", **given[kind]))
     return World(scene), joint
 
 
@@ -229,9 +222,9 @@ def test_welds_and_targets_are_drawn_only_if_asked_for() -> None:
         scene.add_body("a", shapes=[Box(half_extents=(0.4, 0.4))], position=(-0.4, 1.0))
         scene.add_body("b", shapes=[Box(half_extents=(0.4, 0.4))], position=(0.4, 1.0))
         if "weld" in kinds:
-            scene.add_joint("weld", "weld", "a", "b", anchor=(0.0, 1.0))
+            scene.add_joint("weld", Weld("a", "b", anchor=(0.0, 1.0)))
         if "target" in kinds:
-            scene.add_joint("target", "target", body_b="a", frequency=1.0)
+            scene.add_joint("target", Target("a", frequency=1.0))
         return World(scene)
 
     bare = SceneRenderer(world(), WIDTH, HEIGHT, CAMERA).render()
@@ -249,8 +242,8 @@ def test_circles_on_axles_are_wheels(kind: str) -> None:
         scene.add_body("chassis", shapes=[Box(half_extents=(1.0, 0.3))], position=(0.0, 2.0))
         scene.add_body("wheel", shapes=[Circle(radius=0.6)], position=(0.0, 0.6))
         if anchor is not None:
-            axis = (0.0, 1.0) if kind == "wheel" else None
-            scene.add_joint("axle", kind, "chassis", "wheel", anchor=anchor, axis=axis)
+            axis: dict[str, Any] = {"axis": (0.0, 1.0)} if kind == "wheel" else {}
+            scene.add_joint("axle", make_joint(kind, "chassis", "wheel", anchor=anchor, **axis))
         return SceneRenderer(World(scene), WIDTH, HEIGHT, CAMERA, wheels=wheels, joints=()).render()
 
     ball, wheel = picture(None, ()), picture(None, (1,))
@@ -263,7 +256,7 @@ def test_the_default_camera_shows_what_a_pendulum_will_swing_through() -> None:
     scene = Scene()
     scene.add_body("wall", "static")
     scene.add_body("bob", shapes=[Circle(radius=0.2)], position=(-2.0, 3.0))
-    scene.add_joint("rod", "distance", "wall", "bob", anchor_a=(0.0, 3.0), anchor_b=(0.0, 0.0))
+    scene.add_joint("rod", Distance("wall", "bob", anchor_a=(0.0, 3.0), anchor_b=(0.0, 0.0)))
     renderer = SceneRenderer(World(scene), WIDTH, HEIGHT)
     renderer.render()
     assert isinstance(renderer.camera, Camera)
@@ -284,11 +277,10 @@ def test_joint_frames_sit_on_their_anchors() -> None:
     scene = Scene()
     scene.add_body("a", shapes=[Box(half_extents=(0.4, 0.4))], position=(-1.0, 1.0))
     scene.add_body("b", shapes=[Box(half_extents=(0.4, 0.4))], position=(1.0, 1.0), angle=0.3)
-    scene.add_joint("weld", "weld", "a", "b", anchor=(0.0, 2.0))
+    scene.add_joint("weld", Weld("a", "b", anchor=(0.0, 2.0)))
     world = World(scene)
     plain, marked = (
-        SceneRenderer(world, WIDTH, HEIGHT, CAMERA, overlay=overlay).render()
-        for overlay in ((), ("joints",))
+        SceneRenderer(world, WIDTH, HEIGHT, CAMERA, overlay=overlay).render() for overlay in ((), ("joints",))
     )
     rows, columns = np.nonzero(changed(plain, marked))
     row, column = pixel(0.0, 2.0)

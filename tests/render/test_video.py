@@ -74,9 +74,7 @@ def write_then_fail(video: VideoWriter, error: type[BaseException]) -> None:
 
 @pytest.mark.parametrize("name", ["a.mp4", "a.gif"])
 @pytest.mark.parametrize("error", [KeyboardInterrupt, RuntimeError])
-def test_an_exception_keeps_the_frames_so_far(
-    tmp_path: Path, name: str, error: type[BaseException]
-) -> None:
+def test_an_exception_keeps_the_frames_so_far(tmp_path: Path, name: str, error: type[BaseException]) -> None:
     path = tmp_path / name
     with pytest.raises(error), VideoWriter(path, 25) as video:
         write_then_fail(video, error)
@@ -151,9 +149,7 @@ def test_a_closed_writer_stays_closed(tmp_path: Path) -> None:
         ("folder.mp4", 25, IsADirectoryError, "is a folder"),
     ],
 )
-def test_bad_targets(
-    tmp_path: Path, name: str, fps: float, error: type[Exception], text: str
-) -> None:
+def test_bad_targets(tmp_path: Path, name: str, fps: float, error: type[Exception], text: str) -> None:
     (tmp_path / "file").write_text("")
     (tmp_path / "folder.mp4").mkdir()
     before = entries(tmp_path)

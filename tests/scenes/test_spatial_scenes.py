@@ -9,16 +9,7 @@ import pytest
 
 from gsenv.scenes import SCENES, make_world
 from gsenv.scenes.spatial import cube_rain, gyroscope, soft_cube, sphere_cradle, sphere_grid, sphere_rain
-from gsenv.scenes.spatial.turning import (
-    Quaternion,
-    about,
-    after,
-    hanging,
-    lying,
-    rolling_axle,
-    turned,
-    uphill_normal,
-)
+from gsenv.scenes.spatial.turning import Quaternion, about, after, hanging, lying, rolling_axle, turned, uphill_normal
 from gsenv.solver import Scene, World
 
 SPATIAL = [name for name, spec in SCENES.items() if spec.dim == 3]

@@ -27,5 +27,6 @@ def everything(world: World, chosen: Any = slice(None)) -> bytes:
 def motion_hash(world: World) -> str:
     """sha256 of where all bodies are and how they move."""
     bodies = world.state.bodies
-    parts = [np.ascontiguousarray(bodies[name], "<f8").tobytes() for name in ("position", "angle", "velocity")]
+    names = ("position", "angle" if world.model.dim == 2 else "rotation", "velocity")
+    parts = [np.ascontiguousarray(bodies[name], "<f8").tobytes() for name in names]
     return hashlib.sha256(b"".join(parts)).hexdigest()

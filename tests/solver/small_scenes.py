@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from gsenv.solver import Box, Circle, Handle, Scene
+from gsenv.solver import Handle, Scene
+from gsenv.solver.planar import Box, Circle, Target, Weld
 
 
 def crate(gravity: tuple[float, float] = (0, 0), **given: Any) -> Scene:
@@ -16,10 +17,10 @@ def crate(gravity: tuple[float, float] = (0, 0), **given: Any) -> Scene:
 
 def driven() -> Scene:
     scene = crate()
-    scene.add_joint("pull", "target", body_b="crate", max_force=100.0)
-    scene.add_joint("self", "target", body_b="crate")
+    scene.add_joint("pull", Target("crate", max_force=100.0))
+    scene.add_joint("self", Target("crate"))
     scene.add_body("other", shapes=[Circle(radius=0.5)], position=(5, 0))
-    scene.add_joint("glue", "weld", "crate", "other")
+    scene.add_joint("glue", Weld("crate", "other"))
     scene.add_constraint("rule", ["crate", "other"], [[1, 0, 0, -1, 0, 0]], lower=-5, upper=5)
     scene.add_actuator("left", "pull", "x")
     scene.add_actuator("right", "pull", "y")

@@ -7,7 +7,21 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gsenv.solver import Box, Circle, HalfPlane, Polygon, Scene, Terrain, World
+from gsenv.solver import Scene, World
+from gsenv.solver.planar import (
+    Box,
+    Circle,
+    Distance,
+    Gear,
+    HalfPlane,
+    Polygon,
+    Prismatic,
+    Revolute,
+    Target,
+    Terrain,
+    Weld,
+    Wheel,
+)
 
 pytestmark = pytest.mark.nojit
 G = 9.81
@@ -22,8 +36,8 @@ def test_a_mixed_scene_steps() -> None:
     scene.add_body("ball", shapes=[Circle(radius=0.2, restitution=0.8)], position=(2.0, 0.21), linear_velocity=(0, -2))
     wedge = Polygon(vertices=[(0, 0), (1, 0), (0, 0.5)])
     scene.add_body("wedge", shapes=[wedge], position=(5.0, 0.2))
-    scene.add_joint("hold", "weld", "box", "top")
-    scene.add_joint("drive", "target", body_b="ball", max_force=1.0)
+    scene.add_joint("hold", Weld("box", "top"))
+    scene.add_joint("drive", Target("ball", max_force=1.0))
     world = World(scene)
     mass = world.parameters.mass[0]
     world.step(3)
@@ -42,15 +56,15 @@ def test_every_joint_steps() -> None:
     for name, x in (("arm", 0.5), ("hand", 1.5), ("slider", 2.0), ("wheel", -1.0), ("ball", -3.0), ("skid", -5.0)):
         scene.add_body(name, shapes=[Circle(radius=0.2)], position=(x, 0), angular_velocity=0.1)
     servo: dict[str, Any] = {"motor_speed": 2.0, "motor_effort": 3.0, "frequency": 2.0, "damping_ratio": 2.0}
-    scene.add_joint("hinge", "revolute", "frame", "arm", anchor=(0, 0), limits=(-0.001, 2), **servo)
-    scene.add_joint("elbow", "revolute", "arm", "hand", anchor=(1, 0))
-    scene.add_joint("slide", "prismatic", "hand", "slider", axis=(1, 0), limits=(0, 0.3), **servo)
-    scene.add_joint("axle", "wheel", "frame", "wheel", axis=(0, 1), stiffness=1e6, limits=(-1, 1), motor_effort=1.0)
-    scene.add_joint("spin", "revolute", "frame", "wheel")
-    scene.add_joint("gear", "gear", joint_a="hinge", joint_b="spin", ratio=2.0)
-    scene.add_joint("rod", "distance", "wheel", "ball")
-    scene.add_joint("cord", "distance", "ball", "frame", limits=(0, 3.0), stiffness=5.0)
-    scene.add_joint("glue", "weld", "ball", "skid", damping=3.0)
+    scene.add_joint("hinge", Revolute("frame", "arm", anchor=(0, 0), limits=(-0.001, 2), **servo))
+    scene.add_joint("elbow", Revolute("arm", "hand", anchor=(1, 0)))
+    scene.add_joint("slide", Prismatic("hand", "slider", axis=(1, 0), limits=(0, 0.3), **servo))
+    scene.add_joint("axle", Wheel("frame", "wheel", axis=(0, 1), stiffness=1e6, limits=(-1, 1), motor_effort=1.0))
+    scene.add_joint("spin", Revolute("frame", "wheel"))
+    scene.add_joint("gear", Gear("hinge", "spin", ratio=2.0))
+    scene.add_joint("rod", Distance("wheel", "ball"))
+    scene.add_joint("cord", Distance("ball", "frame", limits=(0, 3.0), stiffness=5.0))
+    scene.add_joint("glue", Weld("ball", "skid", damping=3.0))
     scene.add_constraint("edge", ["skid"], [0, 1, 0], frame="body", update=lambda world: {"error": -1e-3, "upper": 0.0})
     scene.add_actuator("push", "axle", mode="torque")
     scene.add_actuator("turn", "hinge", mode="velocity")

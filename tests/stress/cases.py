@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gsenv.solver import Box, Capsule, Circle, HalfPlane, Options, Polygon, Scene
+from gsenv.solver import Options, Scene
+from gsenv.solver.planar import Box, Capsule, Circle, HalfPlane, Polygon
 
 Array = NDArray[np.float64]
 Rng = np.random.Generator
@@ -77,7 +78,7 @@ class Build:
         return Box(half_extents=(hx, hy), **common), math.hypot(hx, hy)
 
     def add(self, shapes: list[Any], **body: Any) -> None:
-        self.scene.add_body(f"body_{self.count}", shapes=shapes, fast=self.fast, **body)
+        self.scene.add_body(f"body_{self.count}", shapes=shapes, continuous=self.fast, **body)
         self.count += 1
 
 
@@ -107,6 +108,14 @@ def random_options(rng: Rng) -> Options:
         warm_start=bool(rng.random() < 0.9),
         sleep=bool(rng.random() < 0.7),
     )
+
+
+def random_target(rng: Rng, kind: Any, body: str) -> tuple[Any, float]:
+    """(a target joint of a body, its frequency in Hz); ``kind`` is the Target of a dimension."""
+    frequency = log_uniform(rng, 0.5, 20.0)
+    bound = float(np.inf) if rng.random() < 0.3 else log_uniform(rng, 1.0, 1e4)
+    ratio = float(rng.uniform(0.1, 2.0))
+    return kind(body, frequency=frequency, damping_ratio=ratio, max_force=bound, max_torque=bound), frequency
 
 
 def ground(build: Build, width: float, walls: bool | None = None) -> None:

@@ -9,9 +9,10 @@ import math
 
 import numpy as np
 
-from gsenv.solver import Box, Circle, Options, Scene, Terrain
+from gsenv.solver import Options, Scene
+from gsenv.solver.planar import Box, Circle, Target, Terrain, Weld
 
-from .cases import FLAT, SOLID, Build, Case, ground, log_uniform, random_options, scatter
+from .cases import FLAT, SOLID, Build, Case, ground, log_uniform, random_options, random_target, scatter
 
 CATEGORIES = (
     "loose", "boxes", "stacked", "overlap", "ratio", "bouncy", "spinning", "fast", "thin",
@@ -147,12 +148,11 @@ def _fill_welds(seed: int, category: str, options: Options, build: Build) -> Cas
             if k > 0:
                 a, b = build.count - 2, build.count - 1
                 anchor = ((k - 0.5) * 1.3 * size, y)
-                frequency = log_uniform(rng, 0.5, 30.0) if soft else None
+                frequency = log_uniform(rng, 0.5, 30.0) if soft else 0.0
                 ratio = float(rng.uniform(0.0, 2.0))
                 build.scene.add_joint(
-                    f"weld_{b}", "weld", f"body_{a}", f"body_{b}", anchor=anchor,
-                    frequency=frequency, damping_ratio=ratio,
-                )  # fmt: skip
+                    f"weld_{b}", Weld(f"body_{a}", f"body_{b}", anchor=anchor, frequency=frequency, damping_ratio=ratio)
+                )
         y += 2.5 * size
     two = [Box(half_extents=(size, 0.2 * size)), Circle(radius=0.5 * size, position=(size, 0.3 * size))]
     build.add(two, position=(0.0, y + 2.0 * size), angular_velocity=float(rng.normal(0.0, 5.0)))
@@ -166,13 +166,9 @@ def _fill_targets(seed: int, category: str, options: Options, build: Build) -> C
     width = scatter(build, int(rng.integers(4, 11)), 1.0, 2.0)
     drive = 0.0
     for k in range(int(rng.integers(1, 4))):
-        frequency = log_uniform(rng, 0.5, 20.0)
-        bound = float(np.inf) if rng.random() < 0.3 else log_uniform(rng, 1.0, 1e4)
         name = f"target_{k}"
-        build.scene.add_joint(
-            name, "target", body_b=f"body_{k}", frequency=frequency,
-            damping_ratio=float(rng.uniform(0.1, 2.0)), max_force=bound, max_torque=bound,
-        )  # fmt: skip
+        target, frequency = random_target(rng, Target, f"body_{k}")
+        build.scene.add_joint(name, target)
         build.scene.add_actuator(name + "_x", name, "x", "velocity", -5.0, 5.0)
         build.scene.add_actuator(name + "_y", name, "y", "position", 0.0, 2.0 * width)
         drive = max(drive, 5.0 + 2.0 * np.pi * frequency * 2.0 * width)

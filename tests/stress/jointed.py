@@ -10,7 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from gsenv.solver import Box, Capsule, Circle, Scene
+from gsenv.solver import Scene
+from gsenv.solver.planar import Box, Capsule, Circle, Distance, Gear, Revolute, Wheel
+from tests.solver.joints import make_joint
 
 from .cases import Array, Build, Case, ground, log_uniform, random_options
 
@@ -75,7 +77,7 @@ def _chain(
         before = names[-1] if names else holder
         if before is not None:
             bounds = None if limits is None else (-limits, limits)
-            build.scene.add_joint(f"pin_{name}", "revolute", before, name, anchor=place.tolist(), limits=bounds)
+            build.scene.add_joint(f"pin_{name}", Revolute(before, name, anchor=place.tolist(), limits=bounds))
         names.append(name)
         place = place + length * along
     return names
@@ -162,7 +164,9 @@ def _fill_ring(build: Build) -> tuple[float, float]:
         anchor = (center + radius * np.array([math.cos(turn), math.sin(turn)])).tolist()
         kind = "weld" if rng.random() < 0.2 else "revolute"
         for n in range(2 if twice else 1):
-            build.scene.add_joint(f"ring_{k}_{n}", kind, f"body_{k}", f"body_{(k + 1) % count}", anchor=anchor)
+            build.scene.add_joint(
+                f"ring_{k}_{n}", make_joint(kind, f"body_{k}", f"body_{(k + 1) % count}", anchor=anchor)
+            )
     ground(build, 20.0 * build.size)
     return 0.0, 0.0
 
@@ -183,7 +187,7 @@ def _fill_rope(build: Build) -> tuple[float, float]:
         build.add([ball], position=place.tolist())
         limits = None if rod else (0.0, build.size * float(rng.uniform(1.0, 1.3)))
         build.scene.add_joint(
-            f"rope_{k}", "distance", before, f"body_{k}", anchor_a=(0.0, 0.0), anchor_b=(0.0, 0.0), limits=limits
+            f"rope_{k}", Distance(before, f"body_{k}", anchor_a=(0.0, 0.0), anchor_b=(0.0, 0.0), limits=limits)
         )
         before = f"body_{k}"
     ground(build, 40.0 * build.size, walls=False)
@@ -209,9 +213,17 @@ def _fill_springs(build: Build) -> tuple[float, float]:
             if 0 <= i + di <= columns and j + dj <= rows:
                 other = (j + dj) * (columns + 1) + i + di
                 build.scene.add_joint(
-                    f"spring_{k}_{other}", "distance", f"body_{k}", f"body_{other}", anchor_a=(0.0, 0.0),
-                    anchor_b=(0.0, 0.0), stiffness=stiffness, damping=damping, collide=True,
-                )  # fmt: skip
+                    f"spring_{k}_{other}",
+                    Distance(
+                        f"body_{k}",
+                        f"body_{other}",
+                        anchor_a=(0.0, 0.0),
+                        anchor_b=(0.0, 0.0),
+                        stiffness=stiffness,
+                        damping=damping,
+                        collide=True,
+                    ),
+                )
     ground(build, 20.0 * build.size, walls=False)
     return 0.0, 0.0
 
@@ -221,7 +233,7 @@ def _fill_sliders(build: Build) -> tuple[float, float]:
     rng = build.rng
     build.add([_link(build, 2.0 * build.size)], position=(0.0, 4.0 * build.size))
     if rng.random() < 0.5:
-        build.scene.add_joint("pin", "revolute", _hook(build, 5.0 * build.size), "body_0")
+        build.scene.add_joint("pin", Revolute(_hook(build, 5.0 * build.size), "body_0"))
     for k in range(1, int(rng.integers(2, 6))):
         heading = float(rng.uniform(-math.pi, math.pi))
         axis = (math.cos(heading), math.sin(heading))
@@ -230,7 +242,7 @@ def _fill_sliders(build: Build) -> tuple[float, float]:
         limits = (-build.size * float(rng.uniform(0.0, 1.0)), build.size * float(rng.uniform(0.0, 1.0)))
         kind = str(rng.choice(["prismatic", "wheel"]))
         build.scene.add_joint(
-            f"rail_{k}", kind, f"body_{k - 1}", f"body_{k}", anchor=place.tolist(), axis=axis, limits=limits
+            f"rail_{k}", make_joint(kind, f"body_{k - 1}", f"body_{k}", anchor=place.tolist(), axis=axis, limits=limits)
         )
     for a in build.scene.bodies:  # they start inside each other
         for b in build.scene.bodies:
@@ -252,7 +264,7 @@ def _fill_bouncy(build: Build) -> tuple[float, float]:
         x = 2.0 * radius * k
         place = (x + height * math.sin(swing), radius + height - height * math.cos(swing))
         build.add([Circle(radius=radius, **build.material())], position=place, angle=swing)
-        build.scene.add_joint(f"pin_{k}", "revolute", "hook", f"body_{k}", anchor=(x, radius + height))
+        build.scene.add_joint(f"pin_{k}", Revolute("hook", f"body_{k}", anchor=(x, radius + height)))
     _chain(build, np.array([-4.0 * build.size, 5.0 * build.size]), 1.0, int(rng.integers(2, 5)), 0.5, None)
     ground(build, 20.0 * build.size)
     return 0.0, 0.0
@@ -270,9 +282,9 @@ def _fill_contradictory(build: Build) -> tuple[float, float]:
         place = build.scene.bodies[b].position - build.scene.bodies[a].position
         apart = float(np.hypot(*place))
         if kind == "distance":
-            build.scene.add_joint(f"odd_{k}", kind, a, b, length=apart + gap)
+            build.scene.add_joint(f"odd_{k}", make_joint(kind, a, b, length=apart + gap))
         else:
-            build.scene.add_joint(f"odd_{k}", kind, a, b, anchor_a=(0.0, 0.0), anchor_b=(gap, 0.0))
+            build.scene.add_joint(f"odd_{k}", make_joint(kind, a, b, anchor_a=(0.0, 0.0), anchor_b=(gap, 0.0)))
             gap += apart
         slack += gap
     ground(build, 20.0 * build.size)
@@ -291,9 +303,17 @@ def _fill_motors(build: Build) -> tuple[float, float]:
         anchor = build.scene.bodies[name].position.tolist()
         servo = rng.random() < 0.3
         build.scene.add_joint(
-            joint, "revolute", names[k], name, anchor=anchor, motor_effort=effort, limits=(-2.0, 2.0),
-            frequency=log_uniform(rng, 0.5, 20.0) if servo else None, spring_effort=effort,
-        )  # fmt: skip
+            joint,
+            Revolute(
+                names[k],
+                name,
+                anchor=anchor,
+                motor_effort=effort,
+                limits=(-2.0, 2.0),
+                frequency=log_uniform(rng, 0.5, 20.0) if servo else 0.0,
+                spring_effort=effort,
+            ),
+        )
         mode = "position" if servo else str(rng.choice(["velocity", "torque"]))
         build.scene.add_actuator(f"act_{k}", joint, mode=mode, lower=-speed, upper=speed)
         top = max(top, speed)
@@ -318,12 +338,19 @@ def _fill_gears(build: Build) -> tuple[float, float]:
         build.add([Circle(radius=radius, **build.material())], position=spot)
         effort = build.size**3 * log_uniform(rng, 1.0, 100.0) if k == 0 else 0.0
         build.scene.add_joint(
-            f"axle_{k}", "revolute", "frame", f"body_{k}", anchor=spot, motor_effort=effort,
-            motor_speed=speed if effort else 0.0, limits=(-1.0, 1.0) if k == count - 1 and rng.random() < 0.3 else None,
-        )  # fmt: skip
+            f"axle_{k}",
+            Revolute(
+                "frame",
+                f"body_{k}",
+                anchor=spot,
+                motor_effort=effort,
+                motor_speed=speed if effort else 0.0,
+                limits=(-1.0, 1.0) if k == count - 1 and rng.random() < 0.3 else None,
+            ),
+        )
         if k > 0:
             ratio = float(rng.choice([-1.0, 1.0])) * float(rng.uniform(0.3, 3.0))
-            build.scene.add_joint(f"gear_{k}", "gear", joint_a=f"axle_{k - 1}", joint_b=f"axle_{k}", ratio=ratio)
+            build.scene.add_joint(f"gear_{k}", Gear(f"axle_{k - 1}", f"axle_{k}", ratio=ratio))
     ground(build, 20.0 * build.size)
     return speed * build.size * 3.5**count, 0.0
 
@@ -344,10 +371,18 @@ def _fill_cars(build: Build) -> tuple[float, float]:
             joint = f"axle_{wheel}"
             speed = log_uniform(rng, 1.0, 100.0)
             build.scene.add_joint(
-                joint, "wheel", chassis, wheel, anchor=spot, axis=(0.0, 1.0), frequency=log_uniform(rng, 1.0, 15.0),
-                damping_ratio=0.7, limits=(-0.3 * build.size, 0.3 * build.size),
-                motor_effort=build.size**3 * log_uniform(rng, 1.0, 100.0),
-            )  # fmt: skip
+                joint,
+                Wheel(
+                    chassis,
+                    wheel,
+                    anchor=spot,
+                    axis=(0.0, 1.0),
+                    frequency=log_uniform(rng, 1.0, 15.0),
+                    damping_ratio=0.7,
+                    limits=(-0.3 * build.size, 0.3 * build.size),
+                    motor_effort=build.size**3 * log_uniform(rng, 1.0, 100.0),
+                ),
+            )
             build.scene.add_actuator(f"drive_{wheel}", joint, lower=-speed, upper=speed)
             top = max(top, speed)
     ground(build, 20.0 * build.size)

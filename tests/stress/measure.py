@@ -25,6 +25,8 @@ import numpy as np
 
 from gsenv.solver import Options, World
 from gsenv.solver.dimension import dimension
+from gsenv.solver.readings.joint_errors import joint_errors_and_energies
+from gsenv.solver.records.model import JointKind
 
 from .cases import Array, Case, Rng
 
@@ -99,16 +101,15 @@ class EnergyMeter:
         bodies = self.world.state.bodies[0]
         if self.dim == 2:
             return np.asarray(bodies["velocity"][:, 2])
-        authored = dimension(3).authored
-        axes = authored.multiplied(bodies["rotation"], self.world.parameters.bodies["axes"][0])
-        return np.asarray(authored.turned_by(axes * (1.0, -1.0, -1.0, -1.0), bodies["velocity"][:, 3:]))
+        initial_state = dimension(3).initial_state
+        axes = initial_state.multiplied(bodies["rotation"], self.world.parameters.bodies["axes"][0])
+        return np.asarray(initial_state.turned_by(axes * (1.0, -1.0, -1.0, -1.0), bodies["velocity"][:, 3:]))
 
     def energy(self) -> float:
         height = -float((self.weight * self.world.state.bodies["position"][0]).sum())
         if self.sprung:
             world = self.world
-            read = dimension(self.dim).readings.joint_errors_and_energies
-            height += float(read(world.model, world.parameters, world.state)[1][0])
+            height += float(joint_errors_and_energies(world.model, world.parameters, world.state)[1][0])
         return self.kinetic() + height
 
     def top_speed(self) -> float:
@@ -138,9 +139,7 @@ class EnergyMeter:
             if self.dynamic[a] and self.dynamic[b]:
                 linked[[a, b]] = True
                 group[group == group[b]] = group[a]
-                if (
-                    joint["kind"] == dimension(self.dim).joint_kinds["DISTANCE"]
-                ):  # a tower of balls on ropes stretches them
+                if joint["kind"] == JointKind.DISTANCE:  # a tower of balls on ropes stretches them
                     tall[b] += max(parameters["length"], parameters["upper"])
         total = 0.0
         height = self.world.state.bodies["position"][0, :, self.dim - 1]
@@ -167,7 +166,7 @@ def drive(case: Case, world: World, step: int, rng: Rng) -> None:
             parameters = world.parameters.bodies[0, body]
             way, turn = rng.normal(0.0, 0.5, (2, world.model.dim))
             torque = case.pushes * parameters["inertia"].min() / max(parameters["radius"], 1e-12) * turn
-            world.apply_force(int(body), case.pushes * parameters["mass"] * way, torque=torque)
+            world.apply_force(int(body), force=case.pushes * parameters["mass"] * way, torque=torque)
     if world.control.shape[1] and step % 20 == 0:
         world.control[:] = rng.uniform(-5.0, 5.0, world.control.shape)
 
@@ -253,6 +252,6 @@ def _escaped(world: World, meter: EnergyMeter) -> int:
             c, sine = record["local_rotation"]
             normal = np.array([-sine, c])
         else:
-            normal = dimension(3).authored.turned_by(record["local_rotation"], (0.0, 0.0, 1.0))
+            normal = dimension(3).initial_state.turned_by(record["local_rotation"], (0.0, 0.0, 1.0))
         behind |= (place - record["local_position"]) @ normal < 0.0
     return int((behind & meter.dynamic).sum())

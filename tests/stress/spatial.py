@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 
 from gsenv.solver import Scene
-from gsenv.solver.spatial.shapes import Box, Capsule, Cylinder, Heightfield, Hull, Plane, Sphere
+from gsenv.solver.spatial import Ball, Box, Capsule, Cylinder, Distance, Heightfield, Hull, Plane, Sphere, Target, Weld
 from tests.solver.spatial.one_kernel import complete
 
-from .cases import Array, Build, Case, Rng, log_uniform, random_options
+from .cases import Array, Build, Case, Rng, log_uniform, random_options, random_target
 from .measure import PUSHED
 
 CATEGORIES = (
@@ -107,7 +107,7 @@ def scatter(build: SpatialBuild, count: int, speed: float, spin: float, lift: fl
         build.add(
             [shape],
             position=place.tolist(),
-            rotation=random_turn(rng),
+            orientation=random_turn(rng),
             linear_velocity=rng.normal(0.0, speed, 3).tolist(),
             angular_velocity=rng.normal(0.0, spin, 3).tolist(),
         )
@@ -177,7 +177,7 @@ def _fill_stacked(build: SpatialBuild, category: str) -> tuple[float, float]:
         else:
             corners = [(x, y, z) for x in (-hx, hx) for y in (-hy, hy) for z in (-hz, hz)]
             shape = Hull(vertices=corners, **common)
-        build.add([shape], position=(top[0], top[1], top[2] + hz), rotation=(1.0, 0.0, 0.0, float(rng.normal())))
+        build.add([shape], position=(top[0], top[1], top[2] + hz), orientation=(1.0, 0.0, 0.0, float(rng.normal())))
         top += (*(rng.normal(0.0, lean, 2) * min(hx, hy)), 2.0 * hz)
     if rng.random() < 0.5:
         ball = Sphere(radius=build.size, **build.material())
@@ -195,7 +195,7 @@ def _fill_overlap(build: SpatialBuild, category: str) -> tuple[float, float]:
         shape, radius = build.shape()
         x, y, z = rng.uniform(-spread, spread, 3)
         z = abs(z) + radius * float(rng.uniform(0.5, 1.0))
-        build.add([shape], position=(x, y, z), rotation=random_turn(rng))
+        build.add([shape], position=(x, y, z), orientation=random_turn(rng))
     ground(build, 20.0 * build.size)
     return 0.0, 0.0
 
@@ -246,16 +246,12 @@ def _random_joint(build: SpatialBuild, name: str, a: str, b: str, middle: Array,
     spring: dict[str, Any] = (
         {"stiffness": stiffness, "damping": stiffness * log_uniform(rng, 1e-3, 0.1)} if soft else {}
     )
-    joint = build.scene.add_joint
-    if kind == "ball":
-        joint(name, "ball", a, b, anchor=middle)
-    elif kind in ("weld", "distance"):
-        joint(name, kind, a, b, anchor=middle if kind == "weld" else None, **spring)
-    elif kind == "rod":
-        joint(name, "distance", a, b)
-    else:
+    if kind == "rope":
         apart = build.scene.bodies[a].position - build.scene.bodies[b].position
-        joint(name, "distance", a, b, limits=(0.0, float(np.hypot.reduce(apart) * rng.uniform(1.0, 1.5))))
+        spring = {"limits": (0.0, float(np.hypot.reduce(apart) * rng.uniform(1.0, 1.5)))}
+    joints: dict[str, Any] = {"ball": Ball, "weld": Weld}
+    anchor = {"anchor": middle} if kind in joints else {}
+    build.scene.add_joint(name, joints.get(kind, Distance)(a, b, **anchor, **spring))
 
 
 def _fill_targets(build: SpatialBuild, category: str) -> tuple[float, float]:
@@ -264,13 +260,9 @@ def _fill_targets(build: SpatialBuild, category: str) -> tuple[float, float]:
     width = scatter(build, int(rng.integers(4, 11)), 1.0, 2.0)
     drive = 0.0
     for k in range(int(rng.integers(1, 4))):
-        frequency = log_uniform(rng, 0.5, 20.0)
-        bound = float(np.inf) if rng.random() < 0.3 else log_uniform(rng, 1.0, 1e4)
         name = f"target_{k}"
-        build.scene.add_joint(
-            name, "target", body_b=f"body_{k}", frequency=frequency,
-            damping_ratio=float(rng.uniform(0.1, 2.0)), max_force=bound, max_torque=bound,
-        )  # fmt: skip
+        target, frequency = random_target(rng, Target, f"body_{k}")
+        build.scene.add_joint(name, target)
         build.scene.add_actuator(name + "_x", name, "x", "velocity", -5.0, 5.0)
         build.scene.add_actuator(name + "_z", name, "z", "position", 0.0, 2.0 * width)
         build.scene.add_actuator(name + "_turn", name, str(rng.choice(["turn_x", "turn_y", "turn_z"])), "velocity")
@@ -291,7 +283,7 @@ def _fill_kinematic(build: SpatialBuild, category: str) -> tuple[float, float]:
         velocity[0] = -math.copysign(velocity[0], side)
         build.scene.add_body(
             f"mover_{k}", "kinematic", [shape], position=(side, 0.0, float(rng.uniform(0.0, width))),
-            rotation=random_turn(rng), linear_velocity=velocity.tolist(), angular_velocity=spin.tolist(),
+            orientation=random_turn(rng), linear_velocity=velocity.tolist(), angular_velocity=spin.tolist(),
         )  # fmt: skip
         drive = max(drive, float(np.hypot.reduce(velocity) + np.hypot.reduce(spin) * radius))
     ground(build, 3.0 * width)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from gsenv.envs import ENVS
-from gsenv.envs.mlp import MlpPolicy
+from gsenv.envs.core.mlp import MlpPolicy
 from gsenv.train import evaluate as script
 from gsenv.train.evaluate import PolicyError, evaluate, make_actor
 

@@ -10,7 +10,7 @@ import pytest
 
 pytest.importorskip("stable_baselines3")
 
-from gsenv.envs.mlp import MlpPolicy
+from gsenv.envs.core.mlp import MlpPolicy
 from gsenv.train import curve, experiment
 from gsenv.train.evaluate import evaluate
 from gsenv.train.export import load_zip

@@ -65,9 +65,7 @@ def test_wrong_command_lines_are_refused(script: object, arguments: list[str]) -
     assert error.value.code == 2
 
 
-def test_bad_arguments_of_the_environment_are_one_sentence(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_bad_arguments_of_the_environment_are_one_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert ppo.main(["--set", "blocks=99", "--out", str(tmp_path)]) == 1
     assert "blocks must be a whole number from 1 to 8, got 99" in capsys.readouterr().err
 

@@ -1,4 +1,4 @@
-"""Software rendering in 3D: primitives become a uint8 image, ray by ray."""
+"""Software rendering in 3D: ray casting of primitives to a uint8 image."""
 
 from gsenv.render.spatial.camera import SpatialCamera
 from gsenv.render.spatial.primitives import Primitives, make_primitives

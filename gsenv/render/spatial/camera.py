@@ -1,4 +1,4 @@
-"""3D cameras: where the eye is and what it looks at."""
+"""3D cameras: position of the eye and view direction."""
 
 from collections.abc import Sequence
 from math import isfinite, sqrt
@@ -17,12 +17,12 @@ FIELD_OF_VIEW = np.radians(40.0)
 
 
 class SpatialCamera(NamedTuple):
-    """Perspective view from `eye` to `target`, both (x, y, z) in m; `up` is up in the picture.
+    """Perspective view from `eye` to `target`, both (x, y, z) in m; `up` points up in the picture.
 
-    Pixel coordinates are continuous: (0, 0) is the top left corner, y points down, the middle of the first
+    Pixel coordinates are continuous: (0, 0) is the top left corner, y points down, and the centre of the first
     pixel is (0.5, 0.5).
 
-    fov: rad, the whole vertical angle
+    fov: rad, full vertical field of view
     width, height: px
     """
 
@@ -46,11 +46,13 @@ class SpatialCamera(NamedTuple):
         fov: float = FIELD_OF_VIEW,
         margin: float = 0.10,
     ) -> "SpatialCamera":
-        """Camera that shows the whole axis-aligned box `lower`..`upper` (m).
+        """Return a camera that shows all of the axis-aligned box `lower`..`upper` (m).
 
-        azimuth: rad, where the eye stands as seen from the box's middle, from x towards y
-        elevation: rad, how high it stands
-        margin: of the picture, kept free on each side at least
+        azimuth: rad, direction of the eye from the box's centre, counted from x towards y
+        elevation: rad, angle of that direction above the horizontal
+        margin: least free fraction of the picture on each side
+
+        Raises ValueError for bounds that are not finite or not ordered.
         """
         low, high = np.asarray(lower, float), np.asarray(upper, float)
         if low.shape != (3,) or not (np.isfinite(low).all() and np.isfinite(high).all() and (low <= high).all()):
@@ -69,23 +71,23 @@ class SpatialCamera(NamedTuple):
         return draft._replace(eye=target + distance * away)
 
     def following(self, target: Point) -> "SpatialCamera":
-        """The same view direction and distance, of another target (m)."""
+        """Return a camera with the same view direction and distance, for another target (m)."""
         goal = np.asarray(target, float)
         return self._replace(eye=np.asarray(self.eye, float) + (goal - np.asarray(self.target, float)), target=goal)
 
     def axes(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Unit vectors (right, up, forward)."""
+        """Return the unit vectors (right, up, forward)."""
         check_camera(self)
         (ex, ey, ez), (tx, ty, tz) = self.eye, self.target
         forward = unit((tx - ex, ty - ey, tz - ez))
         right = cross(forward, unit((self.up[0], self.up[1], self.up[2])))
-        if max(map(abs, right)) < 1e-6:  # looking straight up or down: any picture axis will do
+        if max(map(abs, right)) < 1e-6:  # the view is along `up`: any perpendicular axis will do
             right = cross(forward, (0.0, 1.0, 0.0) if abs(forward[1]) < 0.9 else (1.0, 0.0, 0.0))
         right = unit(right)
         return np.array(right), np.array(cross(right, forward)), np.array(forward)
 
     def to_pixel(self, points: ArrayLike) -> FloatArray:
-        """World (..., 3) in m to pixels (..., 2); NaN behind the eye."""
+        """Convert world points (..., 3) in m to pixels (..., 2); points behind the eye become NaN."""
         right, up, forward = self.axes()
         offset = np.asarray(points, float) - np.asarray(self.eye, float)
         depth = offset @ forward
@@ -96,7 +98,7 @@ class SpatialCamera(NamedTuple):
 
 
 def check_camera(camera: SpatialCamera) -> None:
-    """One clear sentence about the first thing wrong."""
+    """Raise ValueError, in one sentence, about the first field that is wrong."""
     for name in ("eye", "target", "up"):
         value = getattr(camera, name)
         if np.shape(value) != (3,) or not all(map(isfinite, value)):
@@ -112,7 +114,7 @@ def check_camera(camera: SpatialCamera) -> None:
         raise ValueError(f"width and height must be at least 1 px, got {camera.width} x {camera.height}.")
 
 
-# Scalars: numpy's functions cost a picture of 84 x 84 a tenth of its time.
+# Plain scalars: NumPy's vector functions took a tenth of the time of an 84 x 84 picture.
 
 
 def norm(a: Triple) -> float:

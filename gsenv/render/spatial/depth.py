@@ -1,4 +1,4 @@
-"""Row kernels of the visible surfaces: nearest depth and its item's id, by analytic ray hits."""
+"""Row kernels of visibility: nearest depth and its item's id in each column, by analytic ray intersection."""
 
 from typing import Any
 
@@ -25,16 +25,16 @@ from gsenv.render.spatial.records import (
 from gsenv.solver.jit import inline_njit, njit
 from gsenv.solver.spatial.math import cross, dot, sub
 
-# Start and step of a row's rays in an item's frame: d = start + x step, x the pixel's middle.
+# Start and step of a row's rays in an item's frame: d = start + x step, with x the column of the pixel's centre.
 Ray = tuple[Any, Any, Any, Any, Any, Any]
 
 ENTER, LEAVE = SCRATCH, SCRATCH + 1
-NEARER = f4(1.00001)  # by so much must a later item be: of two faces in one place the first item's shows
+NEARER = f4(1.00001)  # depth ratio by which a later item must be nearer: the first of two coincident faces shows
 
 
 @inline_njit
 def find_ray(item: Any, look: Any, x: Any, y: Any) -> Ray:
-    """Rays of the row at picture height y, columns shifted by x (both at depth 1)."""
+    """Return the rays of the row at picture height y, with columns shifted by x (both at depth 1)."""
     x = look.left + x
     step = look.step
     return (
@@ -49,12 +49,13 @@ def find_ray(item: Any, look: Any, x: Any, y: Any) -> Ray:
 
 @inline_njit
 def nonzero(x: Any) -> Any:
-    """x, or a tiny number for zero: slopes that can be divided by."""
+    """Return x, or a tiny number for zero, so that it can be divided by."""
     return x if abs(x) > TINY else TINY
 
 
 @njit
 def trace_box(lines: FloatArray, depth: int, ids: int, first: Any, last: Any, k: Any, item: Any, ray: Ray) -> None:
+    """Intersect rays with a box: the overlap of three slabs."""
     ax, ay, az, bx, by, bz = ray
     ox, oy, oz = item.eye_x, item.eye_y, item.eye_z
     sx, sy, sz = item.size_x, item.size_y, item.size_z
@@ -72,7 +73,10 @@ def trace_box(lines: FloatArray, depth: int, ids: int, first: Any, last: Any, k:
 
 @njit
 def trace_capsule(lines: FloatArray, depth: int, ids: int, first: Any, last: Any, k: Any, item: Any, ray: Ray) -> None:
-    """Also spheres, of half length zero. Discriminants come from |o x d|: no cancellation far away."""
+    """Intersect rays with a capsule; a sphere is one of half length 0.
+
+    The discriminants are computed from |o x d|, which avoids cancellation far from the eye.
+    """
     ax, ay, az, bx, by, bz = ray
     ox, oy, oz = item.eye_x, item.eye_y, item.eye_z
     half, square = item.size_z, item.radius * item.radius
@@ -100,6 +104,7 @@ def trace_capsule(lines: FloatArray, depth: int, ids: int, first: Any, last: Any
 
 @njit
 def trace_cylinder(lines: FloatArray, depth: int, ids: int, first: Any, last: Any, k: Any, item: Any, ray: Ray) -> None:
+    """Intersect rays with a cylinder: the overlap of an infinite one and a slab."""
     ax, ay, az, bx, by, bz = ray
     ox, oy, oz = item.eye_x, item.eye_y, item.eye_z
     half, square = item.size_z, item.radius * item.radius
@@ -141,7 +146,10 @@ def trace_plane(lines: FloatArray, depth: int, ids: int, first: Any, last: Any, 
 def trace_hull(
     lines: FloatArray, depth: int, ids: int, first: Any, last: Any, k: Any, item: Any, ray: Ray, faces: FloatArray
 ) -> None:
-    """Clips the ray by one half-space after the other. Where the eye is outside a face, the ray can only enter."""
+    """Intersect rays with a hull: clip them by one half-space after the other.
+
+    Where the eye is outside a face, the ray can only enter the half-space; otherwise it can only leave it.
+    """
     ax, ay, az, bx, by, bz = ray
     for j in range(first, last):
         lines[ENTER, j] = ZERO
@@ -170,14 +178,14 @@ def trace_hull(
 
 @inline_njit
 def find_row_form(view_ray: Ray, x: Any, y: Any, z: Any) -> tuple[Any, Any]:
-    """Start and step along a row of the product of its rays with (x, y, z)."""
+    """Return start and step, along a row, of the dot product of its rays with (x, y, z)."""
     ax, ay, az, bx, by, bz = view_ray
     return ax * x + ay * y + az * z, bx * x + by * y + bz * z
 
 
 @inline_njit
 def find_extent(v: Any, item: Any, look: Any, bounds: Any) -> Any:
-    """`bounds` (left, right, top, bottom in px, all in front) with a point (m from the eye, item's frame)."""
+    """Extend `bounds` (left, right, top, bottom in px, whether all is in front) by a point (m from the eye)."""
     left, right, top, bottom, front = bounds
     depth = v[0] * item.forward_x + v[1] * item.forward_y + v[2] * item.forward_z
     scale = ONE / (look.step * max(depth, NEAR))
@@ -190,14 +198,15 @@ def find_extent(v: Any, item: Any, look: Any, bounds: Any) -> Any:
 def trace_triangle(
     band: FloatArray, start: int, end: int, k: Any, item: Any, look: Any, shift: Any, u: Any, v: Any, w: Any, out: Any
 ) -> None:
-    """A triangle (m from the eye, item's frame; counter-clockwise seen from outside) in the rows start..end-1.
+    """Intersect the rays of rows start..end-1 with a triangle u, v, w (m from the eye, in the item's frame).
 
-    The products of the ray with the normals of the planes through the eye and each edge tell what is inside, also
-    for corners behind the eye: Olano and Greer, "Triangle scan conversion using 2D homogeneous coordinates", 1997.
+    Corners are counter-clockwise seen from outside. A ray is inside if its dot products with the normals of the
+    planes through the eye and each edge are all at most 0, which also holds for corners behind the eye: Olano and
+    Greer, "Triangle scan conversion using 2D homogeneous coordinates", 1997.
     """
     n = cross(sub(v, u), sub(w, u))
     height = dot(n, u)
-    if height >= ZERO:  # seen from behind
+    if height >= ZERO:  # back face
         return
     left, right, top, bottom, front = FAR, -FAR, FAR, -FAR, True
     bounds = (left, right, top, bottom, front)
@@ -236,7 +245,7 @@ def trace_triangle(
 def trace_field(
     band: FloatArray, start: int, end: int, k: Any, item: Any, look: Any, shift: Any, points: FloatArray, out: Any
 ) -> None:
-    """All triangles of a heightfield; a cell's diagonal runs from its lowest to its highest indices."""
+    """Intersect rays with all triangles of a heightfield; a cell's diagonal joins its lowest and highest indices."""
     eye = (item.eye_x, item.eye_y, item.eye_z)
     columns = item.columns
     for r in range(item.rows - 1):
@@ -255,7 +264,7 @@ def trace_field(
 
 @njit
 def find_visible(lines: FloatArray, k: Any, left: int, right: int) -> tuple[Any, Any]:
-    """Whole groups of LANES columns that hold all pixels of item k; first >= last: it has none."""
+    """Return (first, last), whole groups of LANES columns that hold all pixels of item k; first >= last if none."""
     first, last = np.uint64(left), np.uint64(right)
     while first < last and lines[ID, first] != k:
         first += np.uint64(1)
@@ -266,7 +275,7 @@ def find_visible(lines: FloatArray, k: Any, left: int, right: int) -> tuple[Any,
 
 @njit
 def find_columns(items: NDArray[np.void], count: int, row: int) -> tuple[int, int]:
-    """Columns first..last-1 of the row that hold all items but planes; first >= last: none."""
+    """Return (first, last): columns first..last-1 of the row hold all items but planes; first >= last if none."""
     first, last = 1 << 30, 0
     for k in range(count):
         item = items[k]
@@ -290,9 +299,9 @@ def trace_band(
     depth: int,
     ids: int,
 ) -> None:
-    """Nearest depth and id of the rows start..end-1, at a shift (px) from the middles of the pixels.
+    """Find the nearest depth and id in the rows start..end-1, at an offset (px) from the pixel centres.
 
-    Other lines than ID are filled only where an item may have an edge: in `find_columns`.
+    For the samples of antialiasing (`ids` other than ID) only the columns of `find_columns` are filled.
     """
     look = looks[0]
     for row in range(start, end):

@@ -1,4 +1,4 @@
-"""Smooth edges: pixels whose samples see several things."""
+"""Antialiasing of edges: pixels whose samples see several items."""
 
 from typing import Any
 
@@ -10,17 +10,17 @@ from gsenv.render.spatial.light import to_byte
 from gsenv.render.spatial.records import SAMPLES, SUB_ID, ZERO, FloatArray, f4
 from gsenv.solver.jit import njit
 
-# Places of the samples in a pixel: a rotated grid.
+# Offsets of the samples from the pixel's centre, in px: a rotated grid.
 SAMPLE_X = (f4(-0.125), f4(0.375), f4(-0.375), f4(0.125))
 SAMPLE_Y = (f4(-0.375), f4(-0.125), f4(0.125), f4(0.375))
 
 
 @njit
 def find_color(ids: NDArray[np.int32], row: int, j: int, seen: Any, height: int, width: int) -> tuple[int, int]:
-    """The nearest of the pixel and its eight neighbours that shows `seen`; the pixel itself if none does."""
+    """Return the nearest of the pixel and its eight neighbours that shows item `seen`, or the pixel if none does."""
     if ids[row, j] == seen:
         return row, j
-    for ring in range(1, 3):  # sides, then corners
+    for ring in range(1, 3):  # first the four direct neighbours, then the diagonal ones
         for di in range(-1, 2):
             for dj in range(-1, 2):
                 if abs(di) + abs(dj) == ring and 0 <= row + di < height and 0 <= j + dj < width:
@@ -40,7 +40,7 @@ def blend_band(
     ids: NDArray[np.int32],
     colors: FloatArray,
 ) -> None:
-    """Pixels whose samples see several things get the mean of the colours of neighbours that show them."""
+    """Average, in pixels whose samples see several items, the colours of neighbours that show these items."""
     height, width = ids.shape
     share = f4(1.0 / SAMPLES)
     for row in range(start, end):

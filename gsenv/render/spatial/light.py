@@ -1,4 +1,4 @@
-"""Row kernel of the light: sun, sky, reflections, fog and tone."""
+"""Row kernel of shading: sun, sky, reflections, fog and tone mapping."""
 
 from typing import Any
 
@@ -16,11 +16,11 @@ from gsenv.render.spatial.records import (
     NORMAL_Y,
     NORMAL_Z,
     ONE,
-    OPEN,
     PIXEL_X,
     RED,
     SHADOW,
     TWO,
+    VISIBILITY,
     ZERO,
     FloatArray,
     f4,
@@ -28,15 +28,15 @@ from gsenv.render.spatial.records import (
 from gsenv.render.spatial.surface import smooth
 from gsenv.solver.jit import inline_njit, njit
 
-GLOSS = f4(0.10)  # of the sun's image
-SHEEN = f4(0.22)  # of the sky, at grazing angles
-SHOULDER = f4(0.80)  # screen colours up to here stay as they are
-TERMINATOR = f4(6.0)  # how fast a surface that turns from the sun loses its shadows
+GLOSS = f4(0.10)  # strength of the sun's specular highlight
+SHEEN = f4(0.22)  # strength of the sky's reflection at grazing angles
+SHOULDER = f4(0.80)  # screen colours up to this value are not compressed
+TERMINATOR = f4(6.0)  # how fast shadows fade on surfaces that turn away from the sun
 
 
 @inline_njit
 def tone(x: Any) -> Any:
-    """Screen colour of linear light: its root, then a shoulder (a parabola) that ends at 1."""
+    """Map linear light to a screen colour: its square root, compressed above SHOULDER by a parabola that ends at 1."""
     y = min(np.sqrt(max(x, ZERO)), TWO - SHOULDER)
     over = max(y - SHOULDER, ZERO)
     return y - over * over * f4(0.25 / (1.0 - SHOULDER))
@@ -44,6 +44,7 @@ def tone(x: Any) -> Any:
 
 @inline_njit
 def find_world_ray(look: Any, y: Any) -> Ray:
+    """Return the rays of the row at picture height y in the world's axes."""
     x, step = look.left, look.step
     return (
         look.forward_x + x * look.right_x + y * look.up_x,
@@ -61,8 +62,9 @@ def to_byte(value: Any) -> Any:
 
 
 @inline_njit
-def light_channel(albedo: Any, sun: Any, sunlight: Any, up: Any, sky: Any, bounce: Any, opening: Any) -> Any:
-    return albedo * (sun * sunlight + opening * (bounce + up * (sky - bounce)))
+def light_channel(albedo: Any, sun: Any, sunlight: Any, up: Any, sky: Any, bounce: Any, visible: Any) -> Any:
+    """Return the diffuse light of one colour channel: of the sun, of the sky and of light that the ground reflects."""
+    return albedo * (sun * sunlight + visible * (bounce + up * (sky - bounce)))
 
 
 @njit
@@ -75,7 +77,7 @@ def light_band(
     ids: NDArray[np.int32],
     colors: FloatArray | None,
 ) -> None:
-    """Light the rows start..end-1; their colours go into `image`, and 0..1 into `colors` (3, row, column)."""
+    """Shade the rows start..end-1; write bytes to `image` and colours in 0..1 to `colors` (3, row, column)."""
     look = looks[0]
     lx, ly, lz = look.sun_x, look.sun_y, look.sun_z
     for row in range(start, end):
@@ -92,12 +94,12 @@ def light_band(
             facing = nx * lx + ny * ly + nz * lz
             lit = (ONE - min(lines[SHADOW, j], ONE)) * smooth(facing * TERMINATOR)
             sun = max(facing, ZERO) * lit
-            up = (HALF + HALF * nz)
-            opening = lines[OPEN, j]
+            up = HALF + HALF * nz
+            visible = lines[VISIBILITY, j]
             seen = max(-(nx * vx + ny * vy + nz * vz), ZERO)
             graze = ONE - seen
             graze *= graze
-            sheen = SHEEN * graze * graze * (ONE - seen) * opening * (ONE - nz * nz * nz * nz)
+            sheen = SHEEN * graze * graze * (ONE - seen) * visible * (ONE - nz * nz * nz * nz)
             hx, hy, hz = lx - vx, ly - vy, lz - vz
             half = max(nx * hx + ny * hy + nz * hz, ZERO) / np.sqrt(max(hx * hx + hy * hy + hz * hz, f4(1e-6)))
             half *= half
@@ -110,9 +112,9 @@ def light_band(
             fog = fog / (ONE + fog)
             rise = ONE - min(max(vz * f4(1.5), ZERO), ONE)
             rise = ONE - rise * rise
-            red = light_channel(lines[RED, j], sun, look.sun_red, up, look.sky_red, look.bounce_red, opening)
-            green = light_channel(lines[GREEN, j], sun, look.sun_green, up, look.sky_green, look.bounce_green, opening)
-            blue = light_channel(lines[BLUE, j], sun, look.sun_blue, up, look.sky_blue, look.bounce_blue, opening)
+            red = light_channel(lines[RED, j], sun, look.sun_red, up, look.sky_red, look.bounce_red, visible)
+            green = light_channel(lines[GREEN, j], sun, look.sun_green, up, look.sky_green, look.bounce_green, visible)
+            blue = light_channel(lines[BLUE, j], sun, look.sun_blue, up, look.sky_blue, look.bounce_blue, visible)
             air_red = look.horizon_red + rise * (look.zenith_red - look.horizon_red)
             air_green = look.horizon_green + rise * (look.zenith_green - look.horizon_green)
             air_blue = look.horizon_blue + rise * (look.zenith_blue - look.horizon_blue)

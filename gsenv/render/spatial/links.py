@@ -1,4 +1,4 @@
-"""Rods, ropes and springs of 3D worlds: a thin capsule from anchor to anchor."""
+"""Rods, ropes and springs of 3D worlds, drawn as thin capsules from anchor to anchor."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ from gsenv.render.theme import ROD_COLOR, ROPE_COLOR, SPRING_COLOR
 
 FloatArray = NDArray[np.float64]
 
-THICKNESS = 0.15  # of the smaller body's radius
-THICKEST = 0.03  # of a link's own length: thinner where bodies are large and near
+THICKNESS = 0.15  # radius of a link over that of the smaller body
+THICKEST = 0.03  # largest radius of a link over its length
 
 
 def with_links(primitives: Primitives, table: LinkTable, links: LinkState) -> Primitives:
-    """The primitives of a world, and its links."""
+    """Return the primitives of a world with its links appended."""
     n = len(table.joint)
     if not n:
         return primitives
-    way = links.anchor_b - links.anchor_a
-    length = np.sqrt((way**2).sum(axis=-1))
+    span = links.anchor_b - links.anchor_a
+    length = np.sqrt((span**2).sum(axis=-1))
     size = np.zeros((n, 3))
     size[:, 2] = 0.5 * length
     added = Primitives(
         kind=np.full(n, CAPSULE, np.int32),
         position=0.5 * (links.anchor_a + links.anchor_b),
-        rotation=_turns(way, length),
+        rotation=_rotations_along(span, length),
         size=size,
         radius=np.minimum(THICKNESS * table.size, THICKEST * length),
         color=find_colors(table),
@@ -42,14 +42,14 @@ def with_links(primitives: Primitives, table: LinkTable, links: LinkState) -> Pr
 
 
 def find_colors(table: LinkTable) -> NDArray[np.uint8]:
-    """(link, 3)"""
+    """Return the links' colours (link, 3) RGB."""
     stiff = np.where(table.rigid[:, None], ROD_COLOR, ROPE_COLOR)
     return np.where(table.sprung[:, None], SPRING_COLOR, stiff).astype(np.uint8)
 
 
-def _turns(way: FloatArray, length: FloatArray) -> FloatArray:
-    """(link, 4) unit quaternions that turn the z axis into the way."""
-    d = np.divide(way, length[:, None], out=np.zeros_like(way), where=length[:, None] > 0.0)
+def _rotations_along(span: FloatArray, length: FloatArray) -> FloatArray:
+    """Return unit quaternions (link, 4) that rotate the z axis to the direction of `span` (link, 3)."""
+    d = np.divide(span, length[:, None], out=np.zeros_like(span), where=length[:, None] > 0.0)
     turns = np.stack([1.0 + d[:, 2], -d[:, 1], d[:, 0], np.zeros(len(d))], axis=-1)
     turns[turns[:, 0] < 1e-9] = (0.0, 1.0, 0.0, 0.0)  # straight down
     return np.asarray(turns / np.sqrt((turns**2).sum(axis=-1, keepdims=True)))

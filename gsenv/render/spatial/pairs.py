@@ -1,4 +1,4 @@
-"""Which item may darken which, and in which pixels."""
+"""Pairs of items of which one may shadow or occlude the other, and the pixels concerned."""
 
 from typing import Any
 
@@ -13,11 +13,11 @@ MARGIN = 0.01  # m
 
 
 @njit
-def find_sweep(receiver: Any, occluder: Any, view: Any) -> tuple[float, float]:
-    """First and last distance (m) along the sunlight at which the occluder's box can darken the receiver's.
+def find_shadow_range(receiver: Any, occluder: Any, view: Any) -> tuple[float, float]:
+    """Return the range (m) of displacements along the sunlight that move the occluder's box into the receiver's.
 
-    A corner enters the receiver's box at the latest of its entries into the three slabs. That is convex in the
-    corner's place, so the corners bound it for all points of the occluder. Empty: first > last.
+    A point enters the receiver's box when it has entered all three slabs. This time is a convex function of the
+    point's position, so the occluder's corners bound it for all its points. The range is empty if first > last.
     """
     plane = receiver.kind == PLANE
     limit, spread = 1e9, 0.0
@@ -56,7 +56,7 @@ def find_sweep(receiver: Any, occluder: Any, view: Any) -> tuple[float, float]:
 
 @njit
 def is_near(receiver: Any, occluder: Any, reach: float) -> bool:
-    """Whether a part of the receiver may lie within reach of the occluder."""
+    """Whether a part of the receiver may lie within `reach` m of the occluder."""
     x = occluder.center_x - receiver.center_x
     y = occluder.center_y - receiver.center_y
     z = occluder.center_z - receiver.center_z
@@ -70,7 +70,7 @@ def is_near(receiver: Any, occluder: Any, reach: float) -> bool:
 
 @njit
 def find_bounds(box: Any, view: Any, first: float, last: float, radius: float) -> Bounds:
-    """Picture of a box swept along the sunlight from `first` to `last` (m), with a margin (m)."""
+    """Return the picture bounds of a box swept along the sunlight from `first` to `last` m, grown by `radius` m."""
     bounds = NO_BOUNDS
     for k in range(16):
         x, y, z = corner(box, k % 8)
@@ -87,9 +87,9 @@ def find_pairs(
     shadows: NDArray[np.void],
     contacts: NDArray[np.void],
 ) -> tuple[int, int]:
-    """Fill both kinds of pairs; returns how many there are of each, also where the arrays are too short.
+    """Find the pairs for shadows and for ambient occlusion (`contacts`); return the number of each.
 
-    The last entry of each array is scratch.
+    The numbers are right even if an array is too short. The last entry of each array is scratch.
     """
     view = views[0]
     shadow_count, contact_count = 0, 0
@@ -101,12 +101,12 @@ def find_pairs(
             occluder = items[k]
             if k == r or occluder.kind == HEIGHTFIELD:
                 continue
-            first, last = (1.0, 0.0) if occluder.kind == PLANE else find_sweep(receiver, occluder, view)
+            first, last = (1.0, 0.0) if occluder.kind == PLANE else find_shadow_range(receiver, occluder, view)
             if first <= last:
                 bounds = find_bounds(occluder, view, first, last, view.softness * last + MARGIN)
                 pair = shadows[min(shadow_count, len(shadows) - 1)]
                 shadow_count += store_pair(pair, r, k, receiver, view, bounds)
-            reach = 2.0 * occluder.reach  # from a probe that is itself one reach away
+            reach = 2.0 * occluder.reach  # the probe is already one reach above the receiver
             both = occluder.kind == PLANE and receiver.kind == PLANE
             if len(contacts) > 1 and not both and is_near(receiver, occluder, reach):
                 bounds = find_bounds(receiver if occluder.kind == PLANE else occluder, view, 0.0, 0.0, reach)
@@ -117,7 +117,7 @@ def find_pairs(
 
 @njit
 def store_pair(pair: Any, r: int, k: int, receiver: Any, view: Any, bounds: Bounds) -> int:
-    """1 if the receiver has pixels in `bounds`, else 0."""
+    """Store a pair; return 1 if the receiver has pixels in `bounds`, else 0."""
     store_bounds(pair, view, bounds)
     pair.receiver, pair.occluder = r, k
     pair.top, pair.bottom = max(pair.top, receiver.top), min(pair.bottom, receiver.bottom)

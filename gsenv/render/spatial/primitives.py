@@ -1,4 +1,4 @@
-"""What a 3D picture is made of: one row per primitive."""
+"""Primitives of a 3D picture, as arrays with one row each."""
 
 from typing import NamedTuple
 
@@ -10,16 +10,16 @@ from gsenv.solver.spatial.vertices import vertex_dtype
 
 FloatArray = NDArray[np.float64]
 
-# Numbers of gsenv.solver.spatial.shapes.ShapeKind.
+# Values of gsenv.solver.spatial.kinds.ShapeKind.
 SPHERE, BOX, CAPSULE, CYLINDER, HULL, PLANE, HEIGHTFIELD = range(7)
 KIND_COUNT = 7
 
-# What of a shape turns with it, so that one sees it turn.
+# Whether a pattern on a shape makes its rotation visible.
 PLAIN, MARKED = 0, 1
 
 
 class Primitives(NamedTuple):
-    """(n,) primitives. A shape's axis is its z axis; a plane is solid below z = 0 of its frame."""
+    """n primitives. The axis of capsules and cylinders is local z; a plane is solid below z = 0 of its frame."""
 
     kind: NDArray[np.int32]
     position: FloatArray  # (n, 3) m
@@ -28,8 +28,8 @@ class Primitives(NamedTuple):
     radius: FloatArray  # (n,) m
     color: NDArray[np.uint8]  # (n, 3) RGB
     enabled: NDArray[np.bool_]  # (n,)
-    vertex_first: NDArray[np.int32]  # (n,) of hulls and heightfields, in the array of vertices
-    mark: NDArray[np.int32]  # (n,) MARKED: stripes on spheres, spokes on cylinders
+    vertex_first: NDArray[np.int32]  # (n,) first entry of hulls and heightfields in the array of vertices
+    mark: NDArray[np.int32]  # (n,) PLAIN, or MARKED: stripes on spheres, spokes on cylinders
 
 
 def make_primitives(
@@ -43,9 +43,11 @@ def make_primitives(
     vertex_first: ArrayLike | None = None,
     mark: ArrayLike | None = None,
 ) -> Primitives:
-    """Checked primitives: `kind` (n,), `position` (n, 3), the rest as in `Primitives` or left out.
+    """Return checked primitives from `kind` (n,), `position` (n, 3), and optional fields as in `Primitives`.
 
-    Colours follow the palette in turn where none are given.
+    Without `color`, the palette's colours are assigned cyclically.
+
+    Raises ValueError as `check_primitives` does.
     """
     kinds = np.ascontiguousarray(kind, np.int32).reshape(-1)
     n = len(kinds)
@@ -65,7 +67,7 @@ def make_primitives(
 
 
 def check_primitives(primitives: Primitives, vertex_count: int | None = None) -> Primitives:
-    """The same, or ValueError with one clear sentence about the first thing wrong."""
+    """Return the primitives unchanged; raise ValueError, in one sentence, about the first field that is wrong."""
     n = len(primitives.kind)
     shapes = {"position": (n, 3), "rotation": (n, 4), "size": (n, 3), "color": (n, 3)}
     for name, value in primitives._asdict().items():
@@ -89,7 +91,7 @@ def check_primitives(primitives: Primitives, vertex_count: int | None = None) ->
 
 
 class Meshes(NamedTuple):
-    """Vertices of all hulls and heightfields, as arrays that kernels read fast."""
+    """Vertices of all hulls and heightfields as plain arrays, which kernels read faster than records."""
 
     point: FloatArray  # (v, 3) m
     normal: FloatArray  # (v, 3) of faces
@@ -98,7 +100,7 @@ class Meshes(NamedTuple):
 
 
 def read_meshes(vertices: NDArray[np.void] | None) -> Meshes:
-    """Meshes of an array of `vertex_dtype` entries, or of none."""
+    """Return the meshes of an array of `vertex_dtype` entries, or empty ones for None."""
     if vertices is None:
         vertices = np.zeros(0, vertex_dtype())
     counts = [vertices[name] for name in ("vertex_count", "face_count", "columns", "rows")]

@@ -1,13 +1,13 @@
-"""Primitives to pictures."""
+"""Rendering of primitives to pictures."""
 
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gsenv.render.spatial.ambient_occlusion import occlude_band
 from gsenv.render.spatial.camera import SpatialCamera
 from gsenv.render.spatial.depth import trace_band
-from gsenv.render.spatial.dimness import dim_band
 from gsenv.render.spatial.edges import SAMPLE_X, SAMPLE_Y, blend_band
 from gsenv.render.spatial.light import light_band
 from gsenv.render.spatial.pairs import find_pairs
@@ -19,13 +19,13 @@ from gsenv.render.spatial.records import (
     LANES,
     LINE_COUNT,
     LOOK,
-    OPEN,
     PAIR,
     PIXEL_X,
     SAMPLES,
     SUB_DEPTH,
     SUB_ID,
     VIEW,
+    VISIBILITY,
     ZERO,
     FloatArray,
 )
@@ -33,19 +33,22 @@ from gsenv.render.spatial.setup import prepare
 from gsenv.render.spatial.shadow import shade_band
 from gsenv.render.spatial.style import DEFAULT_STYLE, Style
 from gsenv.render.spatial.surface import paint_band
-from gsenv.solver.optional import as_records
+from gsenv.solver.records.plain import as_records
 
 Quality = Literal["high", "fast"]
 QUALITIES = ("high", "fast")
 NO_MESHES = read_meshes(None)
-BAND_BYTES = 1 << 20  # rows that are worked on at a time fit the second cache level
+BAND_BYTES = 1 << 20  # size of a band of rows, which fits the L2 cache
 
 
 class PrimitiveRenderer:
-    """Renders primitives at one size and quality, with scratch arrays that it keeps.
+    """Renders primitives at one size and quality; keeps its scratch arrays between pictures.
 
     width, height: px
-    quality: "high" (soft shadows, dim creases, smooth edges) or "fast" (sharp shadows, one sample a pixel)
+    quality: "high" (soft shadows, ambient occlusion, antialiased edges) or "fast" (sharp shadows, one sample
+        per pixel)
+
+    Raises ValueError for a size below 1 px or an unknown quality.
     """
 
     def __init__(self, width: int, height: int, quality: Quality = "high", style: Style = DEFAULT_STYLE) -> None:
@@ -60,7 +63,7 @@ class PrimitiveRenderer:
         self._bands = [(start, min(start + rows, height)) for start in range(0, height, rows)]
         self._band = np.zeros((rows, LINE_COUNT, padded), np.float32)
         self._band[:, PIXEL_X] = np.arange(padded) + 0.5
-        self._band[:, OPEN] = 1.0
+        self._band[:, VISIBILITY] = 1.0
         self._colors = np.zeros((3, height, width), np.float32) if quality == "high" else None
         self._items = as_records(np.zeros(0, ITEM))
         self._spans = np.zeros((rows, 0, 2), np.int64)
@@ -71,10 +74,12 @@ class PrimitiveRenderer:
     def draw(
         self, camera: SpatialCamera, primitives: Primitives, vertices: NDArray[np.void] | None = None
     ) -> NDArray[np.uint8]:
-        """New (height, width, 3) RGB picture; afterwards `ids` holds what each pixel shows (-1: sky).
+        """Return a new (height, width, 3) RGB picture; `ids` then holds the item that each pixel shows (-1: sky).
 
-        camera: its width and height give way to the renderer's
-        vertices: entries of `vertex_dtype` of hulls and heightfields
+        camera: its width and height are replaced by the renderer's
+        vertices: `vertex_dtype` entries of hulls and heightfields
+
+        Raises ValueError for bad primitives or a bad camera.
         """
         meshed = (primitives.kind == HULL) | (primitives.kind == HEIGHTFIELD)
         meshes = read_meshes(vertices) if meshed.any() else NO_MESHES
@@ -91,7 +96,7 @@ class PrimitiveRenderer:
             paint_band(*rows, self._items, count, self._look, faces, points, self._spans)
             shade_band(*rows, self._items, shadows, self._look, faces, self._spans)
             if self._colors is not None:
-                dim_band(*rows, self._items, contacts, self._look, faces, self._spans)
+                occlude_band(*rows, self._items, contacts, self._look, faces, self._spans)
             light_band(*rows, self._look, image, self.ids, self._colors)
         if self._colors is not None:
             self._smooth_edges(image, count, faces, points)
@@ -139,7 +144,10 @@ class PrimitiveRenderer:
 
 
 def find_meshes(primitives: Primitives, meshes: Meshes) -> tuple[FloatArray | None, FloatArray | None]:
-    """Faces of hulls (v, 4) and points of heightfields (v, 3); None where there are none: less to compile."""
+    """Return the faces of hulls (v, 4) and points of heightfields (v, 3); None for a kind that does not occur.
+
+    Kernels compile no code for None.
+    """
     faces = points = None
     if (primitives.kind == HULL).any():
         faces = np.concatenate([meshes.normal, meshes.offset[:, None]], axis=1).astype(np.float32)
@@ -155,9 +163,12 @@ def render_primitives(
     quality: Quality = "high",
     style: Style = DEFAULT_STYLE,
 ) -> NDArray[np.uint8]:
-    """New (height, width, 3) RGB picture, of the camera's size; the same arguments always give the same bits.
+    """Return a new (height, width, 3) RGB picture of the camera's size; equal arguments give bit-identical pictures.
 
-    vertices: entries of `vertex_dtype` of hulls and heightfields
-    quality: "high" (soft shadows, dim creases, smooth edges) or "fast" (sharp shadows, one sample a pixel)
+    vertices: `vertex_dtype` entries of hulls and heightfields
+    quality: "high" (soft shadows, ambient occlusion, antialiased edges) or "fast" (sharp shadows, one sample
+        per pixel)
+
+    Raises ValueError for bad primitives, a bad camera or an unknown quality.
     """
     return PrimitiveRenderer(camera.width, camera.height, quality, style).draw(camera, primitives, vertices)

@@ -1,4 +1,4 @@
-"""SpatialRenderer: a 3D World to uint8 pictures. Reads the simulation, never writes to it."""
+"""SpatialRenderer: renders a 3D World to uint8 pictures; it reads the simulation and never writes to it."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -25,12 +25,14 @@ FloatArray = NDArray[np.float64]
 
 
 class SpatialRenderer:
-    """Renders 3D worlds of one model at one size.
+    """Renders the worlds of one 3D World at one picture size.
 
     world: the World to show
     width, height: px
-    camera: None fits the moving bodies at the first picture
-    quality: "high" for films, "fast" for pixel observations
+    camera: None fits the moving bodies in the first picture
+    quality: "high" for videos, "fast" for pixel observations; see PrimitiveRenderer
+
+    Raises ValueError for a 2D World, a size below 1 px or an unknown quality.
     """
 
     def __init__(
@@ -60,7 +62,7 @@ class SpatialRenderer:
         return self._renderer.height
 
     def frame(self, world_index: int = 0, camera: SpatialCamera | None = None) -> NDArray[np.uint8]:
-        """New (height, width, 3) RGB picture of one world, by `camera` or the renderer's own."""
+        """Return a new (height, width, 3) RGB picture of one world, seen by `camera` or the renderer's own."""
         primitives = read_primitives(self.world, world_index, self._table)
         vertices = read_vertices(self.world, world_index)
         if camera is None:
@@ -72,7 +74,7 @@ class SpatialRenderer:
         return self._renderer.draw(camera, primitives, vertices)
 
     def render(self, world_index: int = 0, hud: Sequence[str] = ()) -> NDArray[np.uint8]:
-        """As `frame`, by the renderer's own camera; `hud` lines go to the top left."""
+        """Return a picture as `frame` does, by the renderer's own camera, with the `hud` lines at the top left."""
         image = self.frame(world_index)
         if hud:
             draw_hud(image, tuple(hud))
@@ -82,7 +84,7 @@ class SpatialRenderer:
 def find_bounds(
     primitives: Primitives, vertices: NDArray[np.void] | None, table: ShapeTable
 ) -> tuple[FloatArray, FloatArray]:
-    """Lower and upper corner (3,) in m of what moves; of all that has an end where nothing does."""
+    """Return the lower and upper corner (3,) in m of all moving shapes, or of all bounded ones if none moves."""
     shown = primitives.enabled & (primitives.kind != PLANE)
     for wanted in (shown & ~table.static, shown):
         if wanted.any():
@@ -94,7 +96,7 @@ def find_bounds(
 def find_boxes(
     primitives: Primitives, vertices: NDArray[np.void] | None, index: NDArray[np.int64]
 ) -> tuple[FloatArray, FloatArray]:
-    """World bounding boxes (k, 3) in m of the primitives `index`."""
+    """Return the lower and upper corners (k, 3) in m of the bounding boxes of the primitives `index`."""
     w, x, y, z = primitives.rotation[index].T
     rows = [
         [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],

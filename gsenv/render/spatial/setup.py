@@ -1,27 +1,38 @@
-"""Primitives become items: frames as the eye sees them, and their pixels."""
+"""Per-picture setup: primitives become items, with rays in their frames and the pixels they may cover."""
 
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gsenv.render.spatial.primitives import BOX, CAPSULE, CYLINDER, HEIGHTFIELD, HULL, PLANE, SPHERE, Meshes, Primitives
+from gsenv.render.spatial.primitives import (
+    BOX,
+    CAPSULE,
+    CYLINDER,
+    HEIGHTFIELD,
+    HULL,
+    PLANE,
+    SPHERE,
+    Meshes,
+    Primitives,
+)
 from gsenv.render.spatial.records import LANES
 from gsenv.solver.jit import inline_njit, njit
 
-NEAR_DEPTH = 0.02  # m, things that come nearer fill the picture's bounds
+NEAR_DEPTH = 0.02  # m, items nearer than this get the whole picture as bounds
 Bounds = tuple[float, float, float, float]
-NO_BOUNDS: Bounds = (1e30, -1e30, 1e30, -1e30)  # left, right, bottom, top: x and y of the picture at depth 1
+NO_BOUNDS: Bounds = (1e30, -1e30, 1e30, -1e30)  # left, right, bottom, top: picture coordinates at depth 1
 ALL_BOUNDS: Bounds = (-1e30, 1e30, -1e30, 1e30)
-CONTACT_REACH = 0.8  # of the bounding radius
-GROUND_SHADE, MARK_SHADE = 0.74, 0.62  # linear light of a ground's darker squares, of other darker marks
+CONTACT_REACH = 0.8  # reach of an item's ambient occlusion over its bounding radius, at most
+GROUND_SHADE, MARK_SHADE = 0.74, 0.62  # brightness factors of a ground's darker squares and of other dark marks
 
 
 @njit
 def grow(bounds: Bounds, view: Any, x: float, y: float, z: float, radius: float) -> Bounds:
-    """`bounds` with the picture of a sphere; (x, y, z) in m from the eye.
+    """Extend `bounds` by the picture of a sphere at (x, y, z), in m from the eye.
 
-    The tangents from the eye to a disc at (p, q), q the depth: slope (p q +- r sqrt(p^2 + q^2 - r^2)) / (q^2 - r^2).
+    The tangents from the eye to a disc at (p, q), with q the depth, have the slopes
+    (p q +- r sqrt(p^2 + q^2 - r^2)) / (q^2 - r^2).
     """
     depth = x * view.forward_x + y * view.forward_y + z * view.forward_z
     if depth <= radius + NEAR_DEPTH:
@@ -41,9 +52,10 @@ def grow(bounds: Bounds, view: Any, x: float, y: float, z: float, radius: float)
 
 @njit
 def store_bounds(target: Any, view: Any, bounds: Bounds) -> None:
-    """Rows and columns of all pixels that `bounds` touches, in an item or a pair; none: all zero.
+    """Store in an item or a pair the rows and columns of all pixels that `bounds` meets; all zero if there are none.
 
-    Columns are whole groups of LANES, which may pass the picture's right edge: rows without remainders are faster.
+    Columns come in whole groups of LANES, which may extend beyond the picture's right edge: loops without a
+    remainder are faster.
     """
     width, height = view.width, view.height
     left = min(max((bounds[0] - view.left) / view.step, 0.0), float(width))
@@ -58,7 +70,7 @@ def store_bounds(target: Any, view: Any, bounds: Bounds) -> None:
 
 @njit
 def corner(item: Any, index: int) -> tuple[float, float, float]:
-    """Corner 0..7 of an item's bounding box, in m from the eye."""
+    """Return corner 0..7 of an item's bounding box, in m from the eye."""
     x = item.mid_x + (item.half_x if index & 1 else -item.half_x)
     y = item.mid_y + (item.half_y if index & 2 else -item.half_y)
     z = item.mid_z + (item.half_z if index & 4 else -item.half_z)
@@ -71,7 +83,7 @@ def corner(item: Any, index: int) -> tuple[float, float, float]:
 
 @njit
 def set_axes(item: Any, w: float, x: float, y: float, z: float) -> None:
-    """Axes of a unit quaternion."""
+    """Set an item's axes from a unit quaternion."""
     item.xx, item.xy, item.xz = 1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z), 2.0 * (x * z - w * y)
     item.yx, item.yy, item.yz = 2.0 * (x * y - w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z + w * x)
     item.zx, item.zy, item.zz = 2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)
@@ -79,7 +91,7 @@ def set_axes(item: Any, w: float, x: float, y: float, z: float) -> None:
 
 @njit
 def to_frame(item: Any, x: float, y: float, z: float) -> tuple[float, float, float]:
-    """A direction of the world, in the item's frame."""
+    """Return a direction of the world in the item's frame."""
     return (
         item.xx * x + item.xy * y + item.xz * z,
         item.yx * x + item.yy * y + item.yz * z,
@@ -89,6 +101,7 @@ def to_frame(item: Any, x: float, y: float, z: float) -> tuple[float, float, flo
 
 @inline_njit
 def set_rays(item: Any, view: Any) -> None:
+    """Set the eye, the picture's axes and the sun's direction in the item's frame."""
     item.eye_x, item.eye_y, item.eye_z = to_frame(item, -item.at_x, -item.at_y, -item.at_z)
     item.forward_x, item.forward_y, item.forward_z = to_frame(item, view.forward_x, view.forward_y, view.forward_z)
     item.right_x, item.right_y, item.right_z = to_frame(item, view.right_x, view.right_y, view.right_z)
@@ -98,7 +111,7 @@ def set_rays(item: Any, view: Any) -> None:
 
 @inline_njit
 def set_mesh_box(item: Any, meshes: Meshes, first: int) -> None:
-    """Bounding box of a hull's or heightfield's vertices."""
+    """Set the vertex range and bounding box of a hull or heightfield."""
     counts = meshes.counts[first]
     item.first, item.columns, item.rows = first, counts[2], counts[3]
     item.count = counts[1] if item.kind == HULL else counts[2] * counts[3]
@@ -117,7 +130,7 @@ def set_mesh_box(item: Any, meshes: Meshes, first: int) -> None:
 
 @inline_njit
 def set_solid_box(item: Any, x: float, y: float, z: float, radius: float) -> None:
-    """Size and bounding box of a kind that is neither mesh nor plane."""
+    """Set the size and bounding box of a box, sphere, capsule or cylinder."""
     if item.kind != BOX:
         x = y = radius
         z = z if item.kind == CYLINDER else z + radius
@@ -129,7 +142,7 @@ def set_solid_box(item: Any, x: float, y: float, z: float, radius: float) -> Non
 
 @inline_njit
 def set_pixels(item: Any, view: Any) -> None:
-    """Bounding sphere, and the pixels that the item may cover."""
+    """Set the bounding sphere, the reach of ambient occlusion and the pixels that the item may cover."""
     x, y, z = item.mid_x, item.mid_y, item.mid_z
     item.center_x = item.at_x + item.xx * x + item.yx * y + item.zx * z
     item.center_y = item.at_y + item.xy * x + item.yy * y + item.zy * z
@@ -160,7 +173,7 @@ def set_pixels(item: Any, view: Any) -> None:
 
 @inline_njit
 def set_plane_origin(item: Any, view: Any) -> None:
-    """Move a plane's origin by whole pattern periods to below the eye: float32 stays exact out there."""
+    """Move a plane's origin near the eye by whole periods of its pattern, which keeps float32 exact far out."""
     item.mid_x = item.mid_y = item.mid_z = item.half_x = item.half_y = item.half_z = 0.0
     item.size_x = item.size_y = item.size_z = item.radius = 0.0
     period = 2.0 * view.cell
@@ -173,7 +186,7 @@ def set_plane_origin(item: Any, view: Any) -> None:
 
 @njit
 def prepare(items: NDArray[np.void], primitives: Primitives, meshes: Meshes | None, views: NDArray[np.void]) -> int:
-    """Fill `items`; returns how many. Disabled and non-finite primitives are left out: ids skip them."""
+    """Fill `items` and return their number. Disabled and non-finite primitives are left out and get no id."""
     view = views[0]
     count = 0
     for k in range(len(primitives.kind)):
@@ -207,7 +220,7 @@ def prepare(items: NDArray[np.void], primitives: Primitives, meshes: Meshes | No
 
 @inline_njit
 def set_colors(item: Any, red: float, green: float, blue: float) -> None:
-    """Linear light of the colour and of its marks: white on dark and coloured things, dark on light ones."""
+    """Set the linear colours of an item and of its marks: light marks on dark items, dark marks on light ones."""
     item.red, item.green, item.blue = red * red, green * green, blue * blue
     light = 0.3 * item.red + 0.6 * item.green + 0.1 * item.blue
     if item.kind != CYLINDER and item.ball == 0:

@@ -1,9 +1,10 @@
 """Row kernels of the sun's shadows.
 
-A shadow ray runs from the visible point to the sun. What counts is how near it comes to the occluder: s, negative
-where it hits, at the distance t. The sun's disc, seen as wide as w, is covered by about 1/2 - s / (2 w t). For
-convex shapes s has a closed form, or nearly: no marching, and no shape shadows itself. What several
-occluders cover is added up, so that no light falls through the seams of a wall.
+A shadow ray runs from the visible point to the sun. Let s be its least distance to the occluder, negative where it
+hits, and t the distance along the ray at which that occurs. An occluder then covers about 1/2 - s / (2 w t) of the
+sun's disc, whose angular radius is w. For convex shapes s has a closed form or a fast iteration, so no ray marching
+is needed, and no shape shadows itself. The parts that several occluders cover are added, so that no light falls
+through the seams of a wall.
 """
 
 from typing import Any
@@ -42,7 +43,7 @@ def sign(x: Any) -> Any:
 
 @inline_njit
 def cover(lines: FloatArray, j: Any, m: Any, gap: Any, distance: Any, softness: Any, edge: Any) -> None:
-    """Add a shadow to pixel j of item m, whose ray passes an occluder with that gap at that distance."""
+    """Add a shadow to pixel j of item m, whose ray passes an occluder at distance `gap`, `distance` along the ray."""
     width = max(softness * distance, edge)
     part = smooth(HALF - HALF * gap / width)
     part = part if (lines[ID, j] == m) & (distance > ZERO) else ZERO
@@ -51,7 +52,7 @@ def cover(lines: FloatArray, j: Any, m: Any, gap: Any, distance: Any, softness: 
 
 @inline_njit
 def find_strip(a: Any, b: Any) -> tuple[Any, Any, Any]:
-    """Of two slabs with these speeds: 1 / h, 1 / h^2 with h^2 = a^2 + b^2, and FAR if both stand still."""
+    """Return 1 / h, 1 / h^2, h^2 = a^2 + b^2, for a ray that crosses two slabs at speeds a and b; FAR if both are 0."""
     h = np.sqrt(a * a + b * b)
     still = FAR if h < f4(1e-3) else ZERO
     h = max(h, f4(1e-3))
@@ -62,9 +63,9 @@ def find_strip(a: Any, b: Any) -> tuple[Any, Any, Any]:
 def cover_strip(
     enter_a: Any, leave_a: Any, enter_b: Any, leave_b: Any, a: Any, b: Any, strip: Any, softness: Any, edge: Any
 ) -> Any:
-    """Share of the sun behind the strip between two parallel edges of a box: in slab a and slab b at once.
+    """Return the fraction of the sun behind the strip between two parallel edges of a box, in slabs a and b.
 
-    The edge where the ray enters a and leaves b is passed at the gap (enter_a b - leave_b a) / h.
+    The ray passes the edge where it enters a and leaves b at the distance (enter_a b - leave_b a) / h.
     """
     inverse, square, still = strip
     gap = (enter_a * b - leave_b * a) * inverse - still
@@ -77,9 +78,9 @@ def cover_strip(
 
 @njit
 def shade_box(lines: FloatArray, first: Any, last: Any, m: Any, item: Any, ray: Ray, softness: Any, step: Any) -> None:
-    """The product over the three pairs of slabs: half a shadow on an edge, a quarter at a right corner.
+    """Add a box's shadow: the product over its three pairs of slabs, so 1/2 at an edge, 1/4 at a right-angled corner.
 
-    `enter` and `leave` are distances times the slab's speed, so that nothing is divided by a speed.
+    `enter` and `leave` are distances times the slab's speed, which avoids divisions by a speed.
     """
     ax, ay, az, bx, by, bz = ray
     ox, oy, oz = item.eye_x, item.eye_y, item.eye_z
@@ -94,7 +95,7 @@ def shade_box(lines: FloatArray, first: Any, last: Any, m: Any, item: Any, ray: 
         part = cover_strip(x - sx, x + sx, y - sy, y + sy, u, v, xy, softness, edge)
         part *= cover_strip(y - sy, y + sy, z - sz, z + sz, v, w, yz, softness, edge)
         part *= cover_strip(z - sz, z + sz, x - sx, x + sx, w, u, zx, softness, edge)
-        ahead = min(min(x + sx, y + sy), z + sz) > edge  # no shadow of a face on what lies in it
+        ahead = min(min(x + sx, y + sy), z + sz) > edge  # a face does not shadow points that lie in it
         lines[SHADOW, j] += part if (lines[ID, j] == m) & ahead else ZERO
 
 
@@ -102,7 +103,7 @@ def shade_box(lines: FloatArray, first: Any, last: Any, m: Any, item: Any, ray: 
 def shade_capsule(
     lines: FloatArray, first: Any, last: Any, m: Any, item: Any, ray: Ray, softness: Any, step: Any
 ) -> None:
-    """The distance between a line and a segment, exactly."""
+    """Add a capsule's shadow, from the exact distance between the ray and its segment."""
     ax, ay, az, bx, by, bz = ray
     ox, oy, oz = item.eye_x, item.eye_y, item.eye_z
     lx, ly, lz = item.sun_x, item.sun_y, item.sun_z
@@ -124,7 +125,7 @@ def shade_capsule(
 def shade_cylinder(
     lines: FloatArray, first: Any, last: Any, m: Any, item: Any, ray: Ray, softness: Any, step: Any
 ) -> None:
-    """From the middle of the chord (or of the gap between its ends), three steps down the convex distance."""
+    """Add a cylinder's shadow: three Newton steps on its convex distance, from the middle of the ray's chord."""
     ax, ay, az, bx, by, bz = ray
     ox, oy, oz = item.eye_x, item.eye_y, item.eye_z
     lx, ly, lz = item.sun_x, item.sun_y, nonzero(item.sun_z)
@@ -159,7 +160,7 @@ def shade_cylinder(
 def shade_hull(
     lines: FloatArray, first: Any, last: Any, m: Any, item: Any, ray: Ray, softness: Any, step: Any, faces: FloatArray
 ) -> None:
-    """As for boxes, with half-spaces in place of slabs and mitred distances."""
+    """Add a hull's shadow, by half-spaces instead of a box's slabs, with distances mitred at edges."""
     ax, ay, az, bx, by, bz = ray
     for j in range(first, last):
         lines[ENTER, j], lines[ENTER_SPEED, j] = -FAR, ONE
@@ -210,7 +211,7 @@ def shade_band(
     faces: FloatArray | None,
     spans: NDArray[np.int64],
 ) -> None:
-    """Shadows in the rows start..end-1."""
+    """Compute the shadows in the rows start..end-1 from all pairs."""
     look = looks[0]
     step, softness = look.step, look.softness
     for row in range(start, end):

@@ -1,4 +1,4 @@
-"""Row kernels of the visible surfaces: normals, and colours with the marks that show how things turn."""
+"""Row kernels of surface normals and colours, with marks that make rotation visible."""
 
 from typing import Any
 
@@ -28,37 +28,40 @@ from gsenv.render.spatial.records import (
 )
 from gsenv.solver.jit import inline_njit, njit
 
-BEVEL = f4(0.07)  # of the smallest half extent
-HULL_BEVEL = f4(0.035)
+BEVEL = f4(0.07)  # width of shaded bevels over the smallest half extent
+HULL_BEVEL = f4(0.035)  # the same for hulls
 MIN_BEVEL = f4(1.1)  # px
-FOOTPRINT = f4(1.2)  # px, of the checker's filter
-FARTHEST = f4(1e5)  # m
-STRIPE = f4(0.15)  # half width over a ball's radius
-HUB, SPOKE = f4(0.60), f4(0.085)  # of a cylinder's radius
-QUARTER = f4(0.30)  # strength of the marks on capsules and on the sides of cylinders
+FOOTPRINT = f4(1.2)  # px, width of the checker's box filter
+FARTHEST = f4(1e5)  # m, a plane's pattern is looked up at this depth at most
+STRIPE = f4(0.15)  # half width of a ball's stripe over its radius
+HUB, SPOKE = f4(0.60), f4(0.085)  # hub radius and half width of a spoke, over a cylinder's radius
+QUARTER = f4(0.30)  # contrast of the quarters of a capsule
 
 Rgb = tuple[Any, Any, Any]
-Coat = tuple[Rgb, Rgb, Rgb, Rgb, Rgb]
+Material = tuple[Rgb, Rgb, Rgb, Rgb, Rgb]
 
 SUM_X, SUM_Y, SUM_Z = SCRATCH, SCRATCH + 1, SCRATCH + 2
 
 
 @inline_njit
 def smooth(x: Any) -> Any:
-    """0 below 0, 1 above 1, a cubic between."""
+    """Return the smoothstep of x: 0 below 0, 1 above 1, a cubic between."""
     x = min(max(x, ZERO), ONE)
     return x * x * (f4(3.0) - TWO * x)
 
 
 @inline_njit
 def beyond(x: Any, size: Any) -> Any:
-    """How far x is outside -size..size, with its sign."""
+    """Return by how much x lies outside -size..size, with the sign of x."""
     return max(x - size, ZERO) + min(x + size, ZERO)
 
 
 @inline_njit
-def find_coat(item: Any) -> Coat:
-    """The item's axes, its colour and the way to its marks' colour: read once, or rows do not vectorise."""
+def load_material(item: Any) -> Material:
+    """Return the item's axes, its colour and the difference to its marks' colour.
+
+    They are read before the loop over columns, which would not vectorise otherwise.
+    """
     red, green, blue = item.red, item.green, item.blue
     return (
         (item.xx, item.xy, item.xz),
@@ -70,12 +73,12 @@ def find_coat(item: Any) -> Coat:
 
 
 @inline_njit
-def store(lines: FloatArray, j: Any, k: Any, coat: Coat, x: Any, y: Any, z: Any, mark: Any) -> None:
-    """A local normal of any length, and the share of the mark's colour, where item k shows.
+def store(lines: FloatArray, j: Any, k: Any, material: Material, x: Any, y: Any, z: Any, mark: Any) -> None:
+    """Store a local normal of any length and the blend of colour and mark, in columns that show item k.
 
-    Added to zeros, as a pixel shows one item only: with a choice instead, the loop would not vectorise.
+    They are added to zeros, since a pixel shows one item only; a select would keep the loop from vectorising.
     """
-    u, v, w, color, change = coat
+    u, v, w, color, change = material
     scale = ONE / np.sqrt(max(x * x + y * y + z * z, f4(1e-30)))
     x, y, z = x * scale, y * scale, z * scale
     nx = u[0] * x + v[0] * y + w[0] * z
@@ -95,10 +98,10 @@ def store(lines: FloatArray, j: Any, k: Any, coat: Coat, x: Any, y: Any, z: Any,
 
 @njit
 def paint_box(lines: FloatArray, first: Any, last: Any, k: Any, item: Any, ray: Ray, pixel: Any) -> None:
-    """Faces that turn into one another over a bevel, of a pixel at least: no hard steps inside."""
+    """Shade a box; the normals of adjacent faces blend over a bevel of at least one pixel, so shading has no steps."""
     ax, ay, az, bx, by, bz = ray
     ox, oy, oz = item.eye_x, item.eye_y, item.eye_z
-    coat = find_coat(item)
+    material = load_material(item)
     sx, sy, sz = item.size_x, item.size_y, item.size_z
     least = BEVEL * min(sx, min(sy, sz))
     for j in range(first, last):
@@ -107,17 +110,17 @@ def paint_box(lines: FloatArray, first: Any, last: Any, k: Any, item: Any, ray: 
         bevel = max(least, MIN_BEVEL * pixel * t)
         x, y, z = beyond(x, sx - bevel), beyond(y, sy - bevel), beyond(z, sz - bevel)
         ex, ey, ez = abs(x), abs(y), abs(z)
-        # Half way between two faces both are deep in the bevel: a darker edge line.
+        # midway between two faces, where both normals contribute most, an edge line is darker
         second = max(min(ex, ey), min(max(ex, ey), ez))
-        store(lines, j, k, coat, x * ex, y * ey, z * ez, HALF * smooth(second / bevel))
+        store(lines, j, k, material, x * ex, y * ey, z * ez, HALF * smooth(second / bevel))
 
 
 @njit
 def paint_capsule(lines: FloatArray, first: Any, last: Any, k: Any, item: Any, ray: Ray, pixel: Any) -> None:
-    """Stripes round balls, two quarters of another shade on capsules."""
+    """Shade a capsule or sphere, with stripes around spheres and two darker quarters on capsules."""
     ax, ay, az, bx, by, bz = ray
     ox, oy, oz = item.eye_x, item.eye_y, item.eye_z
-    coat = find_coat(item)
+    material = load_material(item)
     half, radius = item.size_z, item.radius
     ball = ONE if item.ball == 1 and item.mark == 1 else ZERO
     quarter = QUARTER if item.ball == 0 and item.mark == 1 else ZERO
@@ -129,15 +132,15 @@ def paint_capsule(lines: FloatArray, first: Any, last: Any, k: Any, item: Any, r
         rings = max(smooth((stripe - abs(z)) * sharp + HALF), smooth((stripe - abs(x)) * sharp + HALF))
         nearest = min(abs(x), abs(y))
         sides = smooth((nearest if x * y > ZERO else -nearest) * sharp + HALF)
-        store(lines, j, k, coat, x, y, z - min(max(z, -half), half), ball * rings + quarter * sides)
+        store(lines, j, k, material, x, y, z - min(max(z, -half), half), ball * rings + quarter * sides)
 
 
 @njit
 def paint_cylinder(lines: FloatArray, first: Any, last: Any, k: Any, item: Any, ray: Ray, pixel: Any) -> None:
-    """A hub with spokes on both ends, quarters of another shade round the side."""
+    """Shade a cylinder, with a hub and spokes on both ends and darker quarters around the side."""
     ax, ay, az, bx, by, bz = ray
     ox, oy, oz = item.eye_x, item.eye_y, item.eye_z
-    coat = find_coat(item)
+    material = load_material(item)
     half, radius = item.size_z, item.radius
     least = BEVEL * min(half, radius)
     marked = ONE if item.mark == 1 else ZERO
@@ -156,17 +159,17 @@ def paint_cylinder(lines: FloatArray, first: Any, last: Any, k: Any, item: Any, 
         quarter = f4(0.10) * smooth((nearest if x * y > ZERO else -nearest) * sharp + HALF)
         mark = hub * (ONE - f4(0.8) * spoke) if end > side else quarter
         flat = side * side / max(rho, TINY)
-        store(lines, j, k, coat, x * flat, y * flat, z * end, marked * mark)
+        store(lines, j, k, material, x * flat, y * flat, z * end, marked * mark)
 
 
 @njit
 def paint_hull(
     lines: FloatArray, first: Any, last: Any, k: Any, item: Any, ray: Ray, pixel: Any, faces: FloatArray
 ) -> None:
-    """The sum of the normals of all faces within a bevel."""
+    """Shade a hull; its normal is a weighted sum of the normals of all faces within a bevel's width."""
     ax, ay, az, bx, by, bz = ray
     ox, oy, oz = item.eye_x, item.eye_y, item.eye_z
-    coat = find_coat(item)
+    material = load_material(item)
     least = HULL_BEVEL * min(item.size_x, min(item.size_y, item.size_z))
     for j in range(first, last):
         lines[SUM_X, j] = lines[SUM_Y, j] = lines[SUM_Z, j] = ZERO
@@ -182,14 +185,14 @@ def paint_hull(
             lines[SUM_Y, j] += near * near * ny
             lines[SUM_Z, j] += near * near * nz
     for j in range(first, last):
-        store(lines, j, k, coat, lines[SUM_X, j], lines[SUM_Y, j], lines[SUM_Z, j], ZERO)
+        store(lines, j, k, material, lines[SUM_X, j], lines[SUM_Y, j], lines[SUM_Z, j], ZERO)
 
 
 @inline_njit
 def wave(x: Any) -> Any:
-    """Integral of the square wave of period 2: a triangle wave, 0 .. 1."""
+    """Return the integral of the square wave of period 2: a triangle wave in 0..1."""
     x = HALF * x
-    whole = f4(np.int32(x))  # towards zero
+    whole = f4(np.int32(x))  # rounded towards zero
     part = x - whole
     part = part + ONE if part < ZERO else part
     return ONE - TWO * abs(part - HALF)
@@ -197,9 +200,10 @@ def wave(x: Any) -> Any:
 
 @inline_njit
 def find_check(x: Any, y: Any, dx: Any, dy: Any, dz: Any, across: Any) -> Any:
-    """Share of the darker squares in the footprint of a pixel at (x, y), all in squares.
+    """Return the fraction of dark squares in a pixel's footprint at (x, y); lengths are in squares.
 
-    A box filter: no moire in the distance. The pixel is `across` wide, and longer along a flat ray (dx, dy, dz).
+    The box filter prevents moire far away. The footprint is `across` wide, and longer along a grazing ray
+    (dx, dy, dz).
     """
     level = ONE / np.sqrt(max(dx * dx + dy * dy, TINY))
     ux, uy = abs(dx * level), abs(dy * level)
@@ -212,25 +216,25 @@ def find_check(x: Any, y: Any, dx: Any, dy: Any, dz: Any, across: Any) -> Any:
 
 @njit
 def paint_plane(lines: FloatArray, first: Any, last: Any, k: Any, item: Any, ray: Ray, pixel: Any, cell: Any) -> None:
-    """A checker of two shades."""
+    """Shade a plane with a checkerboard pattern."""
     ax, ay, az, bx, by, bz = ray
     ox, oy = item.eye_x, item.eye_y
-    coat = find_coat(item)
+    material = load_material(item)
     scale = ONE / cell
     for j in range(first, last):
         c, t = lines[PIXEL_X, j], min(lines[DEPTH, j], FARTHEST)
         dx, dy, dz = ax + c * bx, ay + c * by, az + c * bz
         mark = find_check((ox + t * dx) * scale, (oy + t * dy) * scale, dx, dy, dz, FOOTPRINT * pixel * t * scale)
-        store(lines, j, k, coat, ZERO, ZERO, ONE, mark)
+        store(lines, j, k, material, ZERO, ZERO, ONE, mark)
 
 
 @njit
 def paint_field(
     lines: FloatArray, first: Any, last: Any, k: Any, item: Any, ray: Ray, pixel: Any, cell: Any, points: FloatArray
 ) -> None:
-    """Normals from the slopes of the samples around, smooth over the cells; a checker as on planes."""
+    """Shade a heightfield: normals interpolate the slopes at the samples; the checkerboard is that of planes."""
     ax, ay, az, bx, by, bz = ray
-    coat = find_coat(item)
+    material = load_material(item)
     scale = ONE / cell
     columns, rows, start = item.columns, item.rows, item.first
     end = start + columns * rows - 1
@@ -246,12 +250,12 @@ def paint_field(
         u, v = min(max((x - x0) * per_x, ZERO), f4(columns - 1)), min(max((y - y0) * per_y, ZERO), f4(rows - 1))
         slope_x, slope_y = find_slopes(points, start, columns, rows, u, v)
         mark = find_check(x * scale, y * scale, dx, dy, dz, FOOTPRINT * pixel * t * scale)
-        store(lines, j, k, coat, -slope_x * per_x, -slope_y * per_y, ONE, mark)
+        store(lines, j, k, material, -slope_x * per_x, -slope_y * per_y, ONE, mark)
 
 
 @njit
 def find_slopes(points: FloatArray, start: int, columns: int, rows: int, u: Any, v: Any) -> tuple[Any, Any]:
-    """Slopes (m for each cell) at (u, v) cells: central differences at the four samples, bilinear between them."""
+    """Return the slopes (m per cell) at (u, v) cells: central differences at four samples, bilinear between them."""
     i: Any = min(np.int64(u), columns - 2)
     j: Any = min(np.int64(v), rows - 2)
     u, v = u - f4(i), v - f4(j)
@@ -280,7 +284,7 @@ def paint_band(
     points: FloatArray | None,
     spans: NDArray[np.int64],
 ) -> None:
-    """Normals and colours of the rows start..end-1; in `spans` (row, item, 2) where each item shows."""
+    """Compute normals and colours in the rows start..end-1; `spans` (row, item, 2) gets each item's visible columns."""
     look = looks[0]
     step = look.step
     for row in range(start, end):

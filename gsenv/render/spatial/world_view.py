@@ -1,4 +1,4 @@
-"""The only place in 3D that knows how a World stores what a picture needs."""
+"""Reads from a 3D World what its picture shows; no other 3D render module knows how a World stores it."""
 
 from typing import Any, NamedTuple
 
@@ -8,16 +8,15 @@ from numpy.typing import NDArray
 from gsenv.render.spatial.primitives import HEIGHTFIELD, MARKED, PLAIN, PLANE, SPHERE, Primitives
 from gsenv.render.spatial.style import GROUND_COLOR
 from gsenv.render.theme import PALETTE, STATIC_COLOR
-from gsenv.solver.model import BodyKind
-from gsenv.solver.spatial.joints import JointKind
+from gsenv.solver.records.model import BodyKind, JointKind
 
 FloatArray = NDArray[np.float64]
 
 
 class ShapeTable(NamedTuple):
-    """What never changes; (shape,) arrays without the sensors."""
+    """Constant fields of the drawn shapes, which are all but sensors; (shape,) arrays."""
 
-    number: NDArray[np.int64]  # among all shapes
+    number: NDArray[np.int64]  # index among all shapes
     kind: NDArray[np.int32]
     body: NDArray[np.int32]
     vertex_first: NDArray[np.int32]
@@ -27,7 +26,7 @@ class ShapeTable(NamedTuple):
 
 
 def rotate(rotation: FloatArray, vectors: FloatArray) -> FloatArray:
-    """(..., 3) vectors turned by (..., 4) unit quaternions: v + 2 w (u x v) + 2 u x (u x v)."""
+    """Rotate (..., 3) vectors by (..., 4) unit quaternions (w, u): v + 2 w (u x v) + 2 u x (u x v)."""
     u = rotation[..., 1:]
     t = 2.0 * np.cross(u, vectors)
     turned: FloatArray = vectors + rotation[..., :1] * t + np.cross(u, t)
@@ -35,14 +34,17 @@ def rotate(rotation: FloatArray, vectors: FloatArray) -> FloatArray:
 
 
 def multiply(p: FloatArray, q: FloatArray) -> FloatArray:
-    """(..., 4) quaternions: first q, then p."""
+    """Multiply (..., 4) quaternions: the rotation q, followed by p."""
     w = p[..., :1] * q[..., :1] - (p[..., 1:] * q[..., 1:]).sum(-1, keepdims=True)
     v = p[..., :1] * q[..., 1:] + q[..., :1] * p[..., 1:] + np.cross(p[..., 1:], q[..., 1:])
     return np.concatenate([w, v], axis=-1)
 
 
 def read_table(world: Any) -> ShapeTable:
-    """Shapes of a 3D World that are drawn: all but sensors."""
+    """Return the constant fields of a 3D World's drawn shapes.
+
+    Raises ValueError for a 2D World.
+    """
     if world.model.dim != 3:
         raise ValueError(f"a SpatialRenderer draws 3D worlds, got one with dim {world.model.dim}.")
     shapes = world.model.shapes
@@ -52,9 +54,9 @@ def read_table(world: Any) -> ShapeTable:
     color = find_colors(kind, body, static)
     if world.model.shape_colors is not None:
         colors = world.model.shape_colors[index]
-        given = colors.any(axis=1)  # black: not given
+        given = colors.any(axis=1)  # black stands for "not given"
         color[given] = colors[given]
-    # Stripes on balls that are bodies of their own; a head or a joint's ball stays plain.
+    # Only a sphere that is a body's single shape has stripes.
     alone = np.bincount(shapes["body"], minlength=len(world.model.bodies))[body] == 1
     mark = np.where((kind == SPHERE) & ~alone, PLAIN, MARKED)
     return ShapeTable(
@@ -69,7 +71,7 @@ def read_table(world: Any) -> ShapeTable:
 
 
 def find_colors(kind: NDArray[Any], body: NDArray[Any], static: NDArray[np.bool_]) -> NDArray[np.uint8]:
-    """(shape, 3): grounds and static things grey, moving bodies through the palette in turn."""
+    """Return (shape, 3) RGB: grey for grounds and static shapes, the palette's colours cyclically for moving bodies."""
     order = np.cumsum(np.bincount(body[~static], minlength=int(body.max(initial=0)) + 1) > 0) - 1
     color = PALETTE[order[body] % len(PALETTE)]
     color[static] = STATIC_COLOR
@@ -78,7 +80,7 @@ def find_colors(kind: NDArray[Any], body: NDArray[Any], static: NDArray[np.bool_
 
 
 def read_primitives(world: Any, index: int, table: ShapeTable) -> Primitives:
-    """Shapes of one world, where they are now."""
+    """Return one world's drawn shapes at their present poses."""
     bodies, states = world.parameters.bodies[index], world.state.bodies[index]
     shapes = world.parameters.shapes[index][table.number]
     rotation = states["rotation"][table.body]
@@ -98,13 +100,13 @@ def read_primitives(world: Any, index: int, table: ShapeTable) -> Primitives:
 
 
 def read_vertices(world: Any, index: int) -> NDArray[np.void]:
-    """Entries of `vertex_dtype` of one world."""
+    """Return one world's `vertex_dtype` entries."""
     vertices: NDArray[np.void] = world.parameters.vertices[index]
     return vertices
 
 
 class LinkTable(NamedTuple):
-    """Distance joints: what never changes; (link,) arrays."""
+    """Constant fields of links, the distance joints; (link,) arrays."""
 
     joint: NDArray[np.int64]
     body_a: NDArray[np.int32]
@@ -115,14 +117,15 @@ class LinkTable(NamedTuple):
 
 
 class LinkState(NamedTuple):
-    """Where the links of one world are."""
+    """Anchors of one world's links."""
 
     anchor_a: FloatArray  # (link, 3) m
     anchor_b: FloatArray
-    enabled: NDArray[np.bool_]  # (link,); with both bodies
+    enabled: NDArray[np.bool_]  # (link,); the joint and both bodies are enabled
 
 
 def read_link_table(world: Any) -> LinkTable:
+    """Return the constant fields of all distance joints."""
     joints, nominal = world.model.joints, world.model.nominal_joints
     index = np.flatnonzero(joints["kind"] == JointKind.DISTANCE)
     body_a, body_b = joints["body_a"][index], joints["body_b"][index]
@@ -135,6 +138,7 @@ def read_link_table(world: Any) -> LinkTable:
 
 
 def read_links(world: Any, index: int, table: LinkTable) -> LinkState:
+    """Return the anchors of one world's links."""
     joints = world.parameters.joints[index][table.joint]
     enabled = world.parameters.bodies[index]["enabled"] != 0
     return LinkState(
@@ -145,7 +149,7 @@ def read_links(world: Any, index: int, table: LinkTable) -> LinkState:
 
 
 def _read_anchors(world: Any, index: int, body: NDArray[np.int32], anchor: FloatArray) -> FloatArray:
-    """(link, 3) m in the world."""
+    """Return the anchors (link, 3) in m in the world's frame."""
     state = world.state.bodies[index][body]
     center = world.parameters.bodies[index]["center"][body]
     place: FloatArray = state["position"] + rotate(state["rotation"], anchor - center)

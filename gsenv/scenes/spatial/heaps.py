@@ -1,11 +1,11 @@
-"""Things that fall into heaps."""
+"""Heaps of falling boxes and balls."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from gsenv.solver import Scene
-from gsenv.solver.spatial.shapes import Box, Heightfield, Sphere
+from gsenv.solver.spatial import Box, Heightfield, Sphere
 
 from ..palette import AMBER, COOL, PLUM, SAGE, WARM
 from .stacks import ground
@@ -14,22 +14,22 @@ COLORS = (WARM, AMBER, SAGE, COOL, PLUM)
 
 
 def bin_walls(scene: Scene, half: float, height: float, friction: float = 0.3) -> None:
-    """Four walls around a square of 2 ``half`` m."""
+    """Add four walls of ``height`` m around a square with sides of 2 ``half`` m."""
     thick = 0.2
     for name, x, y in (("left", -1, 0), ("right", 1, 0), ("front", 0, -1), ("back", 0, 1)):
-        extents = (thick if x else half, thick if y else half + 2 * thick, 0.5 * height)  # no two overlap
+        extents = (thick if x else half, thick if y else half + 2 * thick, 0.5 * height)  # walls do not overlap
         wall = Box(half_extents=extents, friction=friction)
         position = (x * (half + thick), y * (half + thick), 0.5 * height)
         scene.add_body(f"wall_{name}", kind="static", shapes=[wall], position=position)
 
 
 def cube_rain(count: int = 60, seed: int = 1) -> Scene:
-    """``count`` boxes with sides of .3 to .7 m, sizes and attitudes drawn with ``seed``, fall into a bin."""
+    """Build ``count`` boxes that fall into a bin; sides of 0.3 to 0.7 m and orientations are drawn with ``seed``."""
     rng = np.random.default_rng(seed)
     scene = Scene(dim=3)
     ground(scene)
     bin_walls(scene, 1.8, 1.5)
-    side, pitch = 3, 1.2  # no two boxes touch, whatever their attitudes
+    side, pitch = 3, 1.2  # far enough apart that no two boxes touch in any orientation
     for k in range(count):
         layer, place = divmod(k, side * side)
         x, y = (pitch * (i - 0.5 * (side - 1)) for i in divmod(place, side))
@@ -40,7 +40,7 @@ def cube_rain(count: int = 60, seed: int = 1) -> Scene:
             f"box_{k}",
             shapes=[box],
             position=(x, y, 1.0 + pitch * layer),
-            rotation=tuple((q / np.linalg.norm(q)).tolist()),
+            orientation=tuple((q / np.linalg.norm(q)).tolist()),
         )
     return scene
 
@@ -49,8 +49,11 @@ def sphere_grid(
     side: int = 6, radius: float = 0.5, mass: float = 10.0, pitch: float = 1.05, noise: float = 0.02,
     height: float = 0.8, friction: float = 0.0, seed: int = 0,
 ) -> Scene:  # fmt: skip
-    """``side``^3 balls, ``pitch`` m apart and shifted by up to ``noise`` m along each axis, the lowest points of the
-    lowest layer about ``height`` m above the ground."""
+    """Build a cubic grid of ``side``^3 balls, ``pitch`` m apart, that falls.
+
+    Each ball is shifted by up to ``noise`` m along each axis; the lowest layer's lowest points are about ``height`` m
+    above the ground.
+    """
     rng = np.random.default_rng(seed)
     scene = Scene(dim=3)
     ground(scene, friction=friction)
@@ -66,7 +69,7 @@ def sphere_grid(
 
 
 def sphere_rain(count: int = 666, radius: float = 0.12, seed: int = 2) -> Scene:
-    """``count`` balls rain into a bin."""
+    """Build ``count`` balls that rain into a bin."""
     rng = np.random.default_rng(seed)
     scene = Scene(dim=3)
     ground(scene)
@@ -86,7 +89,7 @@ def sphere_rain(count: int = 666, radius: float = 0.12, seed: int = 2) -> Scene:
 
 
 def marble_bowl(count: int = 40, size: float = 4.0, depth: float = 1.0, points: int = 33, seed: int = 3) -> Scene:
-    """Marbles run down a bowl, a heightfield z = depth (x^2 + y^2) / (size / 2)^2."""
+    """Build marbles that roll down a bowl: a heightfield z = depth (x^2 + y^2) / (size / 2)^2, in m."""
     rng = np.random.default_rng(seed)
     scene = Scene(dim=3)
     x = np.linspace(-1.0, 1.0, points)
@@ -95,7 +98,7 @@ def marble_bowl(count: int = 40, size: float = 4.0, depth: float = 1.0, points: 
     scene.add_body("bowl", kind="static", shapes=[bowl])
     radius = 0.1
     for k in range(count):
-        angle, ring = 2.4 * k, 0.3 + 0.02 * k  # the golden angle: no two start in one place
+        angle, ring = 2.4 * k, 0.3 + 0.02 * k  # the golden angle (rad) keeps the marbles apart
         a, b = ring * size / 2 * np.cos(angle), ring * size / 2 * np.sin(angle)
         z = depth * ring**2 + radius + 0.15 + 0.05 * rng.random()
         ball = Sphere(radius=radius, friction=0.4)

@@ -1,9 +1,9 @@
-"""Sliding, rolling and tipping on planes that fall in any direction."""
+"""Sliding, rolling and tipping on planes that slope in any direction."""
 
 from __future__ import annotations
 
 from gsenv.solver import Scene
-from gsenv.solver.spatial.shapes import Box, Cylinder, Plane, Sphere
+from gsenv.solver.spatial import Box, Cylinder, Plane, Sphere
 
 from .stacks import ground
 from .turning import UPRIGHT, along, level, lying, rolling_axle, uphill_normal
@@ -16,7 +16,10 @@ def block_on_incline(
     friction: float = 0.5,
     half_extents: tuple[float, float, float] = (0.25, 0.25, 0.1),
 ) -> Scene:
-    """A box lying on a plane that falls by ``degrees`` towards ``heading`` degrees from x, turned on it by ``turn``."""
+    """Build a box at rest on a plane that slopes down by ``degrees``, in the direction ``heading`` degrees from x.
+
+    The box is rotated on the plane by ``turn`` degrees.
+    """
     scene = Scene(dim=3)
     normal = uphill_normal(degrees, heading)
     scene.add_body("slope", kind="static", shapes=[Plane(normal=normal, friction=friction)])
@@ -24,7 +27,7 @@ def block_on_incline(
         "box",
         shapes=[Box(half_extents=half_extents, friction=friction)],
         position=along((0.0, 0.0, 0.0), half_extents[2], normal),
-        rotation=lying(degrees, heading, turn),
+        orientation=lying(degrees, heading, turn),
     )
     return scene
 
@@ -38,7 +41,7 @@ def _round(kind: str, radius: float, friction: float) -> Sphere | Cylinder:
 def roller_on_incline(
     kind: str = "sphere", degrees: float = 20.0, heading: float = 0.0, radius: float = 0.5, friction: float = 0.5
 ) -> Scene:
-    """A "sphere" or a "cylinder" at rest on a plane that falls by ``degrees`` towards ``heading``."""
+    """Build a "sphere" or a "cylinder" at rest on a plane that slopes down by ``degrees`` towards ``heading``."""
     scene = Scene(dim=3)
     normal = uphill_normal(degrees, heading)
     scene.add_body("slope", kind="static", shapes=[Plane(normal=normal, friction=friction)])
@@ -46,7 +49,7 @@ def roller_on_incline(
         kind,
         shapes=[_round(kind, radius, friction)],
         position=along((0.0, 0.0, 0.0), radius, normal),
-        rotation=UPRIGHT if kind == "sphere" else rolling_axle(heading),
+        orientation=UPRIGHT if kind == "sphere" else rolling_axle(heading),
     )
     return scene
 
@@ -54,21 +57,21 @@ def roller_on_incline(
 def sliding_roller(
     kind: str = "sphere", speed: float = 3.0, friction: float = 0.3, radius: float = 0.5, heading: float = 0.0
 ) -> Scene:
-    """A "sphere" or a "cylinder" that slides without spin on level ground; friction makes it roll."""
+    """Build a "sphere" or a "cylinder" that slides without rotation on level ground, until friction makes it roll."""
     scene = Scene(dim=3)
     ground(scene, friction=friction)
     scene.add_body(
         kind,
         shapes=[_round(kind, radius, friction)],
         position=(0.0, 0.0, radius),
-        rotation=UPRIGHT if kind == "sphere" else rolling_axle(heading),
+        orientation=UPRIGHT if kind == "sphere" else rolling_axle(heading),
         linear_velocity=along((0.0, 0.0, 0.0), speed, level(heading)),
     )
     return scene
 
 
 def rolling_cylinders(count: int = 5, degrees: float = 12.0) -> Scene:
-    """Cylinders of growing radius that roll down a slope side by side: all arrive together."""
+    """Build cylinders of growing radius that roll down a slope side by side; all arrive together."""
     scene = Scene(dim=3)
     normal = uphill_normal(degrees, 0.0)
     scene.add_body("slope", kind="static", shapes=[Plane(normal=normal, friction=0.6)])
@@ -77,5 +80,5 @@ def rolling_cylinders(count: int = 5, degrees: float = 12.0) -> Scene:
         x, _, z = along((0.0, 0.0, 0.0), radius, normal)
         cylinder = Cylinder(radius=radius, half_length=0.25, friction=0.6)
         position = (x, 0.7 * (k - 0.5 * (count - 1)), z)
-        scene.add_body(f"cylinder_{k}", shapes=[cylinder], position=position, rotation=rolling_axle(0.0))
+        scene.add_body(f"cylinder_{k}", shapes=[cylinder], position=position, orientation=rolling_axle(0.0))
     return scene

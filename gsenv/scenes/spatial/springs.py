@@ -1,11 +1,11 @@
-"""A cube of springs."""
+"""A soft cube of balls and springs."""
 
 from __future__ import annotations
 
 from itertools import product
 
 from gsenv.solver import Scene
-from gsenv.solver.spatial.shapes import Sphere
+from gsenv.solver.spatial import Distance, Sphere
 
 from ..palette import AMBER, WARM
 from .stacks import ground
@@ -16,8 +16,11 @@ Place = tuple[int, int, int]
 def soft_cube(
     side: int = 4, pitch: float = 0.5, height: float = 1.5, frequency: float = 8.0, damping_ratio: float = 0.1
 ) -> Scene:
-    """``side``^3 balls ``pitch`` m apart, joined by springs along edges and diagonals, the lowest points dropped from
-    ``height`` m. The springs are those of ``frequency`` Hz and ``damping_ratio`` between two balls alone."""
+    """Build ``side``^3 balls ``pitch`` m apart, joined by springs along edges and diagonals.
+
+    The cube is dropped with its lowest points at ``height`` m. ``frequency`` in Hz and ``damping_ratio`` are those of
+    a single spring between two free balls.
+    """
     scene = Scene(dim=3)
     ground(scene, friction=0.6)
     radius = 0.24 * pitch
@@ -33,14 +36,15 @@ def soft_cube(
         if step > (0, 0, 0) and all(0 <= n < side for n in other):
             scene.add_joint(
                 f"spring_{_ball(place)}_{_ball(other)}",
-                "distance",
-                _ball(place),
-                _ball(other),
-                anchor_a=(0.0, 0.0, 0.0),
-                anchor_b=(0.0, 0.0, 0.0),
-                frequency=frequency,
-                damping_ratio=damping_ratio,
-                collide=True,
+                Distance(
+                    _ball(place),
+                    _ball(other),
+                    anchor_a=(0.0, 0.0, 0.0),
+                    anchor_b=(0.0, 0.0, 0.0),
+                    frequency=frequency,
+                    damping_ratio=damping_ratio,
+                    collide=True,
+                ),
             )
     return scene
 

@@ -1,21 +1,21 @@
-"""Cubes that stand on each other."""
+"""Stacks, pyramids and walls of boxes."""
 
 from __future__ import annotations
 
 from gsenv.solver import Scene
-from gsenv.solver.spatial.shapes import Box, Plane, Sphere
+from gsenv.solver.spatial import Box, Plane, Sphere
 
 from ..palette import BRICK, GRAPHITE
 
 
 def ground(scene: Scene, friction: float = 0.5, restitution: float = 0.0) -> None:
-    """A static half-space z <= 0."""
+    """Add a static half-space z <= 0."""
     plane = Plane(normal=(0.0, 0.0, 1.0), friction=friction, restitution=restitution)
     scene.add_body("ground", kind="static", shapes=[plane])
 
 
 def cube_stack(count: int = 10, size: float = 1.0, friction: float = 0.5) -> Scene:
-    """``count`` cubes of side ``size`` m and density 1, exactly touching."""
+    """Build a stack of ``count`` cubes of side ``size`` m and density 1 kg/m^3, exactly touching."""
     scene = Scene(dim=3)
     ground(scene, friction)
     half = 0.5 * size
@@ -26,7 +26,7 @@ def cube_stack(count: int = 10, size: float = 1.0, friction: float = 0.5) -> Sce
 
 
 def cube_mass_ratio(ratio: float = 1000.0) -> Scene:
-    """A unit cube of ``ratio`` kg on one of 1 kg."""
+    """Build a cube of side 1 m and ``ratio`` kg on a cube of side 1 m and 1 kg."""
     scene = Scene(dim=3)
     ground(scene)
     for k, mass in enumerate((1.0, ratio)):
@@ -36,7 +36,10 @@ def cube_mass_ratio(ratio: float = 1000.0) -> Scene:
 
 
 def cube_pyramid(base: int = 10, pitch: float = 1.05) -> Scene:
-    """Unit cubes in one plane, ``base`` in the lowest row, one fewer in each, ``pitch`` m apart."""
+    """Build a flat pyramid of cubes of side 1 m, ``pitch`` m apart.
+
+    The lowest row has ``base`` of them, each row above one fewer.
+    """
     scene = Scene(dim=3)
     ground(scene)
     for row in range(base):
@@ -48,7 +51,7 @@ def cube_pyramid(base: int = 10, pitch: float = 1.05) -> Scene:
 
 
 def brick_wall(rows: int = 8, columns: int = 10, half: tuple[float, float, float] = (0.25, 0.125, 0.1)) -> Scene:
-    """A wall of bricks along x, each row shifted by half a brick, with half bricks at its ends."""
+    """Build a brick wall along x; every other row is shifted by half a brick and has half bricks at its ends."""
     scene = Scene(dim=3)
     ground(scene, friction=0.6)
     for row in range(rows):
@@ -64,7 +67,7 @@ def brick_wall(rows: int = 8, columns: int = 10, half: tuple[float, float, float
 
 
 def brick_wall_hit(speed: float = 15.0, radius: float = 0.3, rows: int = 8, columns: int = 10) -> Scene:
-    """The same wall, and a heavy ball that flies into it at ``speed`` m/s."""
+    """Build the same wall and a heavy ball that flies into it at ``speed`` m/s."""
     scene = brick_wall(rows, columns)
     ball = Sphere(radius=radius, density=8.0, friction=0.5)
     scene.add_body(
@@ -72,15 +75,17 @@ def brick_wall_hit(speed: float = 15.0, radius: float = 0.3, rows: int = 8, colu
         shapes=[ball],
         position=(0.1, -4.0, 0.9),
         linear_velocity=(0.0, speed, 0.5),
-        fast=True,
+        continuous=True,
         color=GRAPHITE,
     )
     return scene
 
 
 def block_overhang(count: int = 5, fraction: float = 0.99, length: float = 2.0) -> Scene:
-    """Blocks of ``length`` m on a pedestal, each shifted by fraction * length / (2 i) along x over the one
-    below, i counted from the top: at fraction 1 each part above an edge balances on it."""
+    """Build blocks of ``length`` m on a pedestal, each shifted by fraction * length / (2 i) along x over the one below.
+
+    The index i counts from the top. At ``fraction`` 1, all blocks above an edge exactly balance on it.
+    """
     scene = Scene(dim=3)
     height, depth = 0.4, 0.4
     pedestal = Box(half_extents=(0.5 * length, depth, 2.0), friction=0.6)

@@ -1,1 +1,35 @@
-"""The planar (2D) half of the solver: poses (x, y, angle), y up."""
+"""2D: poses (x, y, angle), y up; shapes, joints and sensors, and the kernels of their geometry."""
+
+from ..specification.joints import Distance, Gear, Prismatic, Revolute, Target, Weld, Wheel
+from ..specification.sensors import (
+    ContactSensor,
+    FrameSensor,
+    JointSensor,
+    PoseSensor,
+    RaySensor,
+    VelocitySensor,
+)
+from .shapes import Box, Capsule, Circle, HalfPlane, Polygon, Shape, Terrain
+
+__all__ = [
+    "Box",
+    "Capsule",
+    "Circle",
+    "ContactSensor",
+    "Distance",
+    "FrameSensor",
+    "Gear",
+    "HalfPlane",
+    "JointSensor",
+    "Polygon",
+    "PoseSensor",
+    "Prismatic",
+    "RaySensor",
+    "Revolute",
+    "Shape",
+    "Target",
+    "Terrain",
+    "VelocitySensor",
+    "Weld",
+    "Wheel",
+]

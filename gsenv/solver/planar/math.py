@@ -1,17 +1,17 @@
-"""Plane geometry on scalars. A rotation is the unit complex number (cos, sin)."""
+"""2D geometry on scalars. A rotation is the unit complex number (cos, sin)."""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from gsenv.solver.jit import njit
-from gsenv.solver.trig import sin_cos
+from ..core.trig import sin_cos
+from ..jit import njit
 
 
 class Pose(NamedTuple):
-    """Where a frame is in its parent: position in m, rotation as (cos, sin)."""
+    """The pose of a frame in its parent: position in m, rotation as (cos, sin)."""
 
     x: float
     y: float
@@ -36,7 +36,7 @@ def unrotate(cos: float, sin: float, x: float, y: float) -> tuple[float, float]:
 
 @njit
 def normalise_rotation(cos: float, sin: float) -> tuple[float, float]:
-    """The nearest unit complex number; (1, 0) for (0, 0)."""
+    """Return the nearest unit complex number; (1, 0) for (0, 0)."""
     length = np.sqrt(cos * cos + sin * sin)
     if not length > 0.0:
         return 1.0, 0.0
@@ -45,7 +45,7 @@ def normalise_rotation(cos: float, sin: float) -> tuple[float, float]:
 
 @njit
 def turn(cos: float, sin: float, angle: float) -> tuple[float, float]:
-    """Rotation (cos, sin) turned on by `angle` rad and renormalised."""
+    """Return the rotation (cos, sin) rotated further by `angle` rad, normalised."""
     c, s = sin_cos(angle)
     x, y = rotate(c, s, cos, sin)
     return normalise_rotation(x, y)
@@ -65,7 +65,14 @@ def to_local(pose: Pose, x: float, y: float) -> tuple[float, float]:
 
 @njit
 def relative(frame: Pose, pose: Pose) -> Pose:
-    """`pose` seen from `frame`."""
+    """Return `pose` relative to `frame`."""
     x, y = to_local(frame, pose.x, pose.y)
     cos, sin = unrotate(frame.cos, frame.sin, pose.cos, pose.sin)
     return Pose(x, y, cos, sin)
+
+
+@njit
+def gravity_norm(parameters: Any) -> float:
+    """Return |gravity| in m/s^2 of a world's parameters."""
+    g = parameters.gravity
+    return (g[0] * g[0] + g[1] * g[1]) ** 0.5

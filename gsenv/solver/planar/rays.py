@@ -1,9 +1,9 @@
-"""Rays against all shapes of a world: where each first enters a solid.
+"""Intersections of rays with all shapes of a world: the first point at which each enters a solid.
 
-Solids are open sets: a ray that only touches one, or runs along its face, passes. One that starts
-inside is hit at distance 0, with the normal against its own direction. A terrain is hit from its
-outside alone, as bodies are: from behind it is open. But a start that lies behind it by no more
-than `depth` (the extent of the body that carries the rays) is inside, again as for bodies.
+Solids are open sets: a ray that only touches one, or runs along its face, passes. A ray that starts
+inside has its hit at distance 0, with the normal opposite to its direction. A terrain is hit only from
+its outside, as it is by bodies: from behind it is open. But a start that lies behind it by at most
+`depth` (the extent of the body that the rays start from) is inside, again as for bodies.
 """
 
 from __future__ import annotations
@@ -14,24 +14,27 @@ import numpy as np
 from numba import int64
 from numpy.typing import NDArray
 
-from gsenv.solver.jit import njit
-from gsenv.solver.optional import at
-from gsenv.solver.planar.geometry import bounding_box, shape_pose
-from gsenv.solver.planar.math import Pose, cross, rotate, to_local, unrotate
-from gsenv.solver.planar.narrowphase.chains import Mover, chain_near, nearest_edge
-from gsenv.solver.planar.shapes import BOX, CIRCLE, HALF_PLANE, POLYGON, TERRAIN
-from gsenv.solver.planar.vertices import LEAF_SEGMENTS, leaf_count
+from ..core.optional import at
+from ..jit import njit
+from ..records.model import Model
+from ..records.plain import as_records
+from .geometry import bounding_box, shape_pose
+from .kinds import BOX, CIRCLE, HALF_PLANE, POLYGON, TERRAIN
+from .math import Pose, cross, rotate, to_local, unrotate
+from .narrowphase.chains import Mover, chain_near, nearest_edge
+from .narrowphase.polygons import Outline
+from .vertices import LEAF_SEGMENTS, leaf_count
 
 Array = NDArray[Any]
 
-SLACK = 1e-12  # relative, of boxes: rounding must not hide what lies on their rim
+SLACK = 1e-12  # relative enlargement of boxes, for rounding
 
 
-RAY_DTYPE = np.dtype(  # a ray in the world, and the nearest shape on it
+RAY_DTYPE = np.dtype(  # a ray in the world and its nearest hit
     [
         ("origin", "f8", (2,)),  # m
         ("direction", "f8", (2,)),  # unit
-        ("distance", "f8"),  # m: how far to look, then where the hit is
+        ("distance", "f8"),  # m: length of the ray, then distance of the hit
         ("normal", "f8", (2,)),  # of the surface, outward; zero without a hit
         ("shape", "i8"),  # -1: none
     ],
@@ -42,15 +45,15 @@ RAY_DTYPE = np.dtype(  # a ray in the world, and the nearest shape on it
 class Ray(NamedTuple):
     """A ray in the world or in a shape's frame."""
 
-    x: float  # m, where it starts
+    x: float  # m, its start
     y: float
     dx: float  # unit direction
     dy: float
-    length: float  # m, how far it looks
+    length: float  # m
 
 
 class Hit(NamedTuple):
-    """Where a ray enters a solid, in the ray's frame."""
+    """The point at which a ray enters a solid, in the ray's frame."""
 
     distance: float  # m, infinite without a hit
     normal_x: float  # outward
@@ -72,7 +75,7 @@ def inside(ray: Ray) -> Hit:
 
 @njit
 def slab(place: float, speed: float, half: float) -> tuple[float, float]:
-    """From when until when |place + t speed| < half."""
+    """Return the interval of t in which |place + t speed| < half."""
     if speed == 0.0:
         if abs(place) < half:
             return -np.inf, np.inf
@@ -83,7 +86,7 @@ def slab(place: float, speed: float, half: float) -> tuple[float, float]:
 
 @njit
 def circle_hit(ray: Ray, x: float, radius: float) -> Hit:
-    """The circle's centre is (x, 0)."""
+    """Return the hit of a circle with centre (x, 0)."""
     ox = ray.x - x
     aside = cross(ray.dx, ray.dy, ox, ray.y)
     half = (radius - aside) * (radius + aside)
@@ -116,7 +119,7 @@ def box_hit(ray: Ray, half_x: float, half_y: float) -> Hit:
 
 @njit
 def capsule_hit(ray: Ray, half_length: float, radius: float) -> Hit:
-    """Where the ray comes into the strip |y| < radius decides what it can hit: a side or one end."""
+    """Return the hit of a capsule: the point at which the ray enters |y| < radius selects a side or an end."""
     enter, leave = slab(ray.y, ray.dy, radius)
     if not (enter < leave and leave > 0.0):
         return miss()
@@ -130,7 +133,7 @@ def capsule_hit(ray: Ray, half_length: float, radius: float) -> Hit:
 
 @njit
 def polygon_hit(ray: Ray, first: int, count: int, vertices: Any) -> Hit:
-    """Clipped by the half-plane of each edge."""
+    """Return the hit of a polygon, by clipping the ray with the half-plane of each edge."""
     enter = -np.inf
     leave = np.inf
     edge = first
@@ -167,7 +170,7 @@ def half_plane_hit(ray: Ray) -> Hit:
 
 @njit
 def terrain_hit(ray: Ray, shape_model: Any, vertices: Any, depth: float) -> Hit:
-    """The nearest edge that is crossed from outside, by the chain's bounding tree."""
+    """Return the hit of the nearest edge that is crossed from outside, found by the chain's bounding tree."""
     if depth > 0.0 and lies_behind(shape_model, vertices, ray.x, ray.y, depth):
         return inside(ray)
     first = int64(shape_model.vertex_first)
@@ -204,10 +207,10 @@ def terrain_hit(ray: Ray, shape_model: Any, vertices: Any, depth: float) -> Hit:
 
 @njit
 def edge_distance(ray: Ray, vertices: Any, first: int, i: int) -> float:
-    """Where the ray crosses edge i of a chain from its outside, or infinity.
+    """Return the distance in m at which the ray crosses edge i of a chain from its outside, or infinity.
 
-    By the sides of the ray on which the two ends lie: neighbours share them bit by bit, so that no ray
-    slips through between two edges.
+    The test is on which side of the ray each end lies: neighbours share their ends bit by bit, so that no
+    ray passes between two edges.
     """
     start = vertices[first + i]
     if start.next < 0:
@@ -229,8 +232,9 @@ def edge_distance(ray: Ray, vertices: Any, first: int, i: int) -> float:
 
 @njit
 def lies_behind(shape_model: Any, vertices: Any, x: float, y: float, depth: float) -> bool:
-    """True if the chain's nearest edge within `depth` has the point behind it."""
-    point = Mover(Pose(x, y, 1.0, 0.0), x, y, 0.0, 0.0, 0.0, 0.0, 0.0, depth, 0.0, 0.0)
+    """Whether the point lies behind the chain's nearest edge within `depth`."""
+    outline = Outline(int64(-1), int64(1), 0.0, 0.0, 0.0, 0.0)
+    point = Mover(outline, Pose(x, y, 1.0, 0.0), x, y, 0.0, 0.0, 0.0, 0.0, 0.0, depth)
     chain = chain_near(shape_model, vertices, point)
     _, _, is_outside = nearest_edge(chain, point, vertices, x, y)
     return not is_outside
@@ -240,12 +244,10 @@ def lies_behind(shape_model: Any, vertices: Any, x: float, y: float, depth: floa
 
 
 @njit
-def misses_box(
-    ray: Ray, reach: float, lower_x: float, lower_y: float, upper_x: float, upper_y: float
-) -> bool:
-    """True if the first `reach` m of a ray stay out of a box: separating axes.
+def misses_box(ray: Ray, reach: float, lower_x: float, lower_y: float, upper_x: float, upper_y: float) -> bool:
+    """Whether the first `reach` m of a ray miss a box, by separating axes.
 
-    Without branches, which rays in all directions would mispredict.
+    There are no branches, since those are mispredicted for rays in all directions.
     """
     ex = ray.x + reach * ray.dx
     ey = ray.y + reach * ray.dy
@@ -264,7 +266,7 @@ def misses_box(
 
 @njit
 def shape_hit(ray: Ray, model: Any, parameter: Any, vertices: Any, depth: float) -> Hit:
-    """`ray` in the shape's frame."""
+    """Return the hit of a shape; `ray` is in the shape's frame."""
     if model.kind == CIRCLE:
         return circle_hit(ray, 0.0, parameter.radius)
     if model.kind == BOX:
@@ -280,7 +282,7 @@ def shape_hit(ray: Ray, model: Any, parameter: Any, vertices: Any, depth: float)
 
 
 @njit
-def look_at_shape(
+def intersect_shape(
     rays: Array,
     s: int,
     model: Any,
@@ -289,15 +291,15 @@ def look_at_shape(
     vertices: Array | None,
     depth: float,
 ) -> None:
-    """Shorten the rays that hit shape `s`; of shapes at the same distance the first stays."""
-    lower_x, lower_y, upper_x, upper_y = bounding_box(model, parameter, vertices, pose)
+    """Shorten the rays that hit shape `s`; of shapes at the same distance the first one counts."""
+    lower, upper = bounding_box(model, parameter, vertices, pose)
     rim = depth if model.kind == TERRAIN else 0.0
     for r in range(len(rays)):
         entry = rays[r]
         reach = entry.distance
         ray = Ray(entry.origin[0], entry.origin[1], entry.direction[0], entry.direction[1], reach)
         if model.kind != HALF_PLANE and misses_box(
-            ray, reach, lower_x - rim, lower_y - rim, upper_x + rim, upper_y + rim
+            ray, reach, lower[0] - rim, lower[1] - rim, upper[0] + rim, upper[1] + rim
         ):
             continue
         x, y = to_local(pose, ray.x, ray.y)
@@ -309,23 +311,34 @@ def look_at_shape(
             entry.normal[0], entry.normal[1] = rotate(pose.cos, pose.sin, hit.normal_x, hit.normal_y)
 
 
-@njit
-def cast_rays_in_world(
-    bodies: Array,
-    body_parameters: Array,
-    shape_models: Array,
-    shape_parameters: Array,
-    vertices: Array | None,
-    mask: int,
-    exclude: int,
-    rays: Array,
-) -> None:
-    """Find the nearest hits of `rays` (ray,) of RAY_DTYPE in one world.
+class Surroundings(NamedTuple):
+    """What rays can hit, with a world axis: bodies, shapes and vertices (None in a scene that has none)."""
 
-    `bodies`, `body_parameters` (body,); `shape_models`, `shape_parameters` (shape,); `vertices` (vertex,)
-    or None. Seen are enabled shapes of the categories in `mask` on enabled bodies, but for sensor
-    shapes and those of body `exclude` (-1: none).
+    bodies: Any
+    body_parameters: Any
+    shape_models: Any
+    shape_parameters: Any
+    vertices: Any
+
+
+def surroundings(model: Model, parameters: Any, state: Any) -> Surroundings:
+    """Return the surroundings of all worlds of a model, parameters and state."""
+    vertices = parameters.vertices if model.needs_vertices else None
+    arrays = (state.bodies, parameters.bodies, model.shapes, parameters.shapes, vertices)
+    return Surroundings(*(as_records(array) for array in arrays))
+
+
+@njit
+def cast_rays_in_world(seen: Any, w: int, vertices: Any, mask: int, exclude: int, rays: Array) -> None:
+    """Find the nearest hits of `rays` (ray,) of RAY_DTYPE in world `w` of `seen`; `vertices` are those of `seen`.
+
+    Rays hit enabled shapes of the categories in `mask` on enabled bodies, except sensor shapes and
+    those of body `exclude` (-1: none).
     """
+    bodies = seen.bodies[w]
+    body_parameters = seen.body_parameters[w]
+    shape_models = seen.shape_models
+    shape_parameters = seen.shape_parameters[w]
     for r in range(len(rays)):
         rays[r].shape = -1
         rays[r].normal[0] = 0.0
@@ -341,25 +354,11 @@ def cast_rays_in_world(
         if shape_parameters[s].enabled == 0 or body_parameters[b].enabled == 0:
             continue
         pose = shape_pose(bodies[b], body_parameters[b], shape_parameters[s])
-        look_at_shape(rays, s, model, shape_parameters[s], pose, vertices, depth)
+        intersect_shape(rays, s, model, shape_parameters[s], pose, at(vertices, w), depth)
 
 
 @njit
-def cast_rays(
-    worlds: Array,
-    bodies: Array,
-    body_parameters: Array,
-    shape_models: Array,
-    shape_parameters: Array,
-    vertices: Array | None,
-    mask: int,
-    exclude: int,
-    rays: Array,
-) -> None:
-    """The same with a world axis: `rays` (chosen, ray), `worlds` (chosen,) their indices."""
+def cast_rays(worlds: Array, seen: Any, vertices: Any, mask: int, exclude: int, rays: Array) -> None:
+    """Find the nearest hits in several worlds: `rays` (chosen, ray), `worlds` (chosen,) their indices."""
     for k in range(len(worlds)):
-        w = worlds[k]
-        cast_rays_in_world(
-            bodies[w], body_parameters[w], shape_models, shape_parameters[w], at(vertices, w),
-            mask, exclude, rays[k],
-        )  # fmt: skip
+        cast_rays_in_world(seen, worlds[k], vertices, mask, exclude, rays[k])

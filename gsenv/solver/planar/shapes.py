@@ -1,12 +1,12 @@
-"""Planar shapes: as authored, as compiled records, and their mass properties.
+"""2D shapes: dataclasses for users, compiled records, and mass properties.
 
-A shape has a frame of its own, placed in its body's frame by `position` and `angle`.  In its frame
+A shape has its own frame, placed in its body's frame by `position` and `angle`.  In its frame
 
 - a box is [-hx, hx] x [-hy, hy], a capsule the segment (-half_length, 0) .. (half_length, 0)
-  grown by its radius, a circle the origin grown by its radius: all three are boxes with radius;
+  rounded by its radius, a circle the origin rounded by its radius: all three are rounded boxes;
 - a polygon is convex and counter-clockwise;
 - a half-plane is y <= 0, its outward normal (0, 1);
-- a terrain is a chain of segments with the solid on the right of the direction of travel.
+- a terrain is a chain of segments with the solid on its right.
 
 Polygons and terrains have vertices, one flat array `(world, vertex)` of `vertex_dtype()` for all
 shapes of a world; `vertices.derive_vertices` computes everything but `position`, again after
@@ -16,60 +16,38 @@ each change.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, field
-from enum import IntEnum
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-from gsenv.solver.planar.vertices import linked_vertices, vertex_dtype
+from gsenv.solver.records.shapes import CompiledShape
 
-Array = NDArray[Any]
+from ..records.shapes import (
+    Array,
+    BaseShape,
+    Vector,
+    check_material,
+    check_plane,
+    check_sizes,
+    checked_vector,
+    fill_material,
+    is_finite,
+)
+from .kinds import ShapeKind
+from .vertices import linked_vertices, vertex_dtype
+
 Point = tuple[float, float]
-Vector = Sequence[float] | NDArray[Any]
 
-__all__ = [
-    "BOX", "CAPSULE", "CIRCLE", "HALF_PLANE", "POLYGON", "TERRAIN",
-    "Box", "Capsule", "Circle", "CompiledShape", "HalfPlane", "Polygon", "Shape", "ShapeKind", "Terrain",
-    "bounding_radius", "chain_vertices", "convex_vertices", "extent", "mass_properties", "polygon_extent",
-    "shape_record", "validate", "vertex_dtype",
-]  # fmt: skip
-
-ALL_BITS = -1  # every bit of an int64
-MAX_POLYGON_VERTICES = 64  # features are numbered in base 64
-
-
-class ShapeKind(IntEnum):
-    CIRCLE = 0
-    BOX = 1
-    CAPSULE = 2
-    POLYGON = 3
-    HALF_PLANE = 4
-    TERRAIN = 5
-
-
-# plain ints: numba compares them faster than enum members
-CIRCLE, BOX, CAPSULE, POLYGON, HALF_PLANE, TERRAIN = (int(kind) for kind in ShapeKind)
+MAX_POLYGON_VERTICES = 64  # since feature ids are numbers in base 64
 
 
 @dataclass(frozen=True, kw_only=True)
-class Shape:
-    """What all shapes have in common: material, place in the body's frame, filter."""
+class Shape(BaseShape):
+    """The common arguments of all 2D shapes."""
 
-    kind: ClassVar[ShapeKind]
-    solid: ClassVar[bool] = True  # False: unbounded, without mass, for bodies that no force moves
-
-    density: float = 1.0  # kg/m^2
-    friction: float = 0.5
-    restitution: float = 0.0
-    position: Vector = (0.0, 0.0)  # m
+    position: Vector = (0.0, 0.0)  # m, in the body's frame
     angle: float = 0.0  # rad
-    category: int = 1
-    mask: int = ALL_BITS
-    sensor: bool = False
-    name: str | None = None
 
 
 @dataclass(frozen=True)
@@ -86,7 +64,7 @@ class Box(Shape):
 
 @dataclass(frozen=True)
 class Capsule(Shape):
-    """A segment along x, grown by a radius."""
+    """A segment along x, rounded by a radius."""
 
     kind: ClassVar[ShapeKind] = ShapeKind.CAPSULE
     half_length: float  # m, of the segment
@@ -103,7 +81,7 @@ class Polygon(Shape):
 
 @dataclass(frozen=True)
 class HalfPlane(Shape):
-    """Everything with normal . x <= offset."""
+    """All points with normal . x <= offset."""
 
     kind: ClassVar[ShapeKind] = ShapeKind.HALF_PLANE
     solid: ClassVar[bool] = False
@@ -113,10 +91,10 @@ class HalfPlane(Shape):
 
 @dataclass(frozen=True)
 class Terrain(Shape):
-    """A chain of segments; walking along it, the solid is on the right hand.
+    """A chain of segments with the solid on its right.
 
-    From left to right the solid lies below.  One-sided: a shape that is wholly behind a segment
-    is not touched by it.  `closed` joins the last vertex to the first: counter-clockwise is a
+    From left to right the solid lies below.  Segments are one-sided: a shape that is entirely behind a
+    segment does not touch it.  `closed` joins the last vertex to the first: counter-clockwise is a
     cave (solid outside), clockwise an island (solid inside).
     """
 
@@ -126,80 +104,27 @@ class Terrain(Shape):
     closed: bool = False
 
 
-@dataclass(frozen=True)
-class CompiledShape:
-    """Numbers of a shape for the kernels."""
-
-    record: Array = field(repr=False)  # () of shape_parameter_dtype(2)
-    vertices: Array = field(repr=False)  # (n,) of vertex_dtype(); empty without vertices
-
-
 # ---------------------------------------------------------------- checks
 
 
 def validate(shape: Shape, dim: int = 2) -> None:
-    """Refuse a shape that makes no sense, with one sentence that names it and the value."""
+    """Raise ValueError, naming shape and value, where an argument of the shape is invalid."""
     title = type(shape).__name__
     if dim != 2:
         raise ValueError(f"{title} of {__name__} is planar, it cannot be used in {dim}D")
-    for word in ("friction", "restitution"):
-        value = getattr(shape, word)
-        if not (_finite(value) and value >= 0.0):
-            raise ValueError(f"{title} {word} must be finite and not negative, got {value!r}")
-    if shape.restitution > 1.0:
-        raise ValueError(f"{title} restitution must not exceed 1, got {shape.restitution!r}")
-    if shape.solid and not (_finite(shape.density) and shape.density >= 0.0):
-        raise ValueError(f"{title} density must be finite and not negative, got {shape.density!r}")
-    _vector(title, "position", shape.position)
-    if not _finite(shape.angle):
+    check_material(shape, ("friction",))
+    checked_vector(title, "position", shape.position, 2)
+    if not is_finite(shape.angle):
         raise ValueError(f"{title} angle must be finite, got {shape.angle!r}")
-    for word in ("category", "mask"):
-        value = getattr(shape, word)
-        if not isinstance(value, (int, np.integer)) or not -(2**63) <= int(value) < 2**64:
-            raise ValueError(f"{title} {word} must be an integer of 64 bits, got {value!r}")
-    _validate_form(shape, title)
-
-
-def _validate_form(shape: Shape, title: str) -> None:
-    if isinstance(shape, Circle):
-        _positive(title, "radius", shape.radius)
-    elif isinstance(shape, Box):
-        for value in _vector(title, "half_extents", shape.half_extents):
-            _positive(title, "half_extents", value)
-    elif isinstance(shape, Capsule):
-        _positive(title, "half_length", shape.half_length)
-        _positive(title, "radius", shape.radius)
-    elif isinstance(shape, Polygon):
+    check_sizes(shape, 2)
+    if isinstance(shape, Polygon):
         convex_vertices(shape.vertices)
     elif isinstance(shape, HalfPlane):
-        normal = _vector(title, "normal", shape.normal)
-        if math.hypot(*normal) == 0.0:
-            raise ValueError(f"{title} normal must not be zero, got {tuple(shape.normal)!r}")
-        if not _finite(shape.offset):
-            raise ValueError(f"{title} offset must be finite, got {shape.offset!r}")
+        check_plane(shape, 2)
     elif isinstance(shape, Terrain):
         chain_vertices(shape.vertices, shape.closed)
-    else:
+    elif not isinstance(shape, (Circle, Box, Capsule)):
         raise ValueError(f"{title} is not a planar shape")
-
-
-def _finite(value: Any) -> bool:
-    return isinstance(value, (int, float, np.number)) and math.isfinite(float(value))
-
-
-def _positive(title: str, word: str, value: Any) -> None:
-    if not (_finite(value) and value > 0.0):
-        raise ValueError(f"{title} {word} must be positive, got {value!r}")
-
-
-def _vector(title: str, word: str, value: Any) -> Point:
-    try:
-        numbers = [float(x) for x in value]
-    except TypeError:
-        numbers = []
-    if len(numbers) != 2 or not all(math.isfinite(x) for x in numbers):
-        raise ValueError(f"{title} {word} must be two finite numbers, got {value!r}")
-    return numbers[0], numbers[1]
 
 
 def _points(title: str, vertices: Any, least: int) -> Array:
@@ -218,7 +143,7 @@ def _points(title: str, vertices: Any, least: int) -> Array:
 
 
 def convex_vertices(vertices: Any) -> Array:
-    """(n, 2) vertices of a convex polygon, counter-clockwise; anything else is refused."""
+    """Return the (n, 2) vertices of a convex polygon, counter-clockwise; raises ValueError for others."""
     points = _points("Polygon", vertices, 3)
     if len(points) > MAX_POLYGON_VERTICES:
         raise ValueError(f"Polygon may have {MAX_POLYGON_VERTICES} vertices at most, got {len(points)}")
@@ -235,7 +160,7 @@ def convex_vertices(vertices: Any) -> Array:
         raise ValueError(
             f"Polygon must have no three vertices in line, got {tuple(points[k].tolist())} between its neighbours"
         )
-    # one direction of turning and one full turn: convex and not crossing itself
+    # all turns in one direction and one full turn: convex and without self-intersection
     cosines = (edges * after).sum(axis=1) / (lengths * np.roll(lengths, -1))
     winding = np.arctan2(sines, cosines).sum() / (2.0 * np.pi)
     if not ((sines > 0.0).all() or (sines < 0.0).all()) or abs(abs(winding) - 1.0) > 0.5:
@@ -245,7 +170,7 @@ def convex_vertices(vertices: Any) -> Array:
 
 
 def chain_vertices(vertices: Any, closed: bool) -> Array:
-    """(n, 2) vertices of a terrain; repeated neighbours are refused."""
+    """Return the (n, 2) vertices of a terrain; raises ValueError for repeated neighbours."""
     points = _points("Terrain", vertices, 3 if closed else 2)
     edges = np.roll(points, -1, axis=0) - points
     lengths = np.hypot(edges[:, 0], edges[:, 1])[: None if closed else -1]
@@ -256,11 +181,16 @@ def chain_vertices(vertices: Any, closed: bool) -> Array:
     return points
 
 
-# ---------------------------------------------------------------- measures
+def terrain_vertices(vertices: Any, closed: bool) -> Array:
+    """Return the entries of `vertex_dtype()` of a terrain; raises ValueError as `chain_vertices` does."""
+    return linked_vertices(chain_vertices(vertices, closed), closed, outside=-1.0)
+
+
+# ---------------------------------------------------------------- mass and size
 
 
 def mass_properties(shape: Shape) -> tuple[float, Point, float]:
-    """(area m^2, centroid m in the body's frame, inertia m^4 about the centroid), density 1."""
+    """Return (area m^2, centroid m in the body's frame, inertia m^4 about the centroid), for density 1."""
     if isinstance(shape, Circle):
         r = shape.radius
         area, center, inertia = math.pi * r**2, (0.0, 0.0), 0.5 * math.pi * r**4
@@ -269,7 +199,7 @@ def mass_properties(shape: Shape) -> tuple[float, Point, float]:
         area, center = 4.0 * hx * hy, (0.0, 0.0)
         inertia = area * (hx**2 + hy**2) / 3.0
     elif isinstance(shape, Capsule):
-        # rectangle and two half discs; a half disc's centroid is 4r/(3 pi) off its diameter
+        # rectangle and two half discs; the centroid of a half disc is 4r/(3 pi) from its diameter
         h, r = shape.half_length, shape.radius
         area, center = 4.0 * h * r + math.pi * r**2, (0.0, 0.0)
         inertia = 4.0 * h * r * (h**2 + r**2) / 3.0
@@ -282,7 +212,7 @@ def mass_properties(shape: Shape) -> tuple[float, Point, float]:
 
 
 def _polygon_mass(points: Array) -> tuple[float, Point, float]:
-    """By triangles from the first vertex, which keeps far-away polygons accurate."""
+    """Sum over triangles from the first vertex, which is accurate for polygons far from the origin, too."""
     area, sum_x, sum_y, inertia = 0.0, 0.0, 0.0, 0.0
     for (ax, ay), (bx, by) in zip(points[1:-1] - points[0], points[2:] - points[0], strict=True):
         triangle = 0.5 * (ax * by - ay * bx)
@@ -305,7 +235,7 @@ def _placed(shape: Shape, point: Point) -> Point:
 
 
 def extent(shape: Shape) -> float:
-    """Smallest half-width in m; infinite for half-planes and terrains."""
+    """Return the smallest half-width in m; infinite for half-planes and terrains."""
     if isinstance(shape, Circle):
         return float(shape.radius)
     if isinstance(shape, Box):
@@ -318,7 +248,7 @@ def extent(shape: Shape) -> float:
 
 
 def polygon_extent(points: Array) -> float:
-    """Half of the smallest width of a convex polygon; some edge is flush with that strip."""
+    """Return half of the smallest width of a convex polygon, which is across one of its edges."""
     edges = np.roll(points, -1, axis=0) - points
     normals = np.stack([edges[:, 1], -edges[:, 0]], axis=1)
     normals /= np.hypot(normals[:, 0], normals[:, 1])[:, None]
@@ -327,7 +257,7 @@ def polygon_extent(points: Array) -> float:
 
 
 def bounding_radius(shape: Shape, about: Vector = (0.0, 0.0)) -> float:
-    """Distance in m of the farthest point from `about`, a point of the body's frame."""
+    """Return the distance in m of the farthest point from `about`, a point of the body's frame."""
     if isinstance(shape, Polygon):
         corners, radius = convex_vertices(shape.vertices), 0.0
     elif isinstance(shape, Box):
@@ -348,7 +278,7 @@ def bounding_radius(shape: Shape, about: Vector = (0.0, 0.0)) -> float:
 
 
 def shape_record(shape: Shape, dtype: np.dtype[Any]) -> CompiledShape:
-    """A shape's parameter record (`dtype` = shape_parameter_dtype(2)) and its derived vertices."""
+    """Return a shape's parameter record (`dtype` = shape_parameter_dtype(2)) and its derived vertices."""
     validate(shape)
     record = np.zeros((), dtype)
     x, y, angle = float(shape.position[0]), float(shape.position[1]), float(shape.angle)
@@ -369,13 +299,6 @@ def shape_record(shape: Shape, dtype: np.dtype[Any]) -> CompiledShape:
     elif isinstance(shape, Polygon):
         vertices = linked_vertices(convex_vertices(shape.vertices), closed=True, outside=1.0)
     elif isinstance(shape, Terrain):
-        points = chain_vertices(shape.vertices, shape.closed)
-        vertices = linked_vertices(points, shape.closed, outside=-1.0)
-    if isinstance(shape, (Circle, Capsule)):
-        record["radius"] = shape.radius
-    record["extent"] = extent(shape)
-    record["friction"] = shape.friction
-    record["restitution"] = shape.restitution
-    record["density"] = shape.density if shape.solid else 0.0
-    record["enabled"] = 1
+        vertices = terrain_vertices(shape.vertices, shape.closed)
+    fill_material(record, shape, extent(shape))
     return CompiledShape(record, vertices)

@@ -1,8 +1,8 @@
-"""Vertices of polygons and terrains, and what is derived from their positions.
+"""Vertices of polygons and terrains, and the quantities derived from their positions.
 
 A terrain's bounding tree is implicit: L leaves (a power of two) of LEAF_SEGMENTS edges each in the
 order of the chain; node 1 is the root, node k has the children 2k and 2k+1, nodes L..2L-1 are the
-leaves.  Node k is kept in the vertex entry k-1, and 2L-1 is never more than the vertex count.
+leaves.  Node k is stored in vertex entry k-1, and 2L-1 never exceeds the vertex count.
 """
 
 from __future__ import annotations
@@ -14,19 +14,19 @@ import numpy as np
 from numba import int64
 from numpy.typing import NDArray
 
-from gsenv.solver.jit import njit
-from gsenv.solver.optional import as_records
+from ..jit import njit
+from ..records.plain import as_records
 
 Array = NDArray[Any]
 
-LEAF_SEGMENTS = 4  # edges in a leaf of the tree
-FLAT_SINE = 1e-7  # a chain that turns less goes straight on
+LEAF_SEGMENTS = 4  # number of edges in a leaf of the tree
+FLAT_SINE = 1e-7  # sine of the largest angle between two edges that count as straight
 
 
 class Turn(IntEnum):
-    """How a chain turns at a vertex, seen from its outside."""
+    """Whether a chain is convex or concave at a vertex, seen from its outside."""
 
-    CONVEX = -1  # a ridge: a shape can rest on the point
+    CONVEX = -1  # a ridge, on whose point a shape can rest
     FLAT = 0
     CONCAVE = 1  # a valley
 
@@ -41,7 +41,7 @@ def vertex_dtype() -> np.dtype[Any]:
             ("position", "f8", (2,)),  # m
             ("normal", "f8", (2,)),  # outward, of the edge to the next vertex
             ("length", "f8"),  # m, of that edge; 0 if there is none
-            ("outside", "f8"),  # 1: outside on the right of travel (polygons), -1: left (terrains)
+            ("outside", "f8"),  # 1: outside on the right of the edge (polygons), -1: on the left (terrains)
             ("turn", "i4"),  # Turn; an end of an open chain counts as convex
             ("run", "i4"),  # first edge of the straight run that this edge belongs to
             ("next", "i4"),  # vertex, -1 at the end of an open chain
@@ -54,7 +54,7 @@ def vertex_dtype() -> np.dtype[Any]:
 
 
 def linked_vertices(points: Array, closed: bool, outside: float) -> Array:
-    """`(n,)` vertices of one shape at `points` (n, 2), everything derived."""
+    """Return the `(n,)` vertices of one shape at `points` (n, 2), with all derived fields."""
     count = len(points)
     vertices = np.zeros(count, vertex_dtype())
     vertices["position"] = points
@@ -70,7 +70,7 @@ def linked_vertices(points: Array, closed: bool, outside: float) -> Array:
 
 @njit
 def derive_vertices(shape_models: Array, vertices: Array) -> None:
-    """Recompute what depends on the positions, for all shapes of one world.
+    """Compute all fields that depend on the positions, for all shapes of one world.
 
     `shape_models` (shape,), `vertices` (vertex,) of one world.
     """
@@ -83,7 +83,7 @@ def derive_vertices(shape_models: Array, vertices: Array) -> None:
 
 @njit
 def derive_outline(vertices: Array) -> None:
-    """The same for one shape; `vertices` are its own."""
+    """Compute these fields for one shape; `vertices` are those of the shape."""
     for i in range(len(vertices)):
         vertex = vertices[i]
         vertex.length = 0.0
@@ -121,7 +121,7 @@ def derive_turn(vertices: Array, i: int) -> None:
 
 @njit
 def leaf_count(count: int) -> int:
-    """Leaves of the tree over `count` vertices."""
+    """Return the number of leaves of the tree over `count` vertices."""
     leaves = 1
     while leaves * LEAF_SEGMENTS < count:
         leaves *= 2
@@ -163,9 +163,9 @@ def leaf_span(
     upper_x: float,
     upper_y: float,
 ) -> tuple[int, int]:
-    """First leaf that meets a box and the one after the last; (0, 0) if none does.
+    """Return the first leaf whose box overlaps a box and the one after the last; (0, 0) if there is none.
 
-    Leaf k holds the edges k * LEAF_SEGMENTS and on; its box is in the entry leaves - 1 + k.
+    Leaf k contains the edges from k * LEAF_SEGMENTS on; its box is in entry leaves - 1 + k.
     """
     start = int64(-1)
     stop = int64(0)
@@ -193,7 +193,7 @@ def leaf_span(
 
 @njit
 def leaf_misses(entry: Any, x: float, y: float, reach: float) -> bool:
-    """True if the leaf's box, kept in `entry`, is farther than `reach` from the point along an axis."""
+    """Whether the leaf's box, stored in `entry`, is farther than `reach` from the point along an axis."""
     return (
         entry.node_lower[0] > x + reach
         or entry.node_upper[0] < x - reach

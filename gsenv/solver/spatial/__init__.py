@@ -1,5 +1,27 @@
-"""Three dimensions: geometry and Jacobians. Mirrors planar/ file by file."""
+"""3D: poses (position, quaternion), z up; shapes, joints and sensors, and the kernels of their geometry.
 
-from gsenv.solver.spatial.shapes import Box, Capsule, Cylinder, Heightfield, Hull, Plane, Shape, Sphere
+The files have the names of those in planar/.
+"""
 
-__all__ = ["Box", "Capsule", "Cylinder", "Heightfield", "Hull", "Plane", "Shape", "Sphere"]
+from ..specification.joints import Ball, Distance, Target, Weld
+from ..specification.sensors import ContactSensor, JointSensor, PoseSensor, VelocitySensor
+from .shapes import Box, Capsule, Cylinder, Heightfield, Hull, Plane, Shape, Sphere
+
+__all__ = [
+    "Ball",
+    "Box",
+    "Capsule",
+    "ContactSensor",
+    "Cylinder",
+    "Distance",
+    "Heightfield",
+    "Hull",
+    "JointSensor",
+    "Plane",
+    "PoseSensor",
+    "Shape",
+    "Sphere",
+    "Target",
+    "VelocitySensor",
+    "Weld",
+]

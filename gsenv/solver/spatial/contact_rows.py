@@ -1,20 +1,18 @@
-"""Rows of a contact: normal, the two tangents of the friction disc, and what resists turning, if asked for."""
+"""Rows of a 3D contact: normal, two tangents of the friction disc, torsional and rolling friction where given."""
 
 from __future__ import annotations
 
 from typing import Any
 
+from ..core.rows import DISC, DISC_END, FRICTION
 from ..jit import njit
-from ..rows import BOUNDED, DISC, DISC_END, FRICTION, GROUNDED, HELD_APART, UNHELD
-from .frames import in_frame
 from .math import Vec, cross, sub, tangents, vec
-
-_INFINITY = float("inf")
+from .rotation import in_frame
 
 
 @njit
 def contact_span(contact: Any) -> Any:
-    """How many rows a contact has."""
+    """Return the number of rows of a contact."""
     span = 1
     if contact.friction > 0.0:
         span += 2
@@ -26,10 +24,10 @@ def contact_span(contact: Any) -> Any:
 
 
 @njit
-def set_jacobian(row: Any, motions: Any, u: Vec, turn_a: Vec, turn_b: Vec) -> None:
-    """J v = u . (v_b - v_a) + turn_a . w_a + turn_b . w_b, directions in the world."""
-    a = in_frame(motions[row.body_a], turn_a)
-    b = in_frame(motions[row.body_b], turn_b)
+def set_jacobian(row: Any, substep_bodies: Any, u: Vec, turn_a: Vec, turn_b: Vec) -> None:
+    """Set the Jacobian of J v = u . (v_b - v_a) + turn_a . w_a + turn_b . w_b, directions in the world."""
+    a = in_frame(substep_bodies[row.body_a], turn_a)
+    b = in_frame(substep_bodies[row.body_b], turn_b)
     for d in range(3):
         row.jacobian_a[d] = -u[d]
         row.jacobian_b[d] = u[d]
@@ -38,18 +36,18 @@ def set_jacobian(row: Any, motions: Any, u: Vec, turn_a: Vec, turn_b: Vec) -> No
 
 
 @njit
-def set_effective_mass(row: Any, motions: Any) -> None:
-    """From jacobian, softness and the masses of the bodies."""
-    d = row.softness + coupling_of(row, row, motions)
+def set_effective_mass(row: Any, substep_bodies: Any) -> None:
+    """Set diagonal and effective mass from Jacobian, softness and the masses of the bodies."""
+    d = row.softness + coupling_of(row, row, substep_bodies)
     row.diagonal = d
     row.effective_mass = 1.0 / d if d > 0.0 else 0.0
 
 
 @njit
-def coupling_of(row: Any, other: Any, motions: Any) -> Any:
-    """J M^-1 J'^T of two rows on the same bodies."""
-    a = motions[row.body_a].inverse
-    b = motions[row.body_b].inverse
+def coupling_of(row: Any, other: Any, substep_bodies: Any) -> Any:
+    """Return J M^-1 J'^T of two rows on the same bodies."""
+    a = substep_bodies[row.body_a].inverse
+    b = substep_bodies[row.body_b].inverse
     s = 0.0
     for i in range(len(row.jacobian_a)):
         s += row.jacobian_a[i] * (a[i] * other.jacobian_a[i]) + row.jacobian_b[i] * (b[i] * other.jacobian_b[i])
@@ -57,81 +55,56 @@ def coupling_of(row: Any, other: Any, motions: Any) -> Any:
 
 
 @njit
-def set_contact_jacobians(rows: Any, row: Any, contact: Any, motions: Any) -> None:
-    """Directions and masses of a contact's rows, in the frames that its bodies have now."""
+def set_contact_jacobians(rows: Any, row: Any, contact: Any, substep_bodies: Any) -> None:
+    """Set Jacobians and effective masses of a contact's rows, in the present frames of its bodies."""
     point = vec(contact.point)
     n = vec(contact.normal)
     t, s = tangents(n)
     zero = (0.0, 0.0, 0.0)
-    arm_a = sub(point, vec(motions[contact.body_a].start_position))
-    arm_b = sub(point, vec(motions[contact.body_b].start_position))
-    _set_point(rows[row], motions, n, arm_a, arm_b)
+    arm_a = sub(point, vec(substep_bodies[contact.body_a].start_position))
+    arm_b = sub(point, vec(substep_bodies[contact.body_b].start_position))
+    _set_point(rows[row], substep_bodies, n, arm_a, arm_b)
     k = row + 1
     if contact.friction > 0.0:
-        _set_point(rows[k], motions, t, arm_a, arm_b)
-        _set_point(rows[k + 1], motions, s, arm_a, arm_b)
+        _set_point(rows[k], substep_bodies, t, arm_a, arm_b)
+        _set_point(rows[k + 1], substep_bodies, s, arm_a, arm_b)
         k += 2
     if contact.torsional_friction > 0.0:
-        set_jacobian(rows[k], motions, zero, (-n[0], -n[1], -n[2]), n)
+        set_jacobian(rows[k], substep_bodies, zero, (-n[0], -n[1], -n[2]), n)
         k += 1
     if contact.rolling_friction > 0.0:
-        set_jacobian(rows[k], motions, zero, (-t[0], -t[1], -t[2]), t)
-        set_jacobian(rows[k + 1], motions, zero, (-s[0], -s[1], -s[2]), s)
+        set_jacobian(rows[k], substep_bodies, zero, (-t[0], -t[1], -t[2]), t)
+        set_jacobian(rows[k + 1], substep_bodies, zero, (-s[0], -s[1], -s[2]), s)
         k += 2
     for r in range(row, k):
-        set_effective_mass(rows[r], motions)
+        set_effective_mass(rows[r], substep_bodies)
         if rows[r].kind == DISC:
-            rows[r].coupling = coupling_of(rows[r], rows[r + 1], motions)
+            rows[r].coupling = coupling_of(rows[r], rows[r + 1], substep_bodies)
 
 
 @njit
-def _set_point(row: Any, motions: Any, u: Vec, arm_a: Vec, arm_b: Vec) -> None:
+def _set_point(row: Any, substep_bodies: Any, u: Vec, arm_a: Vec, arm_b: Vec) -> None:
     a = cross(arm_a, u)
-    set_jacobian(row, motions, u, (-a[0], -a[1], -a[2]), cross(arm_b, u))
+    set_jacobian(row, substep_bodies, u, (-a[0], -a[1], -a[2]), cross(arm_b, u))
 
 
 @njit
-def add_contact_rows(rows: Any, row: Any, contacts: Any, indices: Any, motions: Any, scale: Any) -> Any:
-    """One to six rows a contact from ``rows[row]`` on.
-
-    ``scale``: what the stored impulses are multiplied with, 0 for a cold start.
-    """
-    for k in range(len(indices)):
-        contact = contacts[indices[k]]
-        normal = rows[row]
-        span = contact_span(contact)
-        for r in range(span):
-            made = rows[row + r]
-            made.body_a = contact.body_a
-            made.body_b = contact.body_b
-            made.source = indices[k]
-            made.bias = 0.0
-            made.softness = 0.0
-            made.hold = UNHELD
-        normal.kind = BOUNDED
-        normal.hold = HELD_APART
-        normal.lower = 0.0
-        normal.upper = _INFINITY
-        normal.flight = GROUNDED
-        normal.span = span
-        normal.impulse = scale * contact.impulse[0]
-        place = 1
-        if contact.friction > 0.0:
-            _set_disc(rows, row, place, contact.friction, scale, contact.impulse, 1)
-            place += 2
-        if contact.torsional_friction > 0.0:
-            rows[row + place].kind = FRICTION
-            rows[row + place].base = place
-            rows[row + place].friction = contact.torsional_friction
-            rows[row + place].impulse = scale * contact.impulse[3]
-            place += 1
-        if contact.rolling_friction > 0.0:
-            _set_disc(rows, row, place, contact.rolling_friction, scale, contact.impulse, 4)
-        set_contact_jacobians(rows, row, contact, motions)
-        for d in range(len(contact.total_impulse)):
-            contact.total_impulse[d] = 0.0
-        row += span
-    return row
+def set_contact_rows(rows: Any, row: Any, contact: Any, bodies: Any, substep_bodies: Any, scale: Any) -> None:
+    """Set Jacobians and frictions of a contact's rows, and ``scale`` times the stored impulses."""
+    rows[row].impulse = scale * contact.impulse[0]
+    place = 1
+    if contact.friction > 0.0:
+        _set_disc(rows, row, place, contact.friction, scale, contact.impulse, 1)
+        place += 2
+    if contact.torsional_friction > 0.0:
+        rows[row + place].kind = FRICTION
+        rows[row + place].base = place
+        rows[row + place].friction = contact.torsional_friction
+        rows[row + place].impulse = scale * contact.impulse[3]
+        place += 1
+    if contact.rolling_friction > 0.0:
+        _set_disc(rows, row, place, contact.rolling_friction, scale, contact.impulse, 4)
+    set_contact_jacobians(rows, row, contact, substep_bodies)
 
 
 @njit
@@ -145,46 +118,20 @@ def _set_disc(rows: Any, row: Any, place: Any, friction: Any, scale: Any, impuls
 
 
 @njit
-def turn_contact_rows(rows: Any, first: Any, end: Any, contacts: Any, motions: Any) -> None:
-    """Frames have turned: the same directions in the new ones."""
-    r = first
-    while r < end:
-        set_contact_jacobians(rows, r, contacts[rows[r].source], motions)
+def rotate_contact_rows(world: Any, island: Any) -> None:
+    """Rotate the Jacobians of the contact rows to the present frames of the bodies."""
+    rows = world.scratch.rows
+    contacts = world.state.contacts
+    substep_bodies = world.scratch.substep_bodies
+    r = island.joint_rows
+    while r < island.rows:
+        set_contact_jacobians(rows, r, contacts[rows[r].source], substep_bodies)
         r += int(rows[r].span)
 
 
 @njit
-def moved(row: Any, motions: Any) -> Any:
-    """Change of a row's error by the displacements of this step so far, J dx."""
-    s = 0.0
-    a = motions[row.body_a]
-    b = motions[row.body_b]
-    for i in range(len(row.jacobian_a)):
-        s += row.jacobian_a[i] * (a.displacement[i] + a.shift[i])
-        s += row.jacobian_b[i] * (b.displacement[i] + b.shift[i])
-    return s
-
-
-@njit
-def refresh_contact_rows(rows: Any, first: Any, end: Any, contacts: Any, motions: Any, options: Any, h: Any) -> None:
-    """Errors and biases for the substep; see planar/contact_rows.py."""
-    r = first
-    while r < end:
-        row = rows[r]
-        r += int(row.span)
-        error = contacts[row.source].separation + moved(row, motions)
-        row.error = error
-        if row.flight != GROUNDED:
-            row.bias = max(error - 0.5 * h * h * row.flight, 0.0) / h
-            row.error = max(error, 0.0)  # a bounce inside the substep starts from below
-        else:
-            gap = error - options.slop * contacts[row.source].extent
-            row.bias = gap / h if gap > 0.0 else 0.0
-
-
-@njit
 def slot_of(row: Any, contact: Any, place: Any) -> Any:
-    """Which of the contact's impulses row ``place`` of its rows has."""
+    """Return the index, among the contact's impulses, of row number ``place`` of its rows."""
     if place == 0:
         return 0
     if contact.friction > 0.0 and place < 3:
@@ -192,40 +139,3 @@ def slot_of(row: Any, contact: Any, place: Any) -> Any:
     if row.kind == FRICTION:
         return 3
     return 4 if row.kind == DISC else 5
-
-
-@njit
-def store_contacts(
-    rows: Any, first: Any, end: Any, contacts: Any, motions: Any, scale: Any, last: Any
-) -> None:
-    """Impulses of a substep: ``scale`` times them start the next step; the sum of the step grows.
-
-    After the ``last`` one separations become those at the end of the step.
-    """
-    r = first
-    while r < end:
-        span = int(rows[r].span)
-        contact = contacts[rows[r].source]
-        for i in range(span):
-            slot = slot_of(rows[r + i], contact, i)
-            contact.impulse[slot] = scale * rows[r + i].impulse
-            contact.total_impulse[slot] += rows[r + i].impulse
-        if last:
-            contact.separation += moved(rows[r], motions)
-        r += span
-
-
-@njit
-def forget_impulses(rows: Any, first: Any, end: Any, contacts: Any) -> None:
-    """No warm start from a solve that did not end.
-
-    Between a press and the ground no impulse is enough; carried on, it would grow in each step.
-    """
-    r = first
-    while r < end:
-        span = int(rows[r].span)
-        contact = contacts[rows[r].source]
-        for i in range(span):
-            contact.impulse[slot_of(rows[r + i], contact, i)] = 0.0
-            rows[r + i].impulse = 0.0
-        r += span

@@ -1,9 +1,9 @@
-"""Convex hulls of clouds of points: polygons, half-edges, volume, width.
+"""Convex hulls of points: polygons, half-edges, volume, width.
 
-The hull is found by gift wrapping (Chand and Kapur 1970), whole faces at a time: a plane that holds
-all points on one side is turned about an edge until it meets the next points, and all points within
-the tolerance of it make one polygon.  So coplanar points never leave slivers, and a box of eight
-points has six faces.
+The hull is found by gift wrapping (Chand and Kapur 1970), one whole face at a time: a plane with all
+points on one side is rotated about an edge until it touches the next points, and all points within the
+tolerance of it form one polygon.  So coplanar points never make slivers, and a box of eight points has
+six faces.
 """
 
 from __future__ import annotations
@@ -15,22 +15,22 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gsenv.solver.spatial.vertices import vertex_dtype
+from .vertices import vertex_dtype
 
 Array = NDArray[Any]
 Polygons = list[list[int]]
 
 MAX_HULL_VERTICES = 64
-FLATNESS = 1e-6  # of the size: points so near to a face's plane belong to it
-THINNEST = 1e-5  # of the size: a cloud that is thinner is a plane, a line or a point
+FLATNESS = 1e-6  # of the size: points this near to the plane of a face belong to it
+THINNEST = 1e-5  # of the size: thinner sets of points are planes, lines or points
 
 
 class _TooManyError(Exception):
-    """The hull has more vertices than a shape may have."""
+    """Raised where a hull has more vertices than a shape may have."""
 
 
 def hull_points(vertices: Any) -> Array:
-    """(n, 3) finite points of a cloud; anything else is refused."""
+    """Return finite points (n, 3); raises ValueError otherwise."""
     try:
         points = np.array(vertices, dtype=float)
     except (TypeError, ValueError):
@@ -51,14 +51,14 @@ def _short(value: Any) -> str:
 
 
 def convex_hull(vertices: Any) -> tuple[Array, Polygons]:
-    """The convex hull of a cloud of points (n, 3).
+    """Return the convex hull of points (n, 3).
 
     Returns:
-        (m, 3) its corners, as given and in the order given, and its faces: indices of corners,
+        its corners (m, 3), unchanged and in the given order, and its faces: indices of corners,
         counter-clockwise seen from outside.
 
     Raises:
-        ValueError: not points, all in one place, line or plane, or more than 64 corners.
+        ValueError: not points, all at one point, line or plane, or more than 64 corners.
     """
     cloud = hull_points(vertices)
     corners, faces = _hull_of(cloud.tobytes())
@@ -67,7 +67,7 @@ def convex_hull(vertices: Any) -> tuple[Array, Polygons]:
 
 @lru_cache(maxsize=64)
 def _hull_of(numbers: bytes) -> tuple[Array, Polygons]:
-    """Kept, since checks, masses and records of one shape all ask for it."""
+    """Compute the hull; cached, since checks, masses and records of a shape all need it."""
     cloud = np.frombuffer(numbers).reshape(-1, 3)
     points = cloud - cloud.mean(axis=0)
     size = float(np.ptp(points, axis=0).max())
@@ -92,9 +92,9 @@ def _hull_of(numbers: bytes) -> tuple[Array, Polygons]:
 
 
 def _distinct(points: Array, apart: float) -> Array:
-    """Indices of points, one of each group that lies within a distance."""
+    """Return indices of points, one of each group of points within a distance."""
     kept = np.sort(np.unique(np.round(points / apart), axis=0, return_index=True)[1])
-    if len(kept) > 5000:  # groups across a rounding border are left together: too many pairs to look at
+    if len(kept) > 5000:  # too many pairs to compare: points near a rounding border may stay double
         return kept
     alive = np.ones(len(kept), bool)
     for k in range(len(kept)):
@@ -105,7 +105,7 @@ def _distinct(points: Array, apart: float) -> Array:
 
 
 def _thickness(points: Array, size: float) -> float:
-    """Width m of the cloud across its flattest direction; points, lines and planes are refused."""
+    """Return the smallest width of the points in m; raises ValueError for points, lines and planes."""
     if not size > 0.0:
         raise ValueError(f"Hull vertices must not all be the same, got {len(points)} at one point")
     far = points[int((points**2).sum(axis=1).argmax())]
@@ -125,11 +125,11 @@ def _thickness(points: Array, size: float) -> float:
 
 
 def _wrapped(points: Array, tolerance: float) -> Polygons:
-    """Faces of the hull of points of unit size; may be unsound where points are hard to tell apart."""
+    """Return the faces of the hull of points of unit size; may be invalid where points nearly coincide."""
     start = int(np.lexsort(points.T[::-1])[0])
     normal = _turned_plane(points, start, np.array([0.0, 0.0, 1.0]), np.array([-1.0, 0.0, 0.0]), tolerance)
     first, _ = _face(points, start, normal, tolerance)
-    if len(first) == 2:  # an edge as yet
+    if len(first) == 2:  # only an edge so far
         edge = points[first[1]] - points[first[0]]
         normal = _turned_plane(points, start, edge / np.sqrt((edge**2).sum()), normal, tolerance)
     first, normal = _face(points, start, normal, tolerance)
@@ -147,7 +147,7 @@ def _wrapped(points: Array, tolerance: float) -> Polygons:
         if len(corners) > MAX_HULL_VERTICES:
             raise _TooManyError
         if len(face) < 3 or (b, a) not in _sides(face) or seen & set(_sides(face)):
-            return []  # unsound: the caller takes a larger tolerance
+            return []  # invalid: the caller uses a larger tolerance
         faces.append(face)
         seen |= set(_sides(face))
         queue += [(side, normal) for side in _sides(face)]
@@ -159,11 +159,11 @@ def _sides(face: list[int]) -> list[tuple[int, int]]:
 
 
 def _turned_plane(points: Array, at: int, line: Array, normal: Array, tolerance: float) -> Array:
-    """Normal of the plane of `normal` after it turned about a line through a point until it holds all points."""
+    """Return the normal of a plane rotated about a line through a point until all points are on one side."""
     inward = _cross(normal, line)
     apart = points - points[at]
     x, y = (apart * inward).sum(axis=1), (apart * normal).sum(axis=1)
-    off = x**2 + y**2 > (10.0 * tolerance) ** 2  # nearer to the line the angle is noise
+    off = x**2 + y**2 > (10.0 * tolerance) ** 2  # nearer to the line the angle is inaccurate
     angle = np.where(off, np.arctan2(-np.minimum(y, 0.0), x), -1.0)
     best = int(angle.argmax())
     for _ in range(len(points)):
@@ -172,20 +172,20 @@ def _turned_plane(points: Array, at: int, line: Array, normal: Array, tolerance:
         if height.max() <= 0.5 * tolerance:
             break
         best = int(height.argmax())
-    # of the points on the plane, the one farthest from the line says best where it is
+    # of the points on the plane, the one farthest from the line determines it best
     on = np.flatnonzero((height >= -0.5 * tolerance) & off)
     best = int(on[(x[on] ** 2 + y[on] ** 2).argmax()])
     return _across(x[best], y[best], inward, normal)
 
 
 def _across(x: float, y: float, inward: Array, normal: Array) -> Array:
-    """Outward normal of a plane through the line and a point (x, y) off it, seen along the line."""
+    """Return the outward normal of the plane through the line and a point (x, y) off it, viewed along the line."""
     across = (y * inward - x * normal) / np.sqrt(x * x + y * y)
     return across
 
 
 def _face(points: Array, at: int, normal: Array, tolerance: float) -> tuple[list[int], Array]:
-    """Polygon of the points on a plane, counter-clockwise about its normal, and its own normal."""
+    """Return the polygon of the points on a plane, counter-clockwise about its normal, and its own normal."""
     height = ((points - points[at]) * normal).sum(axis=1)
     on = np.flatnonzero(abs(height) <= tolerance)
     first = _cross(normal, np.eye(3)[int(abs(normal).argmin())])
@@ -200,7 +200,7 @@ def _face(points: Array, at: int, normal: Array, tolerance: float) -> tuple[list
 
 
 def _outline(flat: Array, tolerance: float) -> list[int]:
-    """Convex hull of points (n, 2), counter-clockwise (monotone chain), without points on its sides."""
+    """Return the convex hull of points (n, 2), counter-clockwise (monotone chain), without points on its sides."""
     order = np.lexsort((flat[:, 1], flat[:, 0])).tolist()
     outline: list[int] = []
     for part in (order, order[::-1]):
@@ -210,7 +210,7 @@ def _outline(flat: Array, tolerance: float) -> list[int]:
                 chain.pop()
             chain.append(k)
         outline += chain[:-1]
-    # the two chains meet at points that may themselves lie on a side
+    # the points at which the two chains join may lie on a side
     changed = True
     while changed and len(outline) > 3:
         changed = False
@@ -224,7 +224,7 @@ def _outline(flat: Array, tolerance: float) -> list[int]:
 
 
 def _height(flat: Array, a: int, b: int, c: int) -> float:
-    """How far b is to the right of the way from a to c."""
+    """Return the distance of b to the right of the line from a to c."""
     x, y = flat[c] - flat[a]
     length = np.sqrt(x * x + y * y)
     if not length > 0.0:
@@ -234,7 +234,7 @@ def _height(flat: Array, a: int, b: int, c: int) -> float:
 
 
 def _is_closed(faces: Polygons) -> bool:
-    """Every side has its twin, and the surface is a sphere's (Euler)."""
+    """Whether every side has its twin and Euler's formula of a sphere holds."""
     sides = [side for face in faces for side in _sides(face)]
     corners = {k for face in faces for k in face}
     whole = set(sides)
@@ -254,12 +254,12 @@ def _holds_all(points: Array, faces: Polygons, tolerance: float) -> bool:
 
 
 def _cross(a: Array, b: Array) -> Array:
-    """Of single vectors, without the overhead of numpy's."""
+    """Return the cross product of single vectors, without the overhead of numpy's."""
     return np.array([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
 
 
 def _area_vector(corners: Array) -> Array:
-    """Normal of a polygon (n, 3) times twice its area (Newell)."""
+    """Return the normal of a polygon (n, 3) times twice its area (Newell)."""
     a, b = corners - corners[0], np.roll(corners, -1, axis=0) - corners[0]
     return np.cross(a, b).sum(axis=0)
 
@@ -268,7 +268,7 @@ def _area_vector(corners: Array) -> Array:
 
 
 def linked_hull(corners: Array, faces: Polygons) -> Array:
-    """Entries of `vertex_dtype()` of a hull: as many as it has half-edges."""
+    """Return the entries of `vertex_dtype()` of a hull, one for each half-edge."""
     sides = [side for face in faces for side in _sides(face)]
     index = {side: k for k, side in enumerate(sides)}
     entries = np.zeros(len(sides), vertex_dtype())
@@ -294,13 +294,13 @@ def linked_hull(corners: Array, faces: Polygons) -> Array:
     return entries
 
 
-# ---------------------------------------------------------------- measures
+# ---------------------------------------------------------------- mass and size
 
 
 def hull_mass(corners: Array, faces: Polygons) -> tuple[float, Array, Array]:
-    """(volume m^3, centroid (3,) m, inertia (3, 3) m^5 about the centroid), density 1.
+    """Return (volume m^3, centroid (3,) m, inertia (3, 3) m^5 about the centroid), for density 1.
 
-    By the tetrahedra of the first corner and the faces' triangles, which keeps far-away hulls accurate.
+    It sums over tetrahedra of the first corner and the faces' triangles, accurate far from the origin, too.
     """
     volume, moment, second = 0.0, np.zeros(3), np.zeros((3, 3))
     points = corners - corners[0]
@@ -311,7 +311,7 @@ def hull_mass(corners: Array, faces: Polygons) -> tuple[float, Array, Array]:
             middle = a + b + c
             volume += part
             moment += part * middle / 4.0
-            # of a tetrahedron with one corner at the origin: V/20 (sum of outer products of corners and of their sum)
+            # tetrahedron with one corner at the origin: V/20 (sum of outer products of corners and of their sum)
             for v in (a, b, c, middle):
                 second += part / 20.0 * v[:, None] * v[None, :]
     center = moment / volume
@@ -321,7 +321,7 @@ def hull_mass(corners: Array, faces: Polygons) -> tuple[float, Array, Array]:
 
 
 def hull_extent(corners: Array, faces: Polygons) -> float:
-    """Half of the smallest width in m: flush with a face, or between two edges."""
+    """Return half of the smallest width in m, which is across a face or between two edges."""
     sides = [side for face in faces for side in _sides(face) if side[0] < side[1]]
     edges = np.array([corners[b] - corners[a] for a, b in sides])
     edges /= np.sqrt((edges**2).sum(axis=1))[:, None]

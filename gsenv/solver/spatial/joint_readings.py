@@ -1,65 +1,47 @@
-"""Where joints of space are: coordinates, rates, errors and spring energies, as arrays over the worlds."""
+"""Readings of 3D joints: coordinates, rates, errors and spring energies, as arrays over the worlds."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from ..core.springs import distance_reading, stored_energy
 from ..jit import njit
-from ..model import Array, Model
-from ..optional import as_records
-from .authored import turned_by
-from .joints import JointKind
+from ..records.model import Array, JointKind, Model
+from ..records.parameters import ParameterArrays
+from ..records.state import State
+from .initial_state import turned_by
 from .joints.point import arm, unit_axis
-from .math import (
-    Vec,
-    add,
-    conjugate,
-    cross,
-    dot,
-    multiply,
-    norm,
-    quaternion,
-    scaled,
-    sub,
-    turn_between,
-    turned,
-    vec,
-)
+from .math import Vec, add, conjugate, cross, dot, multiply, norm, quaternion, scaled, sub, turn_between, turned, vec
 
-if TYPE_CHECKING:
-    from ..parameters import Parameters
-    from ..state import State
-
-_UNMEASURED = (int(JointKind.ROWS), int(JointKind.TARGET))  # no error or energy of its own
 _DISTANCE = int(JointKind.DISTANCE)
 
 
 def rotated(rotation: Array, vector: Array) -> Array:
-    """(..., 3) vectors turned by quaternions (..., 4)."""
+    """Rotate vectors (..., 3) by quaternions (..., 4)."""
     return turned_by(rotation, vector)
 
 
-def coordinate(model: Model, parameters: Parameters, state: State, j: int) -> Array:
-    """(world,) m between the anchors of a distance joint.
+def coordinate(model: Model, parameters: ParameterArrays, state: State, j: int) -> Array:
+    """Return the distance in m between the anchors of a distance joint, (world,).
 
     Raises:
-        ValueError: another joint, which has none.
+        ValueError: the joint is of another kind, which has no coordinate.
     """
     apart, _ = _anchors(model, parameters, state, j)
     return np.sqrt((apart**2).sum(-1))
 
 
-def rate(model: Model, parameters: Parameters, state: State, j: int) -> Array:
-    """(world,) m/s: how fast the coordinate changes."""
+def rate(model: Model, parameters: ParameterArrays, state: State, j: int) -> Array:
+    """Return the rate of change of the coordinate (world,), m/s."""
     apart, speed = _anchors(model, parameters, state, j)
     length = np.sqrt((apart**2).sum(-1))
     return np.asarray((apart * speed).sum(-1) / np.maximum(length, 1e-300))
 
 
-def _anchors(model: Model, parameters: Parameters, state: State, j: int) -> tuple[Array, Array]:
-    """anchor_b - anchor_a, (world, 3) m, and its rate."""
+def _anchors(model: Model, parameters: ParameterArrays, state: State, j: int) -> tuple[Array, Array]:
+    """Return anchor_b - anchor_a, (world, 3) m, and its rate, m/s."""
     kind = JointKind(int(model.joints["kind"][j]))
     if kind != JointKind.DISTANCE:
         raise ValueError(f"joint {model.joint_names[j]!r} is a {kind.name.lower()} and has no coordinate.")
@@ -74,50 +56,20 @@ def _anchors(model: Model, parameters: Parameters, state: State, j: int) -> tupl
     return points[1] - points[0], speeds[1] - speeds[0]
 
 
-def joint_errors_and_energies(model: Model, parameters: Parameters, state: State) -> tuple[Array, Array]:
-    """(world,) m, largest error of position of an enabled rigid joint: anchors apart, a rod or rope too long;
-    and (world,) J in the springs of enabled joints other than targets."""
-    errors, energies = np.zeros(len(state.worlds)), np.zeros(len(state.worlds))
-    if model.has_joints:  # or nothing is compiled
-        arrays = (model.joints, parameters.joints, parameters.bodies, state.bodies)
-        models, joints, masses, bodies = (as_records(array) for array in arrays)
-        _read_all(models, joints, masses, bodies, errors, energies)
-    return errors, energies
-
-
 @njit
-def _read_all(models: Any, parameters: Any, body_parameters: Any, bodies: Any, errors: Any, energies: Any) -> None:
-    for w in range(len(errors)):
-        for j in range(len(models)):
-            model = models[j]
-            if parameters[w, j].enabled == 0 or model.kind in _UNMEASURED:
-                continue
-            a = body_parameters[w, model.body_a]
-            b = body_parameters[w, model.body_b]
-            error, energy = _read_joint(
-                model, parameters[w, j], bodies[w, model.body_a], bodies[w, model.body_b], a, b
-            )
-            errors[w] = max(errors[w], error)
-            energies[w] += energy
-
-
-@njit
-def _read_joint(model: Any, p: Any, body_a: Any, body_b: Any, a: Any, b: Any) -> Any:
-    """(m, J) of one joint."""
+def read_joint(body_a: Any, body_b: Any, a: Any, b: Any, joint: Any) -> Any:
+    """Return (error in m, energy of the spring in J) of one joint; a, b: parameters of the bodies."""
+    p = joint.parameters
+    model = joint.model
     arm_a = arm(body_a, a, p.anchor_a)
     arm_b = arm(body_b, b, p.anchor_b)
     d = sub(add(vec(body_b.position), arm_b), add(vec(body_a.position), arm_a))
-    arm_a = add(arm_a, d)  # what pulls at b's anchor pulls at a there as well
+    arm_a = add(arm_a, d)  # a spring acts on both bodies at b's anchor
     apart = norm(d)
     sprung = p.frequency > 0.0 or p.stiffness > 0.0
     if model.kind == _DISTANCE:
-        if p.rigid != 0:
-            return max(abs(apart - p.length), p.lower - apart, apart - p.upper), 0.0
-        energy = 0.0
-        if sprung:
-            u = scaled(d, 1.0 / max(apart, 1e-300))
-            energy = _stored(p, apart - p.length, _give(body_a, body_b, a, b, arm_a, arm_b, u))
-        return max(p.lower - apart, apart - p.upper), energy
+        u = scaled(d, 1.0 / max(apart, 1e-300))
+        return distance_reading(p, apart, _give(body_a, body_b, a, b, arm_a, arm_b, u))
     if not sprung:
         return (0.0 if p.damping > 0.0 else apart), 0.0
     wanted = multiply(quaternion(body_a.rotation), quaternion(p.reference))
@@ -125,18 +77,9 @@ def _read_joint(model: Any, p: Any, body_a: Any, body_b: Any, a: Any, b: Any) ->
     energy = 0.0
     for k in range(3):
         u = unit_axis(k)
-        energy += _stored(p, d[k], _give(body_a, body_b, a, b, arm_a, arm_b, u))
-        energy += _stored(p, turn[k], _turning(body_a, a, u) + _turning(body_b, b, u))
+        energy += stored_energy(p, d[k], _give(body_a, body_b, a, b, arm_a, arm_b, u))
+        energy += stored_energy(p, turn[k], _turning(body_a, a, u) + _turning(body_b, b, u))
     return 0.0, energy
-
-
-@njit
-def _stored(p: Any, stretch: Any, give: Any) -> Any:
-    """J in a spring; one of given frequency is as stiff as the mass that its row sees asks for."""
-    if give <= 0.0:
-        return 0.0
-    stiffness = p.stiffness if p.stiffness > 0.0 else (2.0 * np.pi * p.frequency) ** 2 / give
-    return 0.5 * stiffness * stretch * stretch
 
 
 @njit

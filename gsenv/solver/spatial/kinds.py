@@ -1,4 +1,4 @@
-"""Kinds of spatial shapes."""
+"""Kinds of 3D shapes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Mass and extent of spatial bodies: of one when it is compiled, of many worlds' when sizes differ."""
+"""Masses and extents of 3D bodies: of one when a scene is compiled, of many worlds when sizes differ."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ from typing import Any
 
 import numpy as np
 
-from ..model import Array, Model
+from ..records.model import Array, Model, solid_dtype
 from . import shapes as spatial_shapes
 from .kinds import BOX, CAPSULE, CYLINDER, HULL, SPHERE
 from .math import Quaternion, conjugate, multiply
 
-# which size fields a shape of each kind has
+# size fields of each kind of shape
 SIZE_FIELDS: dict[int, tuple[str, ...]] = {
     SPHERE: ("radius",),
     BOX: ("half_extents",),
     CAPSULE: ("half_length", "radius"),
     CYLINDER: ("half_length", "radius"),
 }
-SAME_MOMENT = 1e-7  # of the trace: moments that differ by less count as one
+SAME_MOMENT = 1e-7  # of the trace: moments that differ by less count as equal
 AT_REST = (1.0, 0.0, 0.0, 0.0)
 
 _multiply = getattr(multiply, "py_func", multiply)
@@ -31,11 +31,11 @@ _conjugate = getattr(conjugate, "py_func", conjugate)
 
 
 def principal_axes(tensor: Any, near: Quaternion = AT_REST) -> tuple[Array, Quaternion]:
-    """(moments (3,), quaternion of the principal axes in the tensor's frame) of a symmetric (3, 3).
+    """Return (moments (3,), quaternion of the principal axes in the tensor's frame) of a symmetric (3, 3).
 
-    Of all right-handed choices of axes and of their order the one that is turned least from the frame
-    `near`; about an axis of equal moments the axes turn no farther than they must.  By Jacobi
-    rotations, so the same on every machine.
+    Of all right-handed choices and orders of the axes, this is the one with the smallest rotation from the
+    frame `near`; axes of equal moments are rotated no further than necessary.  It is computed by Jacobi
+    rotations, so the bits are equal on all machines.
     """
     frame = spatial_shapes.rotation_matrix(near)
     seen = _turned(np.asarray(tensor, float), frame)
@@ -59,12 +59,12 @@ def principal_axes(tensor: Any, near: Quaternion = AT_REST) -> tuple[Array, Quat
 
 
 def _turned(tensor: Array, axes: Array) -> Array:
-    """A symmetric tensor seen from axes that are the columns of a matrix."""
+    """Return a symmetric tensor in axes that are the columns of a matrix."""
     return (axes[:, None, :, None] * axes[None, :, None, :] * tensor[:, :, None, None]).sum(axis=(0, 1))
 
 
 def _jacobi(tensor: Array, small: float) -> Array:
-    """Eigenvectors as columns, by cyclic rotations that zero one pair after the other."""
+    """Return the eigenvectors as columns, by cyclic Jacobi rotations."""
     a, vectors = tensor.copy(), np.eye(3)
     for _ in range(30):
         if max(abs(a[0, 1]), abs(a[0, 2]), abs(a[1, 2])) <= small:
@@ -85,7 +85,7 @@ def _jacobi(tensor: Array, small: float) -> Array:
 
 
 def _untwisted(axes: Array, moments: Array, small: float) -> Array:
-    """Axes of two equal moments, turned within their plane until they are nearest to the frame's."""
+    """Rotate the axes of two equal moments within their plane until they are nearest to those of the frame."""
     for i, j in ((0, 1), (0, 2), (1, 2)):
         if abs(moments[i] - moments[j]) > small:
             continue
@@ -99,7 +99,7 @@ def _untwisted(axes: Array, moments: Array, small: float) -> Array:
 
 
 def _quaternion_of(axes: Array) -> Quaternion:
-    """Of a rotation matrix, w not negative; from the largest of its four numbers."""
+    """Return the quaternion of a rotation matrix, w not negative, computed from its largest component."""
     trace = axes[0, 0] + axes[1, 1] + axes[2, 2]
     squares = [1.0 + trace] + [1.0 + 2.0 * axes[k, k] - trace for k in range(3)]
     k = int(np.argmax(squares))
@@ -117,16 +117,16 @@ def _quaternion_of(axes: Array) -> Quaternion:
     return w, x, y, z
 
 
-# ---------------------------------------------------------------- one body, as authored
+# ---------------------------------------------------------------- one body of a scene
 
 
 def solid_mass(shapes: Sequence[Any]) -> tuple[float, Array, Array, Quaternion]:
-    """Mass of a body from its shapes' densities; sensors and shapes without mass don't count.
+    """Return the mass properties of a body from its shapes' densities, without sensors and unbounded shapes.
 
     Returns:
         (mass kg, centre of mass (3,) m, principal moments (3,) kg m^2 about it, quaternion of the
-        principal axes), all in the body's frame.  A body of one box, sphere, capsule or cylinder has
-        that shape's own axes, so that they stay principal when its size changes.
+        principal axes), all in the body's frame.  The axes of a body of one box, sphere, capsule or
+        cylinder are those of the shape, so that they stay principal when its size changes.
     """
     parts = []
     for shape in shapes:
@@ -151,50 +151,44 @@ def solid_mass(shapes: Sequence[Any]) -> tuple[float, Array, Array, Quaternion]:
 # ---------------------------------------------------------------- many worlds
 
 
-def mass_of_body(model: Model, shapes: Array, body: int, chosen: Array) -> tuple[Array, Array]:
-    """(mass (n,), principal moments (n, 3) about the centre of mass) of a one-shape body in the chosen worlds.
+def solids(model: Model, shapes: Array, body: int, chosen: Array) -> Array:
+    """Return (chosen,) of `solid_dtype`: the extents of a one-shape body, and its mass and moments by its density.
 
-    Moments are about the axes that `solid_mass` gives such a body.
+    Moments are about the axes that `solid_mass` gives such a body. The extents of hulls stay at -1,
+    since their size does not change.
     """
     index = int(model.bodies["shape_first"][body])
-    record = shapes[chosen, index]
     kind = int(model.shapes["kind"][index])
+    record = shapes[chosen, index]
+    size, r = record["size"], record["radius"]
+    out = np.zeros(len(chosen), solid_dtype(3))
+    out["extent"] = out["reach"] = -1.0
+    if kind == BOX:
+        out["extent"], out["reach"] = size.min(axis=1), np.sqrt((size**2).sum(axis=1))
+    elif kind == SPHERE:
+        out["extent"], out["reach"] = r, r
+    elif kind == CAPSULE:
+        out["extent"], out["reach"] = r, size[:, 2] + r
+    elif kind == CYLINDER:
+        out["extent"], out["reach"] = np.minimum(size[:, 2], r), np.hypot(size[:, 2], r)
     if kind == HULL:
-        volume_one, moments_one = _hull_moments(model, index, record["local_rotation"][0] if len(record) else AT_REST)
-        volume = np.full(len(chosen), volume_one)
-        inertia = np.broadcast_to(moments_one, (len(chosen), 3))
-    else:
-        volume, moments = spatial_shapes.own_moments(kind, record["size"], record["radius"])
+        rotation = record["local_rotation"][0] if len(record) else AT_REST
+        volume, inertia = _hull_moments(model, index, rotation)
+    elif kind in SIZE_FIELDS:
+        volume, moments = spatial_shapes.own_moments(kind, size, r)
         inertia = np.stack(moments, axis=-1)
-    return volume * record["density"], inertia * record["density"][:, None]
+    else:  # planes and heightfields have no mass
+        return out
+    out["mass"] = volume * record["density"]
+    out["inertia"] = inertia * record["density"][:, None]
+    return out
 
 
 def _hull_moments(model: Model, index: int, rotation: Any) -> tuple[float, Array]:
-    """(volume, principal moments), density 1, of a compiled hull."""
+    """Return (volume m^3, principal moments m^5) of a compiled hull, for density 1."""
     first = int(model.shapes["vertex_first"][index])
     count = int(model.nominal_vertices["vertex_count"][first])
     points = model.nominal_vertices["position"][first : first + count]
     w, x, y, z = (float(n) for n in rotation)
-    volume, _, inertia = spatial_shapes.mass_properties(spatial_shapes.Hull(vertices=points, rotation=(w, x, y, z)))
+    volume, _, inertia = spatial_shapes.mass_properties(spatial_shapes.Hull(vertices=points, orientation=(w, x, y, z)))
     return volume, principal_axes(inertia)[0]
-
-
-def derive_extent(model: Model, shapes: Array, bodies: Array, body: int, chosen: Array) -> None:
-    """Extent and bounding radius of a one-shape body after a change of its size."""
-    index = int(model.bodies["shape_first"][body])
-    kind = int(model.shapes["kind"][index])
-    size, r = shapes["size"][chosen, index], shapes["radius"][chosen, index]
-    if kind == BOX:
-        extent, reach = size.min(axis=1), np.sqrt((size**2).sum(axis=1))
-    elif kind == SPHERE:
-        extent, reach = r, r
-    elif kind == CAPSULE:
-        extent, reach = r, size[:, 2] + r
-    elif kind == CYLINDER:
-        extent, reach = np.minimum(size[:, 2], r), np.hypot(size[:, 2], r)
-    else:
-        return
-    shapes["extent"][chosen, index] = extent
-    bodies["extent"][chosen, body] = extent
-    offset = shapes["local_position"][chosen, index] - bodies["center"][chosen, body]
-    bodies["radius"][chosen, body] = reach + np.sqrt((offset**2).sum(axis=1))

@@ -6,15 +6,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gsenv.solver.jit import njit
-from gsenv.solver.trig import atan2, sin_cos
+from ..core.trig import atan2, sin_cos
+from ..jit import njit
 
 Vec = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 
 
 class Pose(NamedTuple):
-    """Where a frame is in its parent: origin in m, and its three unit axes."""
+    """The pose of a frame in its parent: origin in m, and its three unit axes."""
 
     at: Vec
     x: Vec
@@ -49,7 +49,7 @@ def scaled(a: Vec, s: float) -> Vec:
 
 @njit
 def along(a: Vec, s: float, d: Vec) -> Vec:
-    """a + s d."""
+    """Return a + s d."""
     return a[0] + s * d[0], a[1] + s * d[1], a[2] + s * d[2]
 
 
@@ -60,7 +60,7 @@ def norm(a: Vec) -> float:
 
 @njit
 def unit(a: Vec) -> Vec:
-    """a / |a|; (0, 0, 1) for zero."""
+    """Return a / |a|; (0, 0, 1) for zero."""
     length = norm(a)
     if not length > 0.0:
         return 0.0, 0.0, 1.0
@@ -69,13 +69,13 @@ def unit(a: Vec) -> Vec:
 
 @njit
 def vec(array: Any) -> Vec:
-    """The three numbers of a record's field."""
+    """Return the three numbers of a record's field."""
     return array[0], array[1], array[2]
 
 
 @njit
 def rotate(pose: Pose, v: Vec) -> Vec:
-    """A direction of the frame, in its parent."""
+    """Return a direction of the frame in its parent."""
     x, y, z = pose.x, pose.y, pose.z
     return (
         x[0] * v[0] + y[0] * v[1] + z[0] * v[2],
@@ -101,10 +101,8 @@ def to_local(pose: Pose, p: Vec) -> Vec:
 
 @njit
 def relative(frame: Pose, pose: Pose) -> Pose:
-    """`pose` seen from `frame`."""
-    return Pose(
-        to_local(frame, pose.at), unrotate(frame, pose.x), unrotate(frame, pose.y), unrotate(frame, pose.z)
-    )
+    """Return `pose` relative to `frame`."""
+    return Pose(to_local(frame, pose.at), unrotate(frame, pose.x), unrotate(frame, pose.y), unrotate(frame, pose.z))
 
 
 # ---------------------------------------------------------------- quaternions
@@ -112,13 +110,13 @@ def relative(frame: Pose, pose: Pose) -> Pose:
 
 @njit
 def quaternion(array: Any) -> Quaternion:
-    """The four numbers of a record's field."""
+    """Return the four numbers of a record's field."""
     return array[0], array[1], array[2], array[3]
 
 
 @njit
 def multiply(p: Quaternion, q: Quaternion) -> Quaternion:
-    """First q, then p."""
+    """Return the rotation by q, then by p."""
     return (
         p[0] * q[0] - p[1] * q[1] - p[2] * q[2] - p[3] * q[3],
         p[0] * q[1] + p[1] * q[0] + p[2] * q[3] - p[3] * q[2],
@@ -134,7 +132,7 @@ def conjugate(q: Quaternion) -> Quaternion:
 
 @njit
 def normalised(q: Quaternion) -> Quaternion:
-    """The nearest unit quaternion; the identity for zero."""
+    """Return the nearest unit quaternion; the identity for zero."""
     length = np.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
     if not length > 0.0:
         return 1.0, 0.0, 0.0, 0.0
@@ -143,7 +141,7 @@ def normalised(q: Quaternion) -> Quaternion:
 
 @njit
 def turned(q: Quaternion, v: Vec) -> Vec:
-    """v rotated by q: v + 2 w (u x v) + 2 u x (u x v)."""
+    """Return v rotated by q: v + 2 w (u x v) + 2 u x (u x v)."""
     u = (q[1], q[2], q[3])
     t = cross(u, v)
     t = (t[0] + t[0], t[1] + t[1], t[2] + t[2])
@@ -153,17 +151,17 @@ def turned(q: Quaternion, v: Vec) -> Vec:
 
 @njit
 def turn_of(r: Vec) -> Quaternion:
-    """The rotation by |r| rad about r."""
+    """Return the rotation by |r| rad about r."""
     angle = norm(r)
     c, s = sin_cos(0.5 * angle)
-    # sin(x)/x near 0: no cancellation, no division by zero
+    # series of sin(x)/x near 0, against division by zero
     k = s / angle if angle > 1e-8 else 0.5 - angle * angle / 48.0
     return c, k * r[0], k * r[1], k * r[2]
 
 
 @njit
 def turn_between(wanted: Quaternion, q: Quaternion) -> Vec:
-    """The shortest turn, rad about its axis in the world, that takes ``wanted`` to q."""
+    """Return the shortest rotation vector, rad in the world, that takes ``wanted`` to q."""
     e = multiply(q, conjugate(wanted))
     if e[0] < 0.0:
         e = (-e[0], -e[1], -e[2], -e[3])
@@ -176,7 +174,7 @@ def turn_between(wanted: Quaternion, q: Quaternion) -> Vec:
 
 @njit
 def pose_of(at: Vec, q: Quaternion) -> Pose:
-    """A place and a rotation as a frame."""
+    """Return the pose at a position with a rotation."""
     w, x, y, z = q
     return Pose(
         at,
@@ -188,9 +186,15 @@ def pose_of(at: Vec, q: Quaternion) -> Pose:
 
 @njit
 def tangents(n: Vec) -> tuple[Vec, Vec]:
-    """Two unit vectors t, s with t x s = n: the same for all normals near each other, but where n_z passes 0.62."""
+    """Return unit vectors t, s with t x s = n, continuous in n except where n_z passes 0.62."""
     if abs(n[2]) > 0.62:
-        t = unit((1.0 - n[0] * n[0], -n[0] * n[1], -n[0] * n[2]))  # x, made normal to n
+        t = unit((1.0 - n[0] * n[0], -n[0] * n[1], -n[0] * n[2]))  # the x axis projected on the tangent plane
     else:
-        t = unit((-n[1], n[0], 0.0))  # level
+        t = unit((-n[1], n[0], 0.0))  # horizontal
     return t, cross(n, t)
+
+
+@njit
+def gravity_norm(parameters: Any) -> float:
+    """Return |gravity| in m/s^2 of a world's parameters."""
+    return norm(vec(parameters.gravity))

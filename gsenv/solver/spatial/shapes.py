@@ -1,14 +1,14 @@
-"""Spatial shapes: as authored, as compiled records, and their mass properties.
+"""3D shapes: dataclasses for users, compiled records, and mass properties.
 
-A shape has a frame of its own, placed in its body's frame by `position` and `rotation`, a unit
+A shape has its own frame, placed in its body's frame by `position` and `orientation`, a unit
 quaternion (w, x, y, z).  In its frame
 
-- a sphere is the origin grown by its radius, a box [-hx, hx] x [-hy, hy] x [-hz, hz];
-- a capsule is the segment (0, 0, -half_length) .. (0, 0, half_length) grown by its radius, a
+- a sphere is the origin rounded by its radius, a box [-hx, hx] x [-hy, hy] x [-hz, hz];
+- a capsule is the segment (0, 0, -half_length) .. (0, 0, half_length) rounded by its radius, a
   cylinder the disc of that radius moved along the same segment;
 - a hull is the convex hull of its vertices;
 - a plane is z <= 0, its outward normal (0, 0, 1);
-- a heightfield is everything under a grid of triangles.
+- a heightfield is the region under a grid of triangles.
 
 Hulls and heightfields have vertices, one flat array `(world, vertex)` of `vertex_dtype()` for all
 shapes of a world.
@@ -17,55 +17,47 @@ shapes of a world.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-from gsenv.solver.spatial.hulls import convex_hull, hull_extent, hull_mass, linked_hull
-from gsenv.solver.spatial.kinds import BOX, CAPSULE, CYLINDER, HEIGHTFIELD, HULL, PLANE, SPHERE, ShapeKind
-from gsenv.solver.spatial.math import Quaternion, multiply, normalised, pose_of
-from gsenv.solver.spatial.vertices import vertex_dtype
+from gsenv.solver.records.shapes import CompiledShape
 
-Array = NDArray[Any]
-Vector = Sequence[float] | NDArray[Any]
+from ..records.shapes import (
+    Array,
+    BaseShape,
+    Vector,
+    check_material,
+    check_plane,
+    check_positive,
+    check_sizes,
+    checked_vector,
+    fill_material,
+)
+from .edit import box_inertia
+from .hulls import convex_hull, hull_extent, hull_mass, linked_hull
+from .kinds import BOX, CAPSULE, CYLINDER, SPHERE, ShapeKind
+from .math import Quaternion, multiply, normalised, pose_of
+from .vertices import vertex_dtype
 
-__all__ = [
-    "BOX", "CAPSULE", "CYLINDER", "HEIGHTFIELD", "HULL", "PLANE", "SPHERE",
-    "Box", "Capsule", "CompiledShape", "Cylinder", "Heightfield", "Hull", "Plane", "Shape", "ShapeKind", "Sphere",
-    "bounding_radius", "extent", "height_samples", "mass_properties", "rotation_matrix", "shape_record",
-    "unit_rotation", "validate", "vertex_dtype",
-]  # fmt: skip
+MAX_SAMPLES = 1_000_000  # of a heightfield: feature ids have 31 bits
 
-ALL_BITS = -1  # every bit of an int64
-MAX_SAMPLES = 1_000_000  # of a heightfield: numbers of features have 31 bits
-
-# the kernels' own arithmetic, without compiling it
+# the kernels' arithmetic, as plain Python
 _pose_of = getattr(pose_of, "py_func", pose_of)
 _multiply = getattr(multiply, "py_func", multiply)
 _normalised = getattr(normalised, "py_func", normalised)
+_box_inertia = getattr(box_inertia, "py_func", box_inertia)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Shape:
-    """What all shapes have in common: material, place in the body's frame, filter."""
+class Shape(BaseShape):
+    """The common arguments of all 3D shapes."""
 
-    kind: ClassVar[ShapeKind]
-    solid: ClassVar[bool] = True  # False: unbounded, without mass, for bodies that no force moves
-
-    density: float = 1.0  # kg/m^3
-    friction: float = 0.5
-    restitution: float = 0.0
-    torsional_friction: float = 0.0  # m, most torque about the normal over the normal force
-    rolling_friction: float = 0.0  # m, most torque against rolling over the normal force
-    position: Vector = (0.0, 0.0, 0.0)  # m
-    rotation: Vector = (1.0, 0.0, 0.0, 0.0)  # quaternion (w, x, y, z)
-    category: int = 1
-    mask: int = ALL_BITS
-    sensor: bool = False
-    name: str | None = None
+    torsional_friction: float = 0.0  # m, largest torque about the normal over the normal force
+    rolling_friction: float = 0.0  # m, largest torque against rolling over the normal force
+    position: Vector = (0.0, 0.0, 0.0)  # m, in the body's frame
+    orientation: Vector = (1.0, 0.0, 0.0, 0.0)  # quaternion (w, x, y, z)
 
 
 @dataclass(frozen=True)
@@ -82,7 +74,7 @@ class Box(Shape):
 
 @dataclass(frozen=True)
 class Capsule(Shape):
-    """A segment along z, grown by a radius."""
+    """A segment along z, rounded by a radius."""
 
     kind: ClassVar[ShapeKind] = ShapeKind.CAPSULE
     half_length: float  # m, of the segment
@@ -100,7 +92,7 @@ class Cylinder(Shape):
 
 @dataclass(frozen=True)
 class Hull(Shape):
-    """The convex hull of a cloud of points; at most 64 of them may be corners of it."""
+    """The convex hull of points, with at most 64 corners."""
 
     kind: ClassVar[ShapeKind] = ShapeKind.HULL
     vertices: Any  # (n, 3) m
@@ -108,7 +100,7 @@ class Hull(Shape):
 
 @dataclass(frozen=True)
 class Plane(Shape):
-    """Everything with normal . x <= offset."""
+    """All points with normal . x <= offset."""
 
     kind: ClassVar[ShapeKind] = ShapeKind.PLANE
     solid: ClassVar[bool] = False
@@ -121,8 +113,8 @@ class Heightfield(Shape):
     """Ground of given heights over a rectangle, centred on the shape's origin, solid below.
 
     `heights[r, c]` is that at x = (c / (columns - 1) - 1/2) size_x, y = (r / (rows - 1) - 1/2) size_y.
-    Each cell is two triangles, cut from its corner of lowest (x, y) to that of highest.  One-sided:
-    nothing is touched from below, nor beyond the rectangle.
+    Each cell is two triangles, divided from its corner of lowest (x, y) to that of highest.  It is
+    one-sided: there are no contacts from below, nor outside the rectangle.
     """
 
     kind: ClassVar[ShapeKind] = ShapeKind.HEIGHTFIELD
@@ -131,90 +123,35 @@ class Heightfield(Shape):
     size: Vector  # (2,) m, full extents along x and y
 
 
-@dataclass(frozen=True)
-class CompiledShape:
-    """Numbers of a shape for the kernels."""
-
-    record: Array = field(repr=False)  # () of shape_parameter_dtype(3)
-    vertices: Array = field(repr=False)  # (n,) of vertex_dtype(); empty without vertices
-
-
 # ---------------------------------------------------------------- checks
 
 
 def validate(shape: Shape, dim: int = 3) -> None:
-    """Refuse a shape that makes no sense, with one sentence that names it and the value."""
+    """Raise ValueError, naming shape and value, where an argument of the shape is invalid."""
     title = type(shape).__name__
     if dim != 3:
         raise ValueError(f"{title} of {__name__} is spatial, it cannot be used in {dim}D")
-    for word in ("friction", "restitution", "torsional_friction", "rolling_friction"):
-        value = getattr(shape, word)
-        if not (_finite(value) and value >= 0.0):
-            raise ValueError(f"{title} {word} must be finite and not negative, got {value!r}")
-    if shape.restitution > 1.0:
-        raise ValueError(f"{title} restitution must not exceed 1, got {shape.restitution!r}")
-    if shape.solid and not (_finite(shape.density) and shape.density >= 0.0):
-        raise ValueError(f"{title} density must be finite and not negative, got {shape.density!r}")
-    _vector(title, "position", shape.position)
+    check_material(shape, ("friction", "torsional_friction", "rolling_friction"))
+    checked_vector(title, "position", shape.position, 3)
     unit_rotation(shape)
-    for word in ("category", "mask"):
-        value = getattr(shape, word)
-        if not isinstance(value, (int, np.integer)) or not -(2**63) <= int(value) < 2**64:
-            raise ValueError(f"{title} {word} must be an integer of 64 bits, got {value!r}")
-    _validate_form(shape, title)
-
-
-def _validate_form(shape: Shape, title: str) -> None:
-    if isinstance(shape, Sphere):
-        _positive(title, "radius", shape.radius)
-    elif isinstance(shape, Box):
-        for value in _vector(title, "half_extents", shape.half_extents):
-            _positive(title, "half_extents", value)
-    elif isinstance(shape, (Capsule, Cylinder)):
-        _positive(title, "half_length", shape.half_length)
-        _positive(title, "radius", shape.radius)
-    elif isinstance(shape, Hull):
+    check_sizes(shape, 3)
+    if isinstance(shape, Hull):
         convex_hull(shape.vertices)
     elif isinstance(shape, Plane):
-        if not any(_vector(title, "normal", shape.normal)):
-            raise ValueError(f"{title} normal must not be zero, got {tuple(shape.normal)!r}")
-        if not _finite(shape.offset):
-            raise ValueError(f"{title} offset must be finite, got {shape.offset!r}")
+        check_plane(shape, 3)
     elif isinstance(shape, Heightfield):
         height_samples(shape)
-    else:
+    elif not isinstance(shape, (Sphere, Box, Capsule, Cylinder)):
         raise ValueError(f"{title} is not a spatial shape")
 
 
-def _finite(value: Any) -> bool:
-    return isinstance(value, (int, float, np.number)) and math.isfinite(float(value))
-
-
-def _positive(title: str, word: str, value: Any) -> None:
-    if not (_finite(value) and value > 0.0):
-        raise ValueError(f"{title} {word} must be positive, got {value!r}")
-
-
-_COUNTS = {2: "two", 3: "three", 4: "four"}
-
-
-def _vector(title: str, word: str, value: Any, count: int = 3) -> list[float]:
-    try:
-        numbers = [float(x) for x in value]
-    except (TypeError, ValueError):
-        numbers = []
-    if len(numbers) != count or not all(math.isfinite(x) for x in numbers):
-        raise ValueError(f"{title} {word} must be {_COUNTS[count]} finite numbers, got {value!r}")
-    return numbers
-
-
 def unit_rotation(shape: Shape) -> Quaternion:
-    """Rotation of the shape in its body as a unit quaternion (w, x, y, z)."""
+    """Return the rotation of the shape in its body as a unit quaternion (w, x, y, z)."""
     title = type(shape).__name__
-    numbers = _vector(title, "rotation", shape.rotation, 4)
+    numbers = checked_vector(title, "orientation", shape.orientation, 4)
     largest = max(abs(x) for x in numbers)
     if largest == 0.0:
-        raise ValueError(f"{title} rotation must not be zero, got {shape.rotation!r}; no rotation is (1, 0, 0, 0)")
+        raise ValueError(f"{title} orientation must not be zero, got {shape.orientation!r}; unrotated is (1, 0, 0, 0)")
     if numbers[0] == largest and not any(numbers[1:]):
         return 1.0, 0.0, 0.0, 0.0
     w, x, y, z = (n / largest for n in numbers)
@@ -223,10 +160,10 @@ def unit_rotation(shape: Shape) -> Quaternion:
 
 
 def height_samples(shape: Heightfield) -> Array:
-    """(rows, columns, 3) samples of a heightfield in its frame, m; bad heights and sizes are refused."""
-    width, depth = _vector("Heightfield", "size", shape.size, 2)
-    _positive("Heightfield", "size", width)
-    _positive("Heightfield", "size", depth)
+    """Return the samples (rows, columns, 3) of a heightfield in its frame, m; raises ValueError for bad arguments."""
+    width, depth = checked_vector("Heightfield", "size", shape.size, 2)
+    check_positive("Heightfield", "size", width)
+    check_positive("Heightfield", "size", depth)
     try:
         heights = np.array(shape.heights, dtype=float)
     except (TypeError, ValueError):
@@ -248,17 +185,17 @@ def height_samples(shape: Heightfield) -> Array:
     return samples
 
 
-# ---------------------------------------------------------------- measures
+# ---------------------------------------------------------------- mass and size
 
 
 def rotation_matrix(rotation: Quaternion) -> Array:
-    """(3, 3), its columns the axes of the rotated frame."""
+    """Return the matrix (3, 3) whose columns are the axes of the rotated frame."""
     pose = _pose_of((0.0, 0.0, 0.0), rotation)
     return np.array([pose.x, pose.y, pose.z]).T
 
 
 def mass_properties(shape: Shape) -> tuple[float, Array, Array]:
-    """(volume m^3, centroid (3,) m, inertia (3, 3) m^5 about the centroid), density 1.
+    """Return (volume m^3, centroid (3,) m, inertia (3, 3) m^5 about the centroid), for density 1.
 
     Centroid and inertia are in the body's frame and axes.
     """
@@ -276,7 +213,7 @@ def mass_properties(shape: Shape) -> tuple[float, Array, Array]:
 
 
 def own_moments(kind: int, size: Array, radius: Any) -> tuple[Any, tuple[Any, Any, Any]]:
-    """(volume, moments of inertia about the shape's axes), density 1, of shapes with closed forms.
+    """Return (volume, moments about the shape's axes) of shapes with closed forms, for density 1.
 
     `size` (..., 3), `radius` (...): as in a record, for one shape or for many at once.
     """
@@ -287,8 +224,7 @@ def own_moments(kind: int, size: Array, radius: Any) -> tuple[Any, tuple[Any, An
         return volume, (moment, moment, moment)
     if kind == BOX:
         volume = 8.0 * x * y * z
-        third = volume / 3.0
-        return volume, (third * (y**2 + z**2), third * (z**2 + x**2), third * (x**2 + y**2))
+        return volume, _box_inertia(x, y, z, volume)
     if kind not in (CAPSULE, CYLINDER):
         raise ValueError(f"own_moments: a {ShapeKind(kind).name.lower()} has no closed form")
     tube = 2.0 * np.pi * r**2 * z
@@ -296,14 +232,14 @@ def own_moments(kind: int, size: Array, radius: Any) -> tuple[Any, tuple[Any, An
     across = tube * (0.25 * r**2 + z**2 / 3.0)
     if kind == CYLINDER:
         return tube, (across, across, about)
-    # two half balls: 2/5 m r^2 about their flat faces' centres, centroids 3/8 r beyond them
+    # two half balls: 2/5 m r^2 about the centres of their flat faces, centroids at 3/8 r from them
     ball = 4.0 / 3.0 * np.pi * r**3
     across = across + ball * (0.4 * r**2 + z**2 + 0.75 * z * r)
     return tube + ball, (across, across, about + 0.4 * ball * r**2)
 
 
 def _size_of(shape: Shape) -> tuple[float, float, float]:
-    """What a record keeps as `size`."""
+    """Return the `size` of a shape's record."""
     if isinstance(shape, Box):
         hx, hy, hz = (float(h) for h in shape.half_extents)
         return hx, hy, hz
@@ -313,13 +249,13 @@ def _size_of(shape: Shape) -> tuple[float, float, float]:
 
 
 def _placed(shape: Shape, point: Array) -> Array:
-    """A point of the shape's frame, or many (..., 3), in the body's."""
+    """Return a point of the shape's frame, or many (..., 3), in the body's frame."""
     axes = rotation_matrix(unit_rotation(shape))
     return np.array([float(x) for x in shape.position]) + (point[..., None, :] * axes).sum(axis=-1)
 
 
 def extent(shape: Shape) -> float:
-    """Smallest half-width in m; infinite for planes and heightfields."""
+    """Return the smallest half-width in m; infinite for planes and heightfields."""
     if isinstance(shape, (Sphere, Capsule)):
         return float(shape.radius)
     if isinstance(shape, Box):
@@ -332,7 +268,7 @@ def extent(shape: Shape) -> float:
 
 
 def bounding_radius(shape: Shape, about: Vector = (0.0, 0.0, 0.0)) -> float:
-    """Distance in m of the farthest point from `about`, a point of the body's frame."""
+    """Return the distance in m of the farthest point from `about`, a point of the body's frame."""
     if not shape.solid:
         return math.inf
     axes = rotation_matrix(unit_rotation(shape))
@@ -351,7 +287,7 @@ def bounding_radius(shape: Shape, about: Vector = (0.0, 0.0, 0.0)) -> float:
 
 
 def shape_record(shape: Shape, dtype: np.dtype[Any]) -> CompiledShape:
-    """A shape's parameter record (`dtype` = shape_parameter_dtype(3)) and its derived vertices."""
+    """Return a shape's parameter record (`dtype` = shape_parameter_dtype(3)) and its derived vertices."""
     validate(shape)
     record = np.zeros((), dtype)
     rotation = unit_rotation(shape)
@@ -369,33 +305,26 @@ def shape_record(shape: Shape, dtype: np.dtype[Any]) -> CompiledShape:
     record["local_position"] = position
     record["local_rotation"] = rotation
     record["size"] = _size_of(shape)
-    if isinstance(shape, (Sphere, Capsule, Cylinder)):
-        record["radius"] = shape.radius
-    record["extent"] = extent(shape)
-    for word in ("friction", "restitution", "torsional_friction", "rolling_friction"):
-        if word in (dtype.names or ()):
-            record[word] = getattr(shape, word)
-    record["density"] = shape.density if shape.solid else 0.0
-    record["enabled"] = 1
+    fill_material(record, shape, extent(shape))
     return CompiledShape(record, vertices)
 
 
 def _from_z(x: float, y: float, z: float) -> Quaternion:
-    """The shortest rotation of (0, 0, 1) to a unit vector; of the opposite, half a turn about x."""
+    """Return the shortest rotation of (0, 0, 1) to a unit vector; to the opposite, half a turn about x."""
     level = x * x + y * y
-    if level < 1e-200:  # below that its digits are lost
+    if level < 1e-200:  # the direction of smaller vectors is lost
         return (1.0, 0.0, 0.0, 0.0) if z > 0.0 else (0.0, 1.0, 0.0, 0.0)
     w = 1.0 + z if z > 0.0 else level / (1.0 - z)  # the same without cancellation
     return _normalised((w, -y, x, 0.0))
 
 
 def _grid(samples: Array) -> Array:
-    """Entries of `vertex_dtype()` of a heightfield: as many as it has samples, row after row."""
+    """Return the entries of `vertex_dtype()` of a heightfield, one for each sample, row after row."""
     rows, columns = samples.shape[:2]
     entries = np.zeros(rows * columns, vertex_dtype())
     entries["position"] = samples.reshape(-1, 3)
     entries["vertex_count"][0] = rows * columns
-    entries["normal"][0] = (samples[..., 2].min(), samples[..., 2].max(), 0.0)  # of a field: its lowest and highest
+    entries["normal"][0] = (samples[..., 2].min(), samples[..., 2].max(), 0.0)  # of a field: lowest and highest height
     entries["columns"][0] = columns
     entries["rows"][0] = rows
     return entries

@@ -10,7 +10,7 @@ from gsenv.render.spatial.scene_renderer import SpatialRenderer
 from gsenv.render.spatial.world_view import read_link_table, read_links, read_primitives, read_table
 from gsenv.render.theme import ROD_COLOR, ROPE_COLOR, SPRING_COLOR
 from gsenv.solver import Scene, World
-from gsenv.solver.spatial.shapes import Sphere
+from gsenv.solver.spatial import Ball, Distance, Sphere
 from tests.render.spatial import oracles
 
 TURN = (0.5, 0.5, -0.5, 0.5)
@@ -21,11 +21,11 @@ def linked(worlds: int = 1) -> World:
     scene = Scene(dim=3)
     scene.add_body("hook", "static")
     for k, name in enumerate(("rod", "rope", "spring", "ball")):
-        scene.add_body(name, shapes=[Sphere(radius=0.2)], position=(0.5 * k, 0.3, -1.0), rotation=TURN)
-    scene.add_joint("rod", "distance", "hook", "rod", anchor_b=(0.0, 0.1, 0.2))
-    scene.add_joint("rope", "distance", "hook", "rope", limits=(0.0, 2.0))
-    scene.add_joint("spring", "distance", "hook", "spring", stiffness=10.0)
-    scene.add_joint("ball", "ball", "hook", "ball", anchor=(0.0, 0.0, 0.0))
+        scene.add_body(name, shapes=[Sphere(radius=0.2)], position=(0.5 * k, 0.3, -1.0), orientation=TURN)
+    scene.add_joint("rod", Distance("hook", "rod", anchor_b=(0.0, 0.1, 0.2)))
+    scene.add_joint("rope", Distance("hook", "rope", limits=(0.0, 2.0)))
+    scene.add_joint("spring", Distance("hook", "spring", stiffness=10.0))
+    scene.add_joint("ball", Ball("hook", "ball", anchor=(0.0, 0.0, 0.0)))
     return World(scene, worlds)
 
 

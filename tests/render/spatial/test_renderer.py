@@ -305,5 +305,3 @@ def test_bad_arguments_get_one_sentence() -> None:
         render_primitives(CAMERA, hull, oracles.make_octahedron(0.4), "best")  # type: ignore[arg-type]
     with pytest.raises(ValueError, match="at least 1 px"):
         PrimitiveRenderer(0, 5)
-
-

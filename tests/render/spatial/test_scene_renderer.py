@@ -11,7 +11,7 @@ from gsenv.render.spatial.primitives import BOX, CAPSULE, PLANE, SPHERE
 from gsenv.render.spatial.style import GROUND_COLOR
 from gsenv.render.spatial.world_view import read_primitives, read_table
 from gsenv.render.theme import PALETTE
-from gsenv.solver.model import (
+from gsenv.solver.records.model import (
     BodyKind,
     body_model_dtype,
     body_parameter_dtype,

@@ -6,19 +6,21 @@ import mpmath
 import numpy as np
 import pytest
 
+from gsenv.solver.core.trig import atan2, sin_cos
 from gsenv.solver.planar.math import Pose, relative, to_local, to_world, turn
-from gsenv.solver.trig import atan2, sin_cos
 
 # rng of [-pi, pi], many turns, tiny, and close to multiples of pi/2
 rng = np.random.default_rng(0)
-ANGLES = np.concatenate([
-    rng.uniform(-np.pi, np.pi, 400),
-    rng.uniform(-1e5, 1e5, 400),
-    rng.normal(size=100) * 1e-9,
-    np.arange(-40, 41) * np.pi / 2,
-    np.arange(-40, 41) * np.pi / 4,
-    [0.0, -0.0, 1e-300, 1e6],
-])
+ANGLES = np.concatenate(
+    [
+        rng.uniform(-np.pi, np.pi, 400),
+        rng.uniform(-1e5, 1e5, 400),
+        rng.normal(size=100) * 1e-9,
+        np.arange(-40, 41) * np.pi / 2,
+        np.arange(-40, 41) * np.pi / 4,
+        [0.0, -0.0, 1e-300, 1e6],
+    ]
+)
 
 
 def ulps(value: float, exact: mpmath.mpf) -> float:

@@ -11,9 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq, minimize_scalar
 
-from gsenv.solver import Box, Capsule, Circle, HalfPlane, Polygon, RayHits, Scene, Terrain, World
-from gsenv.solver.model import Array
-from gsenv.solver.planar.shapes import Shape, ShapeKind
+from gsenv.solver import RayHits, Scene, World
+from gsenv.solver.planar import Box, Capsule, Circle, HalfPlane, Polygon, Shape, Terrain
+from gsenv.solver.planar.kinds import ShapeKind
+from gsenv.solver.records.model import Array
 
 INF = float("inf")
 Height = Callable[[Array], Any]  # of a point: negative inside, convex
@@ -128,7 +129,7 @@ angles = st.floats(-7.0, 7.0)
        length=st.floats(0.1, 9.0))  # fmt: skip
 def test_each_shape_against_its_height(name: str, pose: Any, start: Any, angle: float, length: float) -> None:
     world, height = WORLDS[name], height_of(SHAPES[name], pose)
-    world.set_pose("b0", pose[:2], pose[2])
+    world.set_pose("b0", position=pose[:2], angle=pose[2])
     origin, way = np.array(start), np.array([np.cos(angle), np.sin(angle)])
     expected, depth = entry(height, origin, way, length)
     hits = world.cast_rays(origin, 7.0 * way, length)
@@ -177,7 +178,7 @@ def test_the_nearest_of_many_shapes_in_two_worlds() -> None:
     world = World(scene, world_count=2)
     poses = np.concatenate([rng.uniform(-5, 5, (2, 20, 2)), rng.uniform(-4, 4, (2, 20, 1))], -1)
     for k in range(20):
-        world.set_pose(k, poses[:, k, :2], poses[:, k, 2])
+        world.set_pose(k, position=poses[:, k, :2], angle=poses[:, k, 2])
     origin, direction = rng.uniform(-6, 6, (2, 60, 2)), rng.normal(size=(2, 60, 2))
     length = rng.uniform(1.0, 12.0, (2, 60))
     hits = world.cast_rays(origin, direction, length)
@@ -218,7 +219,7 @@ def test_a_terrain_against_linear_solves(closed: bool, count: int) -> None:
     scene.add_body("land", "kinematic", [Terrain(vertices=points, closed=closed, position=(0.5, 1.0), angle=0.2)])
     world = World(scene, world_count=2)
     pose = np.array([(1.0, -2.0, 0.7), (0.0, 3.0, -2.0)])
-    world.set_pose("land", pose[:, :2], pose[:, 2])
+    world.set_pose("land", position=pose[:, :2], angle=pose[:, 2])
     origin = rng.uniform(-9, 9, (2, 150, 2))
     direction = rng.normal(size=(2, 150, 2))
     hits = world.cast_rays(origin, direction, 15.0)
@@ -244,7 +245,7 @@ def test_no_ray_slips_through_between_two_edges(seed: int) -> None:
     turn = np.sort(rng.uniform(0, 2 * np.pi, 50))
     points = 4.0 * np.stack([np.cos(turn), np.sin(turn)], axis=1)  # counter-clockwise: solid outside
     world = still(Terrain(vertices=points, closed=True))
-    world.set_pose("b0", rng.normal(size=2) * 3, rng.uniform(-3, 3))
+    world.set_pose("b0", position=rng.normal(size=2) * 3, angle=rng.uniform(-3, 3))
     corners = turned(float(world.angle[0, 0]), points) + world.position[0, 0]
     origin = world.position[0, 0] + rng.uniform(-1, 1, (500, 2))
     target = corners[rng.integers(0, 50, 500)]
@@ -295,7 +296,7 @@ def test_rays_along_flat_ground_meet_the_slope() -> None:
 def test_a_start_inside_is_at_distance_0(name: str) -> None:
     world = WORLDS[name]
     pose = (1.0, 2.0, 0.3)
-    world.set_pose("b0", pose[:2], pose[2])
+    world.set_pose("b0", position=pose[:2], angle=pose[2])
     middle = placed(SHAPES[name], pose, (0.0, 0.0))
     if name == "half-plane":
         middle = np.array([1.0, -4.0])

@@ -8,22 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gsenv.solver.model import shape_model_dtype, shape_parameter_dtype
-from gsenv.solver.planar.shapes import (
-    Box,
-    Capsule,
-    Circle,
-    HalfPlane,
-    Polygon,
-    Shape,
-    Terrain,
-    bounding_radius,
-    extent,
-    mass_properties,
-    shape_record,
-    validate,
-)
+from gsenv.solver.planar import Box, Capsule, Circle, HalfPlane, Polygon, Shape, Terrain
+from gsenv.solver.planar.shapes import bounding_radius, extent, mass_properties, shape_record, validate
 from gsenv.solver.planar.vertices import Turn, derive_vertices, leaf_count, leaf_span, linked_vertices
+from gsenv.solver.records.model import shape_model_dtype, shape_parameter_dtype
 
 TRIANGLE = [(0.0, 0.0), (2.0, 0.0), (0.5, 1.0)]
 PLACED: dict[str, Any] = {"position": (0.7, -0.4), "angle": 0.6}
@@ -151,10 +139,12 @@ def test_derived_data_follow_the_vertices() -> None:
     models = np.zeros(2, shape_model_dtype())
     models["vertex_first"], models["vertex_count"] = [0, 20], [20, 3]
     points = np.stack([np.arange(20.0), rng.normal(size=20)], axis=1)
-    world = np.concatenate([
-        linked_vertices(np.zeros((20, 2)) + np.arange(20)[:, None], False, -1.0),
-        linked_vertices(np.array(TRIANGLE), True, 1.0),
-    ])
+    world = np.concatenate(
+        [
+            linked_vertices(np.zeros((20, 2)) + np.arange(20)[:, None], False, -1.0),
+            linked_vertices(np.array(TRIANGLE), True, 1.0),
+        ]
+    )
     world["position"][:20] = points
     derive_vertices(models, world)
     assert (world[:20] == linked_vertices(points, False, -1.0)).all()

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from gsenv.solver import Options, Scene, World
-from gsenv.solver.spatial.shapes import Heightfield, Hull, Plane, Sphere
+from gsenv.solver.spatial import Ball, Heightfield, Hull, Plane, Sphere
 
 FAR = 1e4  # m
 AWAKE = Options(sleep=False)
@@ -16,11 +16,13 @@ CORNERS = ((0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1))
 
 def complete(scene: Scene) -> Scene:
     """Add, far away, what decides how the step kernel is compiled: a joint, a hull, a heightfield, restitution,
-    a fast body.  Nothing of it moves, touches or counts."""
+    a continuous body.  Nothing of it moves, touches or counts."""
     shapes = [Hull(vertices=CORNERS, restitution=0.5), Heightfield(heights=np.zeros((2, 2)), size=(1, 1))]
     scene.add_body("far", "static", shapes=shapes, position=(FAR, FAR, FAR))
-    scene.add_body("far_fast", shapes=[Sphere(radius=0.1)], position=(FAR, FAR, 2.0 * FAR), fast=True, enabled=False)
-    scene.add_joint("far_ball", "ball", "far", "far_fast", enabled=False)
+    scene.add_body(
+        "far_fast", shapes=[Sphere(radius=0.1)], position=(FAR, FAR, 2.0 * FAR), continuous=True, enabled=False
+    )
+    scene.add_joint("far_ball", Ball("far", "far_fast", enabled=False))
     return scene
 
 

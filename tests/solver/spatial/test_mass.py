@@ -8,21 +8,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gsenv.solver.model import body_model_dtype, body_parameter_dtype, shape_model_dtype, shape_parameter_dtype
-from gsenv.solver.spatial.mass import derive_extent, mass_of_body, principal_axes, solid_mass
-from gsenv.solver.spatial.shapes import (
-    Box,
-    Capsule,
-    Cylinder,
-    Hull,
-    Shape,
-    Sphere,
-    bounding_radius,
-    extent,
-    mass_properties,
-    rotation_matrix,
-    shape_record,
+from gsenv.solver.core.edit import fit_solids
+from gsenv.solver.records.model import (
+    body_model_dtype,
+    body_parameter_dtype,
+    shape_model_dtype,
+    shape_parameter_dtype,
 )
+from gsenv.solver.records.plain import as_records
+from gsenv.solver.spatial import Box, Capsule, Cylinder, Hull, Shape, Sphere
+from gsenv.solver.spatial.mass import principal_axes, solid_mass, solids
+from gsenv.solver.spatial.shapes import bounding_radius, extent, mass_properties, rotation_matrix, shape_record
 
 ROTATION = (0.9, 0.3, -0.4, 0.2)
 CORNERS = [(0, 0, 0), (1.2, 0, 0), (0, 0.9, 0), (0.1, 0.1, 0.7), (1.0, 0.6, 0.5)]
@@ -71,9 +67,12 @@ def test_equal_moments_do_not_turn_the_axes() -> None:
 
 def test_one_shape_gives_its_own_axes() -> None:
     """Also where its moments are equal: they stay principal when its size changes."""
-    for shape in (Box(half_extents=(1, 1, 1), rotation=ROTATION), Box(half_extents=(1, 2, 3), rotation=(0.1, 0, 0, 1))):
+    for shape in (
+        Box(half_extents=(1, 1, 1), orientation=ROTATION),
+        Box(half_extents=(1, 2, 3), orientation=(0.1, 0, 0, 1)),
+    ):
         _, _, moments, rotation = solid_mass([shape])
-        wanted = np.array(shape.rotation) / np.linalg.norm(shape.rotation)
+        wanted = np.array(shape.orientation) / np.linalg.norm(shape.orientation)
         assert rotation == pytest.approx(wanted)
         own = mass_properties(Box(half_extents=shape.half_extents))[2]
         assert moments == pytest.approx(np.diag(own))
@@ -81,8 +80,8 @@ def test_one_shape_gives_its_own_axes() -> None:
 
 def test_parts_make_the_whole() -> None:
     """A box in two pieces of one density."""
-    r = {"density": 3.0, "rotation": ROTATION}
-    axes = rotation_matrix(solid_mass([Box(half_extents=(1, 1, 1), rotation=ROTATION)])[3])
+    r = {"density": 3.0, "orientation": ROTATION}
+    axes = rotation_matrix(solid_mass([Box(half_extents=(1, 1, 1), orientation=ROTATION)])[3])
     whole = solid_mass([Box(half_extents=(1.0, 0.5, 0.25), position=(1, 2, 3), **r)])  # type: ignore[arg-type]
     parts = [
         Box(half_extents=(0.7, 0.5, 0.25), position=axes[:, 0] * -0.3 + (1, 2, 3), **r),  # type: ignore[arg-type]
@@ -119,30 +118,30 @@ SHAPES = [
 
 @pytest.mark.parametrize(("shape", "sizes"), SHAPES, ids=lambda v: type(v).__name__)
 def test_resizing_is_the_same_as_authoring(shape: Shape, sizes: dict[str, Any]) -> None:
-    place: Any = {"position": (0.3, 0.2, 0.1), "rotation": ROTATION, "density": 2.0}
+    place: Any = {"position": (0.3, 0.2, 0.1), "orientation": ROTATION, "density": 2.0}
     old, new = type(shape)(**{**vars(shape), **place}), type(shape)(**{**vars(shape), **place, **sizes})
     model, records, bodies = compiled(old, 3)
     fresh = shape_record(new, shape_parameter_dtype(3)).record
     for name in ("size", "radius"):
         records[name][1, 0] = fresh[name]
     chosen = np.array([0, 1])
-    mass, inertia = mass_of_body(model, records, 0, chosen)
+    found = solids(model, records, 0, chosen)
     for world, authored in enumerate((old, new)):
         wanted_mass, _, moments, _ = solid_mass([authored])
-        assert mass[world] == pytest.approx(wanted_mass)
-        assert inertia[world] == pytest.approx(moments)
-    derive_extent(model, records, bodies, 0, chosen)
+        assert found["mass"][world] == pytest.approx(wanted_mass)
+        assert found["inertia"][world] == pytest.approx(moments)
+    fit_solids(chosen, as_records(bodies), as_records(records), 0, 0, as_records(found), False, False)
     assert records["extent"][1, 0] == pytest.approx(extent(new)) == bodies["extent"][1, 0]
     assert bodies["radius"][1, 0] == pytest.approx(bounding_radius(new, new.position))
     assert bodies["radius"][2, 0] == 0.0, "not chosen"
 
 
 def test_density_of_a_hull() -> None:
-    hull = Hull(vertices=CORNERS, rotation=ROTATION, position=(1, 2, 3))
+    hull = Hull(vertices=CORNERS, orientation=ROTATION, position=(1, 2, 3))
     model, records, _ = compiled(hull, 2)
     records["density"][1] = 5.0
-    mass, inertia = mass_of_body(model, records, 0, np.array([0, 1]))
+    found = solids(model, records, 0, np.array([0, 1]))
     wanted, _, moments, _ = solid_mass([hull])
-    assert mass == pytest.approx([wanted, 5.0 * wanted])
-    assert inertia[0] == pytest.approx(moments)
-    assert inertia[1] == pytest.approx(5.0 * moments)
+    assert found["mass"] == pytest.approx([wanted, 5.0 * wanted])
+    assert found["inertia"][0] == pytest.approx(moments)
+    assert found["inertia"][1] == pytest.approx(5.0 * moments)

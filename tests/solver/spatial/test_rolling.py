@@ -9,7 +9,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from gsenv.solver import Options
-from gsenv.solver.spatial.shapes import Box, Capsule, Cylinder, Hull, Sphere
+from gsenv.solver.spatial import Box, Capsule, Cylinder, Hull, Sphere
 from tests.solver.spatial.one_kernel import AWAKE, full_world, on_plane
 
 G = 9.81
@@ -40,7 +40,7 @@ def test_a_roller_rolls_straight(kind: str, heading: float) -> None:
     scene = on_plane(G, friction=0.5)
     way, axis = level(heading), level(heading + math.pi / 2)
     scene.add_body(
-        "it", shapes=[shape], position=(0, 0, 0.3), rotation=lying(heading),
+        "it", shapes=[shape], position=(0, 0, 0.3), orientation=lying(heading),
         linear_velocity=2.0 * way, angular_velocity=2.0 / 0.3 * axis,
     )  # fmt: skip
     world = full_world(scene)
@@ -137,7 +137,7 @@ def test_a_flat_landing_keeps_the_height_and_makes_no_spin(kind: str, turn: floa
         "hull": Hull(vertices=corners, restitution=1.0),
     }[kind]
     scene = on_plane(G, restitution=1.0)
-    scene.add_body("it", shapes=[shape], position=(0, 0, 1.1), rotation=(math.cos(turn), 0, 0, math.sin(turn)))
+    scene.add_body("it", shapes=[shape], position=(0, 0, 1.1), orientation=(math.cos(turn), 0, 0, math.sin(turn)))
     world = full_world(scene)
     start = world.diagnostics().energy[0]
     for _ in range(300):
@@ -156,8 +156,8 @@ def test_oblique_bounces_never_make_energy() -> None:
     world.parameters.set("it", half_extents=np.tile(rng.uniform(0.05, 0.5, (50, 1)), 3))
     for body in ("ground", "it"):
         world.parameters.set(body, friction=rng.choice([0.0, 0.3, 1.0], 50), restitution=rng.uniform(0.0, 1.0, 50))
-    world.set_pose("it", np.tile((0, 0, 1.0), (50, 1)), rotation=rng.normal(size=(50, 4)))
-    world.set_velocity("it", rng.normal(0.0, 3.0, (50, 3)), rng.normal(0.0, 5.0, (50, 3)))
+    world.set_pose("it", position=np.tile((0, 0, 1.0), (50, 1)), orientation=rng.normal(size=(50, 4)))
+    world.set_velocity("it", linear=rng.normal(0.0, 3.0, (50, 3)), angular=rng.normal(0.0, 5.0, (50, 3)))
     d = world.diagnostics()
     scale = d.kinetic_energy + world.parameters.mass[:, 1] * G * 1.0
     least = d.energy

@@ -8,17 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gsenv.solver.model import shape_parameter_dtype
-from gsenv.solver.planar.shapes import Circle
+from gsenv.solver.planar import Circle
+from gsenv.solver.records.model import shape_parameter_dtype
+from gsenv.solver.spatial import Box, Capsule, Cylinder, Heightfield, Hull, Plane, Shape, Sphere
 from gsenv.solver.spatial.shapes import (
-    Box,
-    Capsule,
-    Cylinder,
-    Heightfield,
-    Hull,
-    Plane,
-    Shape,
-    Sphere,
     bounding_radius,
     extent,
     mass_properties,
@@ -29,7 +22,7 @@ from gsenv.solver.spatial.shapes import (
 )
 
 POSITION = np.array([0.7, -0.4, 0.2])
-PLACED: dict[str, Any] = {"position": POSITION, "rotation": (0.9, 0.3, -0.4, 0.2)}
+PLACED: dict[str, Any] = {"position": POSITION, "orientation": (0.9, 0.3, -0.4, 0.2)}
 CORNERS = np.array([(0.0, 0.0, 0.0), (1.2, 0.0, 0.0), (0.0, 0.9, 0.0), (0.1, 0.1, 0.7), (1.0, 0.6, 0.5)])
 SOLID = [
     Sphere(radius=0.7, **PLACED),
@@ -58,8 +51,8 @@ def named(value: Any) -> str:
         (Sphere(radius=1.0, restitution=1.5), "Sphere restitution must not exceed 1, got 1.5"),
         (Sphere(radius=1.0, density=-2.0), "Sphere density must be finite and not negative, got -2.0"),
         (Sphere(radius=1.0, position=(0.0, 1.0)), "Sphere position must be three finite numbers, got (0.0, 1.0)"),
-        (Sphere(radius=1.0, rotation=(1.0, 0.0, 0.0)), "Sphere rotation must be four finite numbers"),
-        (Sphere(radius=1.0, rotation=(0.0, 0.0, 0.0, 0.0)), "Sphere rotation must not be zero"),
+        (Sphere(radius=1.0, orientation=(1.0, 0.0, 0.0)), "Sphere orientation must be four finite numbers"),
+        (Sphere(radius=1.0, orientation=(0.0, 0.0, 0.0, 0.0)), "Sphere orientation must not be zero"),
         (Sphere(radius=1.0, category=2**65), "Sphere category must be an integer of 64 bits"),
         (Box(half_extents=(1.0, 0.0, 1.0)), "Box half_extents must be positive, got 0.0"),
         (Box(half_extents=(1.0, 1.0)), "Box half_extents must be three finite numbers, got (1.0, 1.0)"),
@@ -107,7 +100,7 @@ def test_mass_against_a_fine_grid(shape: Shape) -> None:
     n, width = 160, 3.4
     grid = (np.arange(n) + 0.5) / n * width - 0.5 * width
     points = np.stack(np.meshgrid(grid, grid, grid, indexing="ij"), axis=-1).reshape(-1, 3) + POSITION
-    w, *q = np.array(shape.rotation) / np.linalg.norm(shape.rotation)
+    w, *q = np.array(shape.orientation) / np.linalg.norm(shape.orientation)
     d = points - POSITION
     # inverse rotation, by another formula than the code's
     u, v, h = (d - 2.0 * w * np.cross(q, d) + 2.0 * np.cross(q, np.cross(q, d))).T
@@ -194,9 +187,11 @@ def test_radius_about_another_point(shape: Shape) -> None:
 
 def test_rotation_is_normalised() -> None:
     for rotation in [(2.0, 0.0, 0.0, 0.0), (1e-200, 0.0, 0.0, 0.0)]:
-        record = shape_record(Box(half_extents=(1, 1, 1), rotation=rotation), shape_parameter_dtype(3)).record
+        record = shape_record(Box(half_extents=(1, 1, 1), orientation=rotation), shape_parameter_dtype(3)).record
         assert record["local_rotation"].tolist() == [1.0, 0.0, 0.0, 0.0]
-    record = shape_record(Box(half_extents=(1, 2, 3), rotation=(3.0, 0.0, 0.0, 4.0)), shape_parameter_dtype(3)).record
+    record = shape_record(
+        Box(half_extents=(1, 2, 3), orientation=(3.0, 0.0, 0.0, 4.0)), shape_parameter_dtype(3)
+    ).record
     assert record["local_rotation"] == pytest.approx([0.6, 0.0, 0.0, 0.8])
     assert record["size"].tolist() == [1.0, 2.0, 3.0]
 
@@ -215,7 +210,7 @@ def test_axis_of_capsules_and_cylinders_is_z() -> None:
 )
 def test_plane_record(normal: Any) -> None:
     """Its z is the normal and its origin lies on the surface, also where the shape itself is placed."""
-    plane = Plane(normal=normal, offset=10.0, position=(1.0, 2.0, 3.0), rotation=(0.5, 0.5, 0.5, 0.5))
+    plane = Plane(normal=normal, offset=10.0, position=(1.0, 2.0, 3.0), orientation=(0.5, 0.5, 0.5, 0.5))
     record = shape_record(plane, shape_parameter_dtype(3)).record
     length = np.linalg.norm(np.array(normal, float))
     unit = np.array(normal, float) / length

@@ -1,21 +1,32 @@
-"""Where two bodies' anchors are and how they move; the rows that hold them together."""
+"""Positions and velocities of two bodies' anchors, and the rows that keep them together."""
 
 from __future__ import annotations
 
 from typing import Any
 
+from ...core.joint_rows import finish_row
+from ...core.rows import start_rate
+from ...core.trig import sin_cos
 from ...jit import njit
-from ...motion import start_rate
-from ...trig import sin_cos
 from ..math import cross, rotate
-from .build import finish_row, set_direction
 
-JUMP = 0.05  # of the arms' own speeds: where anchors part faster, velocities are about to jump
+JUMP = 0.05  # of the speeds of the arms: where anchors separate faster, velocities will jump
+
+
+@njit
+def set_direction(row: Any, ux: Any, uy: Any, turn_a: Any, turn_b: Any) -> None:
+    """Set the Jacobian of J v = u . (v_b - v_a) + turn_a w_a + turn_b w_b."""
+    row.jacobian_a[0] = -ux
+    row.jacobian_a[1] = -uy
+    row.jacobian_a[2] = turn_a
+    row.jacobian_b[0] = ux
+    row.jacobian_b[1] = uy
+    row.jacobian_b[2] = turn_b
 
 
 @njit
 def arm(body: Any, parameters: Any, anchor: Any) -> Any:
-    """From the centre of mass to an anchor, in the world."""
+    """Return the vector from the centre of mass to an anchor, in the world, m."""
     x = anchor[0] - parameters.center[0]
     y = anchor[1] - parameters.center[1]
     return rotate(body.rotation[0], body.rotation[1], x, y)
@@ -29,14 +40,14 @@ def turned(x: Any, y: Any, angle: Any) -> Any:
 
 @njit
 def set_point_rows(
-    rows: Any, row: Any, parameters: Any, bodies: Any, body_parameters: Any, motions: Any, h: Any
+    rows: Any, row: Any, parameters: Any, bodies: Any, body_parameters: Any, substep_bodies: Any, h: Any
 ) -> None:
-    """C = anchor_b - anchor_a in the world, along x and y, in slots 0 and 1.
+    """Write the rows of C = anchor_b - anchor_a in the world, along x and y, in slots 0 and 1.
 
-    Directions are those of the pose half a substep ahead, which the mean velocity moves through, and
-    the bias is what the rotating arms add to J v from there to the end, h/2 dJ/dt v.  Then turning
-    bodies keep their momentum and energy to second order; at the pose of the start they would lose
-    the factor cos(w h) in each substep.
+    Directions are those of the pose half a substep ahead, at the midpoint of the motion, and the bias is
+    the change of J v by the rotating arms from there to the end, h/2 dJ/dt v.  Rotating bodies then keep
+    their momentum and energy to second order; at the pose of the start they would lose the factor
+    cos(w h) in each substep.
     """
     i = rows[row].body_a
     j = rows[row].body_b
@@ -44,32 +55,32 @@ def set_point_rows(
     bx, by = arm(bodies[j], body_parameters[j], parameters.anchor_b)
     cx = bodies[j].position[0] + bx - bodies[i].position[0] - ax
     cy = bodies[j].position[1] + by - bodies[i].position[1] - ay
-    va = motions[i].start_velocity
-    vb = motions[j].start_velocity
+    va = substep_bodies[i].start_velocity
+    vb = substep_bodies[j].start_velocity
     wa = va[2]
     wb = vb[2]
     ux = vb[0] - wb * by - va[0] + wa * ay
     uy = vb[1] + wb * bx - va[1] - wa * ax
     if abs(ux) + abs(uy) > JUMP * (abs(wa) * (abs(ax) + abs(ay)) + abs(wb) * (abs(bx) + abs(by))):
-        wa = 0.0  # the pose of the start keeps the momentum then
+        wa = 0.0  # then the pose of the start conserves the momentum
         wb = 0.0
     ax, ay = turned(ax, ay, 0.5 * h * wa)
     bx, by = turned(bx, by, 0.5 * h * wb)
     set_direction(rows[row], 1.0, 0.0, ay, -by)
     set_direction(rows[row + 1], 0.0, 1.0, -ax, bx)
-    finish_row(rows[row], 0, cx, body_parameters)
-    finish_row(rows[row + 1], 1, cy, body_parameters)
+    finish_row(rows[row], 0, cx, substep_bodies)
+    finish_row(rows[row + 1], 1, cy, substep_bodies)
     rows[row].bias = 0.5 * h * (wa * wa * ax - wb * wb * bx)
     rows[row + 1].bias = 0.5 * h * (wa * wa * ay - wb * wb * by)
 
 
 @njit
-def frame_ahead(bodies: Any, body_parameters: Any, motions: Any, i: Any, j: Any, parameters: Any, t: Any) -> Any:
-    """(ax, ay, bx, by, dx, dy): arms and anchor_b - anchor_a, ``t`` s ahead at the start's velocities."""
+def frame_ahead(bodies: Any, body_parameters: Any, substep_bodies: Any, i: Any, j: Any, parameters: Any, t: Any) -> Any:
+    """Return (ax, ay, bx, by, dx, dy): arms and anchor_b - anchor_a, ``t`` s ahead at the velocities of the start."""
     ax, ay = arm(bodies[i], body_parameters[i], parameters.anchor_a)
     bx, by = arm(bodies[j], body_parameters[j], parameters.anchor_b)
-    va = motions[i].start_velocity
-    vb = motions[j].start_velocity
+    va = substep_bodies[i].start_velocity
+    vb = substep_bodies[j].start_velocity
     ax, ay = turned(ax, ay, t * va[2])
     bx, by = turned(bx, by, t * vb[2])
     dx = bodies[j].position[0] + t * vb[0] + bx - bodies[i].position[0] - t * va[0] - ax
@@ -78,26 +89,26 @@ def frame_ahead(bodies: Any, body_parameters: Any, motions: Any, i: Any, j: Any,
 
 
 @njit
-def axis_ahead(bodies: Any, motions: Any, i: Any, parameters: Any, t: Any) -> Any:
-    """The joint's axis in the world, ``t`` s ahead."""
+def axis_ahead(bodies: Any, substep_bodies: Any, i: Any, parameters: Any, t: Any) -> Any:
+    """Return the joint's axis in the world, ``t`` s ahead."""
     body = bodies[i]
     ux, uy = rotate(body.rotation[0], body.rotation[1], parameters.axis[0], parameters.axis[1])
-    return turned(ux, uy, t * motions[i].start_velocity[2])
+    return turned(ux, uy, t * substep_bodies[i].start_velocity[2])
 
 
 @njit
 def set_frame_direction(row: Any, frame: Any, ux: Any, uy: Any) -> None:
-    """J of u . d for u that turns with body a: the arm of a reaches to b's anchor."""
+    """Set the Jacobian of u . d, with u fixed in body a: the arm of a then ends at b's anchor."""
     ax, ay, bx, by, dx, dy = frame
     set_direction(row, ux, uy, -cross(ax + dx, ay + dy, ux, uy), cross(bx, by, ux, uy))
 
 
 @njit
-def curve_of(row: Any, frame: Any, ux: Any, uy: Any, motions: Any) -> Any:
-    """h/2 dJ/dt v = (J at the end - J of the row) v, for ``frame`` and u at the end of the substep.
+def curve_of(row: Any, frame: Any, ux: Any, uy: Any, substep_bodies: Any) -> Any:
+    """Return h/2 dJ/dt v = (J at the end - J of the row) v, for ``frame`` and u at the end of the substep.
 
-    Overwrites the row's direction; set it again from the pose half a substep ahead.
+    This overwrites the row's direction; set it again from the pose half a substep ahead.
     """
-    middle = start_rate(row, motions)
+    midpoint_rate = start_rate(row, substep_bodies)
     set_frame_direction(row, frame, ux, uy)
-    return start_rate(row, motions) - middle
+    return start_rate(row, substep_bodies) - midpoint_rate

@@ -1,21 +1,30 @@
-"""Prismatic: b slides along an axis of a and doesn't turn in it; limits, motor and spring along the axis."""
+"""Prismatic: b translates along an axis of a without rotation; limits, motor and spring act along the axis."""
 
 from __future__ import annotations
 
 from typing import Any
 
+from ...core.joint_rows import (
+    copy_direction,
+    finish_row,
+    has_limit,
+    has_motor,
+    set_limit_row,
+    set_motor_row,
+    set_spring_row,
+    speeds_within,
+)
+from ...core.springs import has_spring
 from ...jit import njit
-from ...springs import has_spring
 from .angle import relative_angle, set_angle_row
-from .build import add_limit, add_motor, add_spring, copy_direction, finish_row, has_limit, has_motor, speeds_within
 from .point import axis_ahead, curve_of, frame_ahead, set_frame_direction
 
 
 @njit
 def add_slide_row(
-    rows: Any, row: Any, parameters: Any, bodies: Any, body_parameters: Any, motions: Any, h: Any
+    rows: Any, row: Any, parameters: Any, bodies: Any, body_parameters: Any, substep_bodies: Any, h: Any
 ) -> Any:
-    """Slot 0: b's anchor stays on the axis; returns the coordinate along it.
+    """Write the row in slot 0 that keeps b's anchor on the axis; returns the coordinate along it.
 
     With u the axis and n its left: C = n . (anchor_b - anchor_a), directions and bias as in
     ``set_point_rows``.
@@ -23,58 +32,61 @@ def add_slide_row(
     made = rows[row]
     i = made.body_a
     j = made.body_b
-    ux, uy = axis_ahead(bodies, motions, i, parameters, 0.0)
-    _, _, _, _, dx, dy = frame_ahead(bodies, body_parameters, motions, i, j, parameters, 0.0)
+    ux, uy = axis_ahead(bodies, substep_bodies, i, parameters, 0.0)
+    _, _, _, _, dx, dy = frame_ahead(bodies, body_parameters, substep_bodies, i, j, parameters, 0.0)
     error = ux * dy - uy * dx
     coordinate = ux * dx + uy * dy
-    vx, vy = axis_ahead(bodies, motions, i, parameters, 0.5 * h)
-    middle = frame_ahead(bodies, body_parameters, motions, i, j, parameters, 0.5 * h)
-    wx, wy = axis_ahead(bodies, motions, i, parameters, h)
-    end = frame_ahead(bodies, body_parameters, motions, i, j, parameters, h)
+    vx, vy = axis_ahead(bodies, substep_bodies, i, parameters, 0.5 * h)
+    middle = frame_ahead(bodies, body_parameters, substep_bodies, i, j, parameters, 0.5 * h)
+    wx, wy = axis_ahead(bodies, substep_bodies, i, parameters, h)
+    end = frame_ahead(bodies, body_parameters, substep_bodies, i, j, parameters, h)
     set_frame_direction(made, middle, -vy, vx)
-    curve = curve_of(made, end, -wy, wx, motions)
+    curve = curve_of(made, end, -wy, wx, substep_bodies)
     set_frame_direction(made, middle, -vy, vx)
-    finish_row(made, 0, error, body_parameters)
+    finish_row(made, 0, error, substep_bodies)
     made.bias = curve
     return coordinate
 
 
 @njit
-def set_axis_direction(row: Any, parameters: Any, bodies: Any, body_parameters: Any, motions: Any, h: Any) -> Any:
-    """J of the coordinate along the axis, half a substep ahead; returns its h/2 dJ/dt v."""
+def set_axis_direction(
+    row: Any, parameters: Any, bodies: Any, body_parameters: Any, substep_bodies: Any, h: Any
+) -> Any:
+    """Set J of the coordinate along the axis, half a substep ahead; returns its h/2 dJ/dt v."""
     i = row.body_a
     j = row.body_b
-    ux, uy = axis_ahead(bodies, motions, i, parameters, 0.5 * h)
-    middle = frame_ahead(bodies, body_parameters, motions, i, j, parameters, 0.5 * h)
-    wx, wy = axis_ahead(bodies, motions, i, parameters, h)
-    end = frame_ahead(bodies, body_parameters, motions, i, j, parameters, h)
+    ux, uy = axis_ahead(bodies, substep_bodies, i, parameters, 0.5 * h)
+    middle = frame_ahead(bodies, body_parameters, substep_bodies, i, j, parameters, 0.5 * h)
+    wx, wy = axis_ahead(bodies, substep_bodies, i, parameters, h)
+    end = frame_ahead(bodies, body_parameters, substep_bodies, i, j, parameters, h)
     set_frame_direction(row, middle, ux, uy)
-    curve = curve_of(row, end, wx, wy, motions)
+    curve = curve_of(row, end, wx, wy, substep_bodies)
     set_frame_direction(row, middle, ux, uy)
     return curve
 
 
 @njit
 def add_prismatic_rows(
-    rows: Any, row: Any, model: Any, parameters: Any, state: Any, bodies: Any, body_parameters: Any,
-    motions: Any, h: Any,
-) -> Any:  # fmt: skip
-    """Slots: 0 across the axis, 1 the angle, 2 limit, 3 motor, 4 spring."""
-    coordinate = add_slide_row(rows, row, parameters, bodies, body_parameters, motions, h)
-    error = relative_angle(bodies[model.body_a], bodies[model.body_b], parameters.reference)
-    set_angle_row(rows[row + 1], 1, error, body_parameters)
+    rows: Any, row: Any, joint: Any, bodies: Any, body_parameters: Any, substep_bodies: Any, h: Any
+) -> None:
+    """Write the rows of a prismatic joint. Slots: 0 across the axis, 1 the angle, 2 limit, 3 motor, 4 spring."""
+    parameters = joint.parameters
+    coordinate = add_slide_row(rows, row, parameters, bodies, body_parameters, substep_bodies, h)
+    error = relative_angle(bodies[joint.model.body_a], bodies[joint.model.body_b], parameters.reference)
+    set_angle_row(rows[row + 1], 1, error, substep_bodies)
     row += 2
     if not (has_limit(parameters) or has_motor(parameters) or has_spring(parameters)):
-        return row
+        return
     first = row
-    curve = set_axis_direction(rows[first], parameters, bodies, body_parameters, motions, h)
+    curve = set_axis_direction(rows[first], parameters, bodies, body_parameters, substep_bodies, h)
     if has_spring(parameters):
-        row = add_spring(rows, row, 4, coordinate - state.rest, parameters, body_parameters, motions, h)
+        set_spring_row(rows[row], 4, coordinate - joint.state.rest, parameters, substep_bodies, h)
+        row += 1
     if has_motor(parameters):
         copy_direction(rows[row], rows[first], 1.0)
         speeds = speeds_within(coordinate, curve, parameters, h)
-        row = add_motor(rows, row, 3, model, parameters, state, speeds, body_parameters, h)
-    if has_limit(parameters):  # last: it may turn its direction round
+        set_motor_row(rows[row], 3, joint, speeds, substep_bodies, h)
+        row += 1
+    if has_limit(parameters):  # last, since it may reverse its direction
         copy_direction(rows[row], rows[first], 1.0)
-        row = add_limit(rows, row, 2, coordinate, curve, parameters, body_parameters, motions, h)
-    return row
+        set_limit_row(rows[row], 2, coordinate, curve, parameters, substep_bodies, h)

@@ -1,13 +1,20 @@
-"""Wheel: b turns freely and slides along an axis of a on a spring, within limits; a motor turns it."""
+"""Wheel: b rotates freely, driven by a motor, and translates along an axis of a on a spring within limits."""
 
 from __future__ import annotations
 
 from typing import Any
 
+from ...core.joint_rows import (
+    copy_direction,
+    has_limit,
+    has_motor,
+    set_limit_row,
+    set_motor_row,
+    set_spring_row,
+)
+from ...core.springs import has_spring
 from ...jit import njit
-from ...springs import has_spring
 from .angle import set_angle_direction
-from .build import add_limit, add_motor, add_spring, copy_direction, has_limit, has_motor
 from .prismatic import add_slide_row, set_axis_direction
 
 _INFINITY = float("inf")
@@ -15,23 +22,24 @@ _INFINITY = float("inf")
 
 @njit
 def add_wheel_rows(
-    rows: Any, row: Any, model: Any, parameters: Any, state: Any, bodies: Any, body_parameters: Any,
-    motions: Any, h: Any,
-) -> Any:  # fmt: skip
-    """Slots: 0 across the axis, 1 spring, 2 limit, 3 motor."""
-    coordinate = add_slide_row(rows, row, parameters, bodies, body_parameters, motions, h)
+    rows: Any, row: Any, joint: Any, bodies: Any, body_parameters: Any, substep_bodies: Any, h: Any
+) -> None:
+    """Write the rows of a wheel. Slots: 0 across the axis, 1 spring, 2 limit, 3 motor."""
+    parameters = joint.parameters
+    coordinate = add_slide_row(rows, row, parameters, bodies, body_parameters, substep_bodies, h)
     row += 1
     if has_motor(parameters):
         set_angle_direction(rows[row])
-        speeds = (-_INFINITY, _INFINITY)  # limits are those of the travel
-        row = add_motor(rows, row, 3, model, parameters, state, speeds, body_parameters, h)
+        speeds = (-_INFINITY, _INFINITY)  # limits apply to the translation
+        set_motor_row(rows[row], 3, joint, speeds, substep_bodies, h)
+        row += 1
     if not (has_limit(parameters) or has_spring(parameters)):
-        return row
+        return
     first = row
-    curve = set_axis_direction(rows[first], parameters, bodies, body_parameters, motions, h)
+    curve = set_axis_direction(rows[first], parameters, bodies, body_parameters, substep_bodies, h)
     if has_spring(parameters):
-        row = add_spring(rows, row, 1, coordinate - state.rest, parameters, body_parameters, motions, h)
+        set_spring_row(rows[row], 1, coordinate - joint.state.rest, parameters, substep_bodies, h)
+        row += 1
     if has_limit(parameters):
         copy_direction(rows[row], rows[first], 1.0)
-        row = add_limit(rows, row, 2, coordinate, curve, parameters, body_parameters, motions, h)
-    return row
+        set_limit_row(rows[row], 2, coordinate, curve, parameters, substep_bodies, h)

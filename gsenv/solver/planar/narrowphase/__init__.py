@@ -1,5 +1,1 @@
-"""Contacts between pairs of planar shapes: the pair table and one file a family of pairs."""
-
-from gsenv.solver.planar.narrowphase.find import find_contacts
-
-__all__ = ["find_contacts"]
+"""Contacts between pairs of 2D shapes: the pair table and one file for each family of pairs."""

@@ -1,51 +1,66 @@
-"""Boxes and capsules against each other: boxes with a radius, by separating axes and clipping.
+"""Contacts of boxes and capsules: rounded boxes, by separating axes and clipping.
 
-A capsule is a box of half-height 0 grown by its radius.  The reference face is the one of greatest
-separation; the face of the other box that looks at it most squarely is cut to its width, and the
-ends of what is left are the contact points (E. Catto, "Contact Manifolds", GDC 2007).
+A capsule is a box of half-height 0 rounded by its radius.  The reference face is the one of largest
+separation; the face of the other box that is most opposite to it is clipped to its width, and the
+ends of the clipped face are the contact points (E. Catto, "Contact Manifolds", GDC 2007).
 """
 
 from __future__ import annotations
 
+from typing import Any, NamedTuple
+
 import numpy as np
 
-from gsenv.solver.jit import njit
-from gsenv.solver.planar.math import Pose
-from gsenv.solver.planar.narrowphase.manifold import (
-    Manifold,
-    bare_manifold,
-    flipped,
-    no_manifold,
-    point_manifold,
-)
+from ...jit import njit
+from ..math import Pose
+from .manifold import Manifold, bare_manifold, flipped, no_manifold, point_manifold
 
-REFERENCE_BIAS = 0.02  # of the extent: a later face must be this much better, or two would alternate
-ROUND_SLOPE = 0.05  # steeper than this, a round segment rolls over the end of a face
-GRAZE = 0.01  # of the extent: less overlap sideways than this is a pass, not a hit
-TOUCH = 0.1  # of the above: corners that overlap less in both directions pass as well
+REFERENCE_BIAS = 0.02  # of the extent: advantage that a later face needs, so that two do not alternate
+ROUND_SLOPE = 0.05  # largest slope at which a round segment rests on the end of a face
+GRAZE = 0.01  # of the extent: shapes with a smaller lateral overlap pass each other
+TOUCH = 0.1  # of GRAZE: corners that overlap less in both directions pass each other as well
+
+
+class RoundBox(NamedTuple):
+    """A box rounded by a radius: a capsule has no height, a circle also no width."""
+
+    half_x: float  # m
+    half_y: float
+    radius: float  # m
+
+
+class Face(NamedTuple):
+    """A reference face, rounded by a radius."""
+
+    frame: Pose  # its centre, x along the outward normal
+    half_width: float  # m, along y
+    radius: float  # m
+
+
+class Segment(NamedTuple):
+    """A segment opposite to a face, in the frame of the face."""
+
+    normal0: float  # m, of the first end, along the face's normal
+    side0: float  # m, along the face
+    normal1: float
+    side1: float
+    feature0: int
+    feature1: int
 
 
 @njit
-def clip_faces(
-    frame: Pose,
-    half_width: float,
-    normal0: float,
-    side0: float,
-    normal1: float,
-    side1: float,
-    radius_reference: float,
-    radius_incident: float,
-    graze: float,
-    margin: float,
-    feature0: int,
-    feature1: int,
-) -> Manifold:
-    """Contact of a reference face with a segment that looks at it.
+def box_of(shape_parameter: Any) -> RoundBox:
+    return RoundBox(shape_parameter.size[0], shape_parameter.size[1], shape_parameter.radius)
 
-    `frame` is the middle of the face, x along its outward normal; the face is y in
-    [-half_width, half_width].  The segment runs from (normal0, side0) to (normal1, side1) in it.
-    Normal from the reference to the segment's shape, as `frame` has it.
+
+@njit
+def clip_faces(face: Face, segment: Segment, radius_incident: float, graze: float, margin: float) -> Manifold:
+    """Return the contact of a reference face with an opposite segment, rounded by a radius.
+
+    The normal points from the reference face to the shape of the segment.
     """
+    frame, half_width, radius_reference = face
+    normal0, side0, normal1, side1, feature0, feature1 = segment
     radius = radius_reference + radius_incident
     nearest = min(normal0, normal1) - radius
     overlap = min(half_width, max(side0, side1)) - max(-half_width, min(side0, side1))
@@ -58,16 +73,13 @@ def clip_faces(
     deepest = side0 if normal0 < normal1 else side1
     beside = overlap < 0.0 or (abs(slope) > ROUND_SLOPE and abs(deepest) > half_width)
     if beside and not sharp:
-        return round_ends(
-            frame, half_width, normal0, side0, normal1, side1,
-            radius_reference, radius_incident, margin, feature0, feature1,
-        )  # fmt: skip
+        return round_ends(face, segment, radius_incident, margin)
     cut0 = min(max(side0, -half_width), half_width)
     cut1 = min(max(side1, -half_width), half_width)
     if overlap >= 0.0:
         normal0 += slope * (cut0 - side0)
         normal1 += slope * (cut1 - side1)
-    elif normal0 < normal1:  # deep and beside the face: the deepest end stands for all
+    elif normal0 < normal1:  # deep and beside the face: only the deepest end counts
         cut0 = side0
         cut1 = side0
         normal1 = normal0
@@ -103,20 +115,10 @@ def _on_face(frame: Pose, normal: float, side: float) -> tuple[float, float]:
 
 
 @njit
-def round_ends(
-    frame: Pose,
-    half_width: float,
-    normal0: float,
-    side0: float,
-    normal1: float,
-    side1: float,
-    radius_reference: float,
-    radius_incident: float,
-    margin: float,
-    feature0: int,
-    feature1: int,
-) -> Manifold:
-    """Corner of the face with a radius against a segment whose nearer end is beside the face."""
+def round_ends(face: Face, segment: Segment, radius_incident: float, margin: float) -> Manifold:
+    """Return the contact of a rounded corner of the face with a segment whose nearer end is beside the face."""
+    frame, half_width, radius_reference = face
+    normal0, side0, normal1, side1, feature0, feature1 = segment
     deepest = side0 if normal0 < normal1 else side1
     corner = half_width if deepest > 0.0 else -half_width
     dx = normal1 - normal0
@@ -133,7 +135,7 @@ def round_ends(
     if distance > 0.0:
         nx = x / distance
         ny = y / distance
-    if -x >= abs(y):  # more behind the face than beside it: the cores overlap
+    if -x >= abs(y):  # more below the face than beside it: the cores overlap
         nx = 1.0
         ny = 0.0
         distance = x
@@ -149,15 +151,14 @@ def round_ends(
 
 
 @njit
-def incident_face(
-    frame: Pose, pose: Pose, half_x: float, half_y: float
-) -> tuple[float, float, float, float, int, int]:
-    """Ends of the box face that looks at the face `frame` (see clip_faces) most squarely.
+def incident_face(frame: Pose, pose: Pose, box: RoundBox, feature: int) -> Segment:
+    """Return the face of the box's core that is most opposite to the face with that frame.
 
-    (normal0, side0, normal1, side1) in that frame and the two corners (0..3, counter-clockwise
-    from lower left), the lower number first.
+    Features: `feature` plus the corner (0..3, counter-clockwise from lower left), the lower one first.
     """
-    cos = frame.cos * pose.cos + frame.sin * pose.sin  # the box turned into the frame
+    half_x = box.half_x
+    half_y = box.half_y
+    cos = frame.cos * pose.cos + frame.sin * pose.sin  # the box rotated to the frame
     sin = frame.cos * pose.sin - frame.sin * pose.cos
     dx = pose.x - frame.x
     dy = pose.y - frame.y
@@ -172,9 +173,9 @@ def incident_face(
             x += half_x * cos
             y += half_x * sin
             corner0, corner1 = 1, 2
-        return (
+        return Segment(
             x + half_y * sin, y - half_y * cos, x - half_y * sin, y + half_y * cos,
-            corner0, corner1,
+            feature + corner0, feature + corner1,
         )  # fmt: skip
     # frame coordinates of the box's y axis are (-sin, cos)
     if sin < 0.0:  # bottom: corners 0 and 1
@@ -189,28 +190,30 @@ def incident_face(
         sign = -1.0
     dx = sign * half_x * cos
     dy = sign * half_x * sin
-    return x - dx, y - dy, x + dx, y + dy, corner0, corner1
+    return Segment(x - dx, y - dy, x + dx, y + dy, feature + corner0, feature + corner1)
 
 
 @njit
-def face_frame(pose: Pose, half_x: float, half_y: float, axis: int, side: float) -> Pose:
-    """Middle of a face of a box: axis 0 or 1 of the box, side 1 or -1; x along its normal."""
+def face_of(pose: Pose, box: RoundBox, axis: int, side: float) -> Face:
+    """Return a face of a box: axis 0 or 1 of the box, side 1 or -1."""
     if axis == 0:
         cos = side * pose.cos
         sin = side * pose.sin
-        half = half_x
+        half = box.half_x
+        width = box.half_y
     else:
         cos = -side * pose.sin
         sin = side * pose.cos
-        half = half_y
-    return Pose(pose.x + cos * half, pose.y + sin * half, cos, sin)
+        half = box.half_y
+        width = box.half_x
+    return Face(Pose(pose.x + cos * half, pose.y + sin * half, cos, sin), width, box.radius)
 
 
 @njit
-def reference_face(
-    pose_a: Pose, ax: float, ay: float, pose_b: Pose, bx: float, by: float, bias: float
-) -> tuple[float, int, float]:
-    """(core separation, face axis: 0, 1 of a or 2, 3 of b, side of it that looks at the other)."""
+def reference_face(pose_a: Pose, a: RoundBox, pose_b: Pose, b: RoundBox, bias: float) -> tuple[float, int, float]:
+    """Return (core separation, face axis: 0, 1 of a or 2, 3 of b, side that faces the other box)."""
+    ax, ay, _ = a
+    bx, by, _ = b
     cos = abs(pose_a.cos * pose_b.cos + pose_a.sin * pose_b.sin)
     sin = abs(pose_a.cos * pose_b.sin - pose_a.sin * pose_b.cos)
     dx = pose_b.x - pose_a.x
@@ -241,37 +244,15 @@ def reference_face(
 
 
 @njit
-def box_box(
-    pose_a: Pose,
-    ax: float,
-    ay: float,
-    radius_a: float,
-    pose_b: Pose,
-    bx: float,
-    by: float,
-    radius_b: float,
-    margin: float,
-) -> Manifold:
-    """Boxes of half-extents (ax, ay), (bx, by), each grown by its radius, in m."""
-    extent = min(min(ax, ay) + radius_a, min(bx, by) + radius_b)
-    best, face, side = reference_face(pose_a, ax, ay, pose_b, bx, by, REFERENCE_BIAS * extent)
-    if not best - radius_a - radius_b <= margin:
+def box_box(pose_a: Pose, a: RoundBox, pose_b: Pose, b: RoundBox, margin: float) -> Manifold:
+    extent = min(min(a.half_x, a.half_y) + a.radius, min(b.half_x, b.half_y) + b.radius)
+    best, axis, side = reference_face(pose_a, a, pose_b, b, REFERENCE_BIAS * extent)
+    if not best - a.radius - b.radius <= margin:
         return no_manifold()
     graze = GRAZE * extent
-    feature = (face * 2 + (1 if side > 0.0 else 0)) * 4
-    if face < 2:
-        frame = face_frame(pose_a, ax, ay, face, side)
-        width = ay if face == 0 else ax
-        n0, s0, n1, s1, corner0, corner1 = incident_face(frame, pose_b, bx, by)
-        return clip_faces(
-            frame, width, n0, s0, n1, s1, radius_a, radius_b,
-            graze, margin, feature + corner0, feature + corner1,
-        )  # fmt: skip
-    frame = face_frame(pose_b, bx, by, face - 2, side)
-    width = by if face == 2 else bx
-    n0, s0, n1, s1, corner0, corner1 = incident_face(frame, pose_a, ax, ay)
-    m = clip_faces(
-        frame, width, n0, s0, n1, s1, radius_b, radius_a,
-        graze, margin, feature + corner0, feature + corner1,
-    )  # fmt: skip
-    return flipped(m)
+    feature = (axis * 2 + (1 if side > 0.0 else 0)) * 4
+    if axis < 2:
+        face = face_of(pose_a, a, axis, side)
+        return clip_faces(face, incident_face(face.frame, pose_b, b, feature), b.radius, graze, margin)
+    face = face_of(pose_b, b, axis - 2, side)
+    return flipped(clip_faces(face, incident_face(face.frame, pose_a, a, feature), a.radius, graze, margin))

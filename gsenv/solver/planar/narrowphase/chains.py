@@ -1,4 +1,4 @@
-"""Chains of segments as terrains.py sees them: which part is near, which side is out, what lies over what."""
+"""Chains of segments for terrains.py: the near part, the outside, and feet of points on edges."""
 
 from __future__ import annotations
 
@@ -7,17 +7,17 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import int64
 
-from gsenv.solver.jit import njit
-from gsenv.solver.planar.math import Pose, to_world
-from gsenv.solver.planar.narrowphase.polygons import Outline, corner_of
-from gsenv.solver.planar.vertices import CONCAVE, CONVEX, FLAT, LEAF_SEGMENTS, leaf_count, leaf_misses, leaf_span
+from ...jit import njit
+from ..math import Pose, to_world
+from ..vertices import CONCAVE, CONVEX, FLAT, LEAF_SEGMENTS, leaf_count, leaf_misses, leaf_span
+from .polygons import Outline, corner_of
 
 
 class Chain(NamedTuple):
     """A terrain in its own frame."""
 
     first: int
-    vertices: int  # how many
+    vertices: int  # number of vertices
     leaves: int
     start: int  # leaves start .. stop - 1 are near the shape
     stop: int
@@ -26,17 +26,16 @@ class Chain(NamedTuple):
 class Mover(NamedTuple):
     """A shape near a chain, in the chain's frame."""
 
+    outline: Outline
     pose: Pose
-    middle_x: float  # m, of its corners
+    middle_x: float  # m, centre of its corners
     middle_y: float
-    size: float  # m, from the middle to the farthest corner
+    size: float  # m, from this centre to the farthest corner
     velocity_x: float  # m/s, of its frame's origin, relative to the chain
     velocity_y: float
     spin: float  # rad/s
-    horizon: float  # s, how far ahead to look
+    horizon: float  # s, time ahead in which contacts are searched
     margin: float  # m
-    radius: float  # m, around the corners
-    extent: float  # m
 
 
 @njit
@@ -48,7 +47,7 @@ def mover_of(
     horizon: float,
     margin: float,
 ) -> Mover:
-    """`pose` and `velocity` (m/s, m/s, rad/s) are relative to the chain."""
+    """Return the Mover of a shape; `pose` and `velocity` (m/s, m/s, rad/s) are relative to the chain."""
     x = 0.0
     y = 0.0
     for i in range(outline.corners):
@@ -62,10 +61,7 @@ def mover_of(
         corner_x, corner_y = corner_of(outline, vertices, i)
         size2 = max(size2, (corner_x - x) ** 2 + (corner_y - y) ** 2)
     x, y = to_world(pose, x, y)
-    return Mover(
-        pose, x, y, np.sqrt(size2), velocity[0], velocity[1], velocity[2],
-        horizon, margin, outline.radius, outline.extent,
-    )  # fmt: skip
+    return Mover(outline, pose, x, y, np.sqrt(size2), velocity[0], velocity[1], velocity[2], horizon, margin)
 
 
 @njit
@@ -73,7 +69,7 @@ def chain_near(shape_model: Any, vertices: Any, mover: Mover) -> Chain:
     first = int64(shape_model.vertex_first)
     count = int64(shape_model.vertex_count)
     leaves = leaf_count(count)
-    reach = 2.0 * mover.size + mover.radius + mover.margin + mover.extent
+    reach = 2.0 * mover.size + mover.outline.radius + mover.margin + mover.outline.extent
     x = mover.middle_x
     y = mover.middle_y
     start, stop = leaf_span(vertices, first, leaves, x - reach, y - reach, x + reach, y + reach)
@@ -90,7 +86,7 @@ def velocity_at(mover: Mover, x: float, y: float) -> tuple[float, float]:
 
 @njit
 def time_to_close(separation: float, approach: float, mover: Mover) -> float:
-    """When a gap closes, in s; the horizon if later, 0 if it is closed."""
+    """Return the time in s until a gap closes; at most the horizon, 0 if it is closed."""
     if separation <= 0.0:
         return 0.0
     if approach * mover.horizon <= separation:
@@ -99,11 +95,9 @@ def time_to_close(separation: float, approach: float, mover: Mover) -> float:
 
 
 @njit
-def nearest_edge(
-    chain: Chain, mover: Mover, vertices: Any, x: float, y: float
-) -> tuple[int, float, bool]:
-    """(edge or -1, signed distance in m, True if the point is outside of the solid)."""
-    reach = mover.margin + mover.radius + mover.size + mover.extent
+def nearest_edge(chain: Chain, mover: Mover, vertices: Any, x: float, y: float) -> tuple[int, float, bool]:
+    """Return (edge or -1, signed distance in m, whether the point is outside the solid)."""
+    reach = mover.margin + mover.outline.radius + mover.size + mover.outline.extent
     best = reach * reach
     edge = int64(-1)
     for leaf in range(chain.start, chain.stop):
@@ -124,17 +118,13 @@ def nearest_edge(
 
 @njit
 def along_edge(vertex: Any, x: float, y: float) -> float:
-    """Coordinate along the edge's direction, from its start; the normal is on its left."""
-    return vertex.normal[1] * (x - vertex.position[0]) - vertex.normal[0] * (
-        y - vertex.position[1]
-    )
+    """Return the coordinate along the edge from its start, m; the normal is on the left."""
+    return vertex.normal[1] * (x - vertex.position[0]) - vertex.normal[0] * (y - vertex.position[1])
 
 
 @njit
 def height_over(vertex: Any, x: float, y: float) -> float:
-    return vertex.normal[0] * (x - vertex.position[0]) + vertex.normal[1] * (
-        y - vertex.position[1]
-    )
+    return vertex.normal[0] * (x - vertex.position[0]) + vertex.normal[1] * (y - vertex.position[1])
 
 
 @njit
@@ -147,7 +137,7 @@ def distance_squared(vertex: Any, x: float, y: float) -> float:
 
 @njit
 def is_outside(chain: Chain, vertices: Any, edge: int, x: float, y: float) -> bool:
-    """Side of the point, given its nearest edge: at a ridge outside, at a valley inside."""
+    """Whether a point is outside, given its nearest edge; beyond its ends outside at a ridge, inside at a valley."""
     vertex = vertices[chain.first + edge]
     along = along_edge(vertex, x, y)
     turn = FLAT
@@ -164,10 +154,10 @@ def is_outside(chain: Chain, vertices: Any, edge: int, x: float, y: float) -> bo
 
 @njit
 def lies_over(chain: Chain, vertices: Any, edge: int, x: float, y: float) -> bool:
-    """True if the foot of the point is on the edge.
+    """Whether the foot of the point is on the edge.
 
-    Where the chain goes straight on, the shared vertex is judged by the later edge alone, so that
-    just one of the two has the foot.
+    Where the chain is straight, the shared vertex belongs to the later edge, so that exactly one of the
+    two has the foot.
     """
     vertex = vertices[chain.first + edge]
     if along_edge(vertex, x, y) < 0.0:
@@ -179,13 +169,11 @@ def lies_over(chain: Chain, vertices: Any, edge: int, x: float, y: float) -> boo
 
 
 @njit
-def beyond_arc(
-    chain: Chain, vertices: Any, i: int, dx: float, dy: float
-) -> tuple[float, float]:
-    """How far (dx, dy) leans back over the edge before vertex i, and forward over the one after.
+def beyond_arc(chain: Chain, vertices: Any, i: int, dx: float, dy: float) -> tuple[float, float]:
+    """Return by how much (dx, dy) is beyond the normal of the edge before vertex i, and of the edge after it.
 
-    Both negative between the normals.  At an end of an open chain the arc ends along the chain's
-    own direction: nothing hits the end from behind.
+    Both are negative between the normals.  At an end of an open chain the arc ends at the direction of
+    the chain: nothing hits the end from behind.
     """
     vertex = vertices[chain.first + i]
     if vertex.previous >= 0:

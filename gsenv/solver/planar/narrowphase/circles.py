@@ -1,26 +1,20 @@
-"""Circles against circles, boxes and capsules: all of them boxes grown by a radius."""
+"""Contacts of circles with circles, boxes and capsules, all of which are rounded boxes."""
 
 from __future__ import annotations
 
 import numpy as np
 from numba import int64
 
-from gsenv.solver.jit import njit
-from gsenv.solver.planar.math import Pose
-from gsenv.solver.planar.narrowphase.manifold import Manifold, no_manifold, point_manifold
+from ...jit import njit
+from ..math import Pose
+from .boxes import RoundBox
+from .manifold import Manifold, no_manifold, point_manifold
 
 
 @njit
-def box_circle(
-    pose_a: Pose,
-    half_x: float,
-    half_y: float,
-    radius_a: float,
-    pose_b: Pose,
-    radius_b: float,
-    margin: float,
-) -> Manifold:
-    """Grown box a, circle b: nearest point of the core, or its nearest face from inside."""
+def box_circle(pose_a: Pose, box: RoundBox, pose_b: Pose, radius_b: float, margin: float) -> Manifold:
+    """Return the contact of rounded box a and circle b, at the nearest point of the core or from inside."""
+    half_x, half_y, radius_a = box
     dx = pose_b.x - pose_a.x
     dy = pose_b.y - pose_a.y
     x = pose_a.cos * dx + pose_a.sin * dy

@@ -1,104 +1,81 @@
-"""Contacts of all pairs of one world."""
+"""Contacts of one pair of shapes."""
 
 from __future__ import annotations
 
 from typing import Any
 
 import numpy as np
-from numba import int64
 from numpy.typing import NDArray
 
-from gsenv.solver.jit import inline_njit, njit
-from gsenv.solver.planar.geometry import BASE_MARGIN
-from gsenv.solver.planar.math import Pose, relative, unrotate
-from gsenv.solver.planar.narrowphase.chains import chain_near, mover_of
-from gsenv.solver.planar.narrowphase.motion import Motion, motion_of, velocity_of
-from gsenv.solver.planar.narrowphase.polygons import outline_of
-from gsenv.solver.planar.narrowphase.predict import predict
-from gsenv.solver.planar.narrowphase.table import CHAINS, PAIR_TABLE, PLANES, collide
-from gsenv.solver.planar.narrowphase.terrains import Tally, terrain_contacts
-from gsenv.solver.planar.shapes import TERRAIN
+from ...core.detection import TOUCHING, with_motion
+from ...core.geometry import BASE_MARGIN, MovingShape, PlacedShape
+from ...jit import inline_njit, njit
+from ..kinds import TERRAIN
+from ..math import Pose, relative, rotate, to_world, unrotate
+from .chains import chain_near, mover_of
+from .manifold import Manifold
+from .motion import velocity_of
+from .polygons import outline_of
+from .predict import predict
+from .table import CHAINS, PAIR_TABLE, PLANES, collide
+from .terrains import Tally, terrain_contacts
 
 Array = NDArray[Any]
 
-TOUCHING = 0.005  # of the extent: a predicted pair this near is in contact
+
+@njit
+def collide_pair(world: Any, a: int, b: int, extent: float, margin: float, count: int) -> int:
+    """Write the contacts of shapes a and b from entry `count` of `world.scratch.found` on; returns the new count.
+
+    `extent` and `margin` are those of pair_scale, in m.
+    """
+    shapes = world.shapes
+    geometry = world.scratch.geometry
+    one = PlacedShape(a, pose_in(geometry[a]))
+    other = PlacedShape(b, pose_in(geometry[b]))
+    routine = PAIR_TABLE[shapes.models[a].kind, shapes.models[b].kind]
+    if routine == CHAINS:
+        return find_chain_contacts(world, shapes.vertices, one, other, margin, count)
+    m = collide(shapes, shapes.vertices, one, other, margin)
+    if not m.separation <= margin:
+        return count
+    lift = 0.0
+    if m.separation > BASE_MARGIN * extent or (m.points == 0 and m.separation > 0.0):  # a future contact
+        if routine == PLANES:
+            lift = 0.5  # to the surface of the body, for the lever arm of friction
+        else:
+            m = look_ahead(world, one, other, m, margin, extent)
+    return write_points(m, lift, world.scratch.found, count)
 
 
 @njit
-def find_contacts(
-    bodies: Array,
-    body_models: Array,
-    body_parameters: Array,
-    shape_models: Array,
-    shape_parameters: Array,
-    vertices: Array | None,
-    geometry: Array,
-    pairs: Array,
-    pair_count: int,
-    gravity: Array,
-    timestep: float,
-    contacts: Array,
-) -> int:
-    """Fill `contacts` for the first `pair_count` pairs, sorted as they are; returns how many.
+def look_ahead(
+    world: Any, one: PlacedShape, other: PlacedShape, now: Manifold, margin: float, extent: float
+) -> Manifold:
+    """Return the manifold at the time of contact; the present one where joints affect paths and free flight misses."""
+    a = with_motion(world, one)
+    b = with_motion(world, other)
+    ahead = predict(world.shapes, a, b, now, world.options.timestep, margin, TOUCHING * extent)
+    models = world.shapes.models
+    bodies = world.model.bodies
+    jointed = bodies[models[one.number].body].jointed | bodies[models[other.number].body].jointed
+    return ahead if ahead.points > 0 or jointed == 0 else now
 
-    `bodies`, `body_models`, `body_parameters` (body,); `shape_models`, `shape_parameters`,
-    `geometry` (shape,); `vertices` (vertex,) or None in a scene without polygons and terrains;
-    `pairs` (pair,); `gravity` (2,) m/s^2; `timestep` s; `contacts` (contact,).  If the result
-    exceeds len(contacts), only the first ones were written.
-    """
-    count = int64(0)  # not a literal: callees would be compiled for that as well
-    for p in range(pair_count):
-        a = int64(pairs[p].shape_a)
-        b = int64(pairs[p].shape_b)
-        routine = PAIR_TABLE[shape_models[a].kind, shape_models[b].kind]
-        extent, margin = pair_scale(
-            geometry[a], geometry[b], bodies[shape_models[a].body], bodies[shape_models[b].body],
-            shape_models[a].sensor | shape_models[b].sensor, timestep,
-        )  # fmt: skip
-        if routine == CHAINS:
-            if vertices is not None:
-                start = count
-                count = find_chain_contacts(
-                    bodies, body_models, body_parameters, shape_models, shape_parameters,
-                    vertices, geometry, a, b, gravity, timestep, margin, contacts, count,
-                )  # fmt: skip
-                for k in range(start, min(count, len(contacts))):
-                    label_contact(
-                        contacts[k], shape_models[a], shape_models[b], shape_parameters[a], shape_parameters[b],
-                        a, b, extent,
-                    )  # fmt: skip
-            continue
-        pose_a = pose_in(geometry[a])
-        pose_b = pose_in(geometry[b])
-        m = collide(shape_models, shape_parameters, vertices, a, b, pose_a, pose_b, margin)
-        if not m.separation <= margin:
-            continue
-        to_come = m.separation > BASE_MARGIN * extent or (m.points == 0 and m.separation > 0.0)
-        if to_come and routine != PLANES:
-            ahead = predict(
-                bodies, body_models, body_parameters, shape_models, shape_parameters, vertices,
-                a, b, pose_a, pose_b, m, gravity, timestep, margin, TOUCHING * extent,
-            )  # fmt: skip
-            jointed = body_models[shape_models[a].body].jointed | body_models[shape_models[b].body].jointed
-            if ahead.points > 0 or jointed == 0:  # where joints bend paths, free flight may miss
-                m = ahead
-        lift = 0.5 if to_come and routine == PLANES else 0.0  # onto the body, whose lever arm friction has
-        for k in range(m.points):
-            if count < len(contacts):
-                contact = contacts[count]
-                contact.normal[0] = m.normal_x
-                contact.normal[1] = m.normal_y
-                contact.point[0] = m.x1 if k else m.x0
-                contact.point[1] = m.y1 if k else m.y0
-                contact.separation = m.separation1 if k else m.separation0
-                contact.point[0] += lift * contact.separation * m.normal_x
-                contact.point[1] += lift * contact.separation * m.normal_y
-                contact.feature = m.feature1 if k else m.feature0
-                label_contact(
-                    contact, shape_models[a], shape_models[b], shape_parameters[a], shape_parameters[b],
-                    a, b, extent,
-                )  # fmt: skip
-            count += 1
+
+@njit
+def write_points(m: Manifold, lift: float, contacts: Array, count: int) -> int:
+    for k in range(m.points):
+        if count < len(contacts):
+            contact = contacts[count]
+            contact.normal[0] = m.normal_x
+            contact.normal[1] = m.normal_y
+            contact.point[0] = m.x1 if k else m.x0
+            contact.point[1] = m.y1 if k else m.y0
+            contact.separation = m.separation1 if k else m.separation0
+            contact.point[0] += lift * contact.separation * m.normal_x
+            contact.point[1] += lift * contact.separation * m.normal_y
+            contact.feature = m.feature1 if k else m.feature0
+        count += 1
     return count
 
 
@@ -108,13 +85,11 @@ def pose_in(entry: Any) -> Pose:
 
 
 @inline_njit
-def pair_scale(
-    one: Any, other: Any, body_a: Any, body_b: Any, sensor: int, timestep: float
-) -> tuple[float, float]:
-    """(extent, margin) of a pair in m, from the entries of its geometry and its bodies' states.
+def pair_scale(one: Any, other: Any, body_a: Any, body_b: Any, sensor: int, timestep: float) -> tuple[float, float]:
+    """Return (extent, margin) of a pair in m, from its records of geometry and the states of its bodies.
 
-    The smaller extent of its dynamic bodies; and the distance within which the two may touch in
-    this step.  Sensors see only what is there now.
+    They are the smaller extent of its dynamic bodies, and the distance within which the two may touch in
+    this step.  Sensors detect present overlaps only.
     """
     extent = min(one.extent, other.extent)
     if sensor != 0:
@@ -125,93 +100,46 @@ def pair_scale(
     return extent, margin + one.reach + other.reach
 
 
-@inline_njit
-def label_contact(
-    contact: Any, model_a: Any, model_b: Any, one: Any, other: Any, a: int, b: int, extent: float
-) -> None:
-    """What all points of a pair share: who, material, length scale; no impulse yet.
-
-    `one`, `other` are the parameters of shapes a and b.
-    """
-    contact.shape_a = a
-    contact.shape_b = b
-    contact.body_a = model_a.body
-    contact.body_b = model_b.body
-    contact.sensor = model_a.sensor | model_b.sensor
-    contact.friction = np.sqrt(one.friction * other.friction)
-    contact.restitution = max(one.restitution, other.restitution)
-    contact.extent = extent
-    for axis in range(2):
-        contact.impulse[axis] = 0.0
-        contact.total_impulse[axis] = 0.0
-
-
 @njit
 def find_chain_contacts(
-    bodies: Array,
-    body_models: Array,
-    body_parameters: Array,
-    shape_models: Array,
-    shape_parameters: Array,
-    vertices: Array,
-    geometry: Array,
-    a: int,
-    b: int,
-    gravity: Array,
-    timestep: float,
-    margin: float,
-    contacts: Array,
-    count: int,
+    world: Any, vertices: Array | None, one: PlacedShape, other: PlacedShape, margin: float, count: int
 ) -> int:
-    """Contacts of a pair of which one is a terrain, normals from a to b."""
-    terrain = a
-    shape = b
-    if shape_models[b].kind == TERRAIN:
-        terrain = b
-        shape = a
-    body = shape_models[terrain].body
-    terrain_motion = motion_of(
-        bodies[body], body_parameters[body], body_models[body].kind, gravity, timestep
-    )
-    body = shape_models[shape].body
-    shape_motion = motion_of(
-        bodies[body], body_parameters[body], body_models[body].kind, gravity, timestep
-    )
-    tally = chain_contacts(
-        shape_models, shape_parameters, vertices, terrain, shape, pose_in(geometry[terrain]),
-        pose_in(geometry[shape]), terrain_motion, shape_motion, margin, timestep, contacts, count,
-    )  # fmt: skip
-    if terrain == b:
-        for k in range(count, min(tally.total, len(contacts))):
-            for axis in range(2):
-                contacts[k].normal[axis] = -contacts[k].normal[axis]
+    """Find the contacts of a pair with a terrain, with normals from `one` to `other`."""
+    if vertices is None:
+        return count
+    flip = world.shapes.models[other.number].kind == TERRAIN
+    terrain = with_motion(world, other if flip else one)
+    shape = with_motion(world, one if flip else other)
+    contacts = world.scratch.found
+    tally = chain_contacts(world.shapes, vertices, terrain, shape, margin, world.options.timestep, contacts, count)
+    pose = terrain.pose
+    for k in range(count, min(tally.total, len(contacts))):
+        contact = contacts[k]
+        contact.point[0], contact.point[1] = to_world(pose, contact.point[0], contact.point[1])
+        nx, ny = rotate(pose.cos, pose.sin, contact.normal[0], contact.normal[1])
+        contact.normal[0] = -nx if flip else nx
+        contact.normal[1] = -ny if flip else ny
     return tally.total
 
 
 @njit
 def chain_contacts(
-    shape_models: Array,
-    shape_parameters: Array,
+    shapes: Any,
     vertices: Array,
-    terrain: int,
-    shape: int,
-    terrain_pose: Pose,
-    shape_pose: Pose,
-    terrain_motion: Motion,
-    shape_motion: Motion,
+    terrain: MovingShape,
+    shape: MovingShape,
     margin: float,
-    timestep: float,
+    horizon: float,
     contacts: Array,
     count: int,
 ) -> Tally:
-    """The same with the terrain first: everything is put into its frame."""
-    outline = outline_of(shape_models[shape], shape_parameters[shape])
-    ux, uy = velocity_of(shape_motion, shape_pose.x, shape_pose.y, 0.0)
-    wx, wy = velocity_of(terrain_motion, shape_pose.x, shape_pose.y, 0.0)
-    ux, uy = unrotate(terrain_pose.cos, terrain_pose.sin, ux - wx, uy - wy)
-    velocity = (ux, uy, shape_motion.spin - terrain_motion.spin)
-    mover = mover_of(
-        outline, vertices, relative(terrain_pose, shape_pose), velocity, timestep, margin
-    )
-    chain = chain_near(shape_models[terrain], vertices, mover)
-    return terrain_contacts(chain, terrain_pose, outline, mover, vertices, contacts, count)
+    """Find these contacts for the next `horizon` s in the terrain's frame, with normals out of the terrain."""
+    outline = outline_of(shapes.models[shape.number], shapes.parameters[shape.number])
+    frame = terrain.pose
+    ux, uy = velocity_of(shape.motion, shape.pose.x, shape.pose.y, 0.0)
+    wx, wy = velocity_of(terrain.motion, shape.pose.x, shape.pose.y, 0.0)
+    ux, uy = unrotate(frame.cos, frame.sin, ux - wx, uy - wy)
+    velocity = (ux, uy, shape.motion.spin - terrain.motion.spin)
+    mover = mover_of(outline, vertices, relative(frame, shape.pose), velocity, horizon, margin)
+    chain = chain_near(shapes.models[terrain.number], vertices, mover)
+    return terrain_contacts(chain, mover, vertices, contacts, count)

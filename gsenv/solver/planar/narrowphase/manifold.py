@@ -1,4 +1,4 @@
-"""What two convex planar shapes say of each other: one normal, at most two points."""
+"""The contact of two convex 2D shapes: one normal, at most two points."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gsenv.solver.jit import njit
+from ...jit import njit
 
 
 class Manifold(NamedTuple):
@@ -19,10 +19,10 @@ class Manifold(NamedTuple):
     points: int
     normal_x: float  # from a to b
     normal_y: float
-    separation: float  # m, negative = overlap, of the whole
-    x0: float  # m, half-way between the two surfaces
+    separation: float  # m, smallest of all, negative for an overlap
+    x0: float  # m, midpoint between the two surfaces
     y0: float
-    separation0: float  # m, of the point
+    separation0: float  # m, at the point
     feature0: int
     x1: float
     y1: float
@@ -37,22 +37,18 @@ def no_manifold() -> Manifold:
 
 @njit
 def bare_manifold(normal_x: float, normal_y: float, separation: float) -> Manifold:
-    """A separating direction without points."""
+    """Return a separating direction without points."""
     return Manifold(0, normal_x, normal_y, separation, 0.0, 0.0, 0.0, 0, 0.0, 0.0, 0.0, 0)
 
 
 @njit
-def point_manifold(
-    normal_x: float, normal_y: float, x: float, y: float, separation: float, feature: int
-) -> Manifold:
-    return Manifold(
-        1, normal_x, normal_y, separation, x, y, separation, feature, 0.0, 0.0, 0.0, 0
-    )
+def point_manifold(normal_x: float, normal_y: float, x: float, y: float, separation: float, feature: int) -> Manifold:
+    return Manifold(1, normal_x, normal_y, separation, x, y, separation, feature, 0.0, 0.0, 0.0, 0)
 
 
 @njit
 def flipped(m: Manifold) -> Manifold:
-    """The same contact seen as b with a."""
+    """Return the contact with shapes a and b exchanged."""
     return Manifold(
         m.points,
         -m.normal_x,

@@ -1,6 +1,6 @@
-"""Polygons against polygons, boxes, capsules and circles: separating axes and clipping.
+"""Contacts of polygons with polygons, boxes, capsules and circles: separating axes and clipping.
 
-Both sides are seen as outlines: corners counter-clockwise and a radius around them.
+Both shapes are outlines: corners counter-clockwise and a radius around them.
 """
 
 from __future__ import annotations
@@ -10,15 +10,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import int64
 
-from gsenv.solver.jit import njit
-from gsenv.solver.planar.math import Pose, relative, to_world
-from gsenv.solver.planar.narrowphase.boxes import GRAZE, REFERENCE_BIAS, clip_faces
-from gsenv.solver.planar.narrowphase.manifold import (
-    Manifold,
-    flipped,
-    no_manifold,
-    point_manifold,
-)
+from ...jit import njit
+from ..math import Pose, relative, to_world
+from .boxes import GRAZE, REFERENCE_BIAS, Face, Segment, clip_faces
+from .manifold import Manifold, flipped, no_manifold, point_manifold
 
 
 class Outline(NamedTuple):
@@ -34,7 +29,7 @@ class Outline(NamedTuple):
 
 @njit
 def outline_of(shape_model: Any, shape_parameter: Any) -> Outline:
-    """A circle is one corner, a capsule two, a box four."""
+    """Return the outline of a shape; a circle has one corner, a capsule two, a box four."""
     half_x = shape_parameter.size[0]
     half_y = shape_parameter.size[1]
     radius = shape_parameter.radius
@@ -58,7 +53,7 @@ def corner_of(outline: Outline, vertices: Any, i: int) -> tuple[float, float]:
 
 @njit
 def edge_normal(outline: Outline, vertices: Any, i: int) -> tuple[float, float]:
-    """Outward normal of the edge from corner i to the next one; a capsule has the edges 0 and 1."""
+    """Return the outward normal of the edge from corner i to the next one; a capsule has edges 0 and 1."""
     if outline.first >= 0:
         normal = vertices[outline.first + i].normal
         return normal[0], normal[1]
@@ -75,7 +70,7 @@ def edge_normal(outline: Outline, vertices: Any, i: int) -> tuple[float, float]:
 
 @njit
 def support(outline: Outline, vertices: Any, x: float, y: float) -> tuple[float, int]:
-    """Least x * corner and its corner: how far the shape reaches against (x, y)."""
+    """Return the smallest dot product of (x, y) and a corner, and that corner."""
     least = np.inf
     lowest = 0
     for i in range(outline.corners):
@@ -89,15 +84,13 @@ def support(outline: Outline, vertices: Any, x: float, y: float) -> tuple[float,
 
 @njit
 def best_edge(a: Outline, b: Outline, vertices: Any, b_in_a: Pose) -> tuple[float, int]:
-    """Edge of a with the greatest core separation from b, and that separation."""
+    """Return the largest core separation of an edge of a from b, and that edge."""
     best = -np.inf
     edge = 0
     for i in range(a.corners if a.corners > 1 else 0):
         nx, ny = edge_normal(a, vertices, i)
         x, y = corner_of(a, vertices, i)
-        least, _ = support(
-            b, vertices, b_in_a.cos * nx + b_in_a.sin * ny, b_in_a.cos * ny - b_in_a.sin * nx
-        )
+        least, _ = support(b, vertices, b_in_a.cos * nx + b_in_a.sin * ny, b_in_a.cos * ny - b_in_a.sin * nx)
         separation = nx * (b_in_a.x - x) + ny * (b_in_a.y - y) + least
         if separation > best:
             best = separation
@@ -106,20 +99,20 @@ def best_edge(a: Outline, b: Outline, vertices: Any, b_in_a: Pose) -> tuple[floa
 
 
 @njit
-def edge_frame(outline: Outline, vertices: Any, edge: int, pose: Pose) -> tuple[Pose, float]:
-    """Middle of an edge in the world, x along its normal; and half its length."""
+def edge_face(outline: Outline, vertices: Any, edge: int, pose: Pose) -> Face:
+    """Return an edge as a face in the world."""
     nx, ny = edge_normal(outline, vertices, edge)
     x0, y0 = corner_of(outline, vertices, edge)
     x1, y1 = corner_of(outline, vertices, (edge + 1) % outline.corners)
     x, y = to_world(pose, 0.5 * (x0 + x1), 0.5 * (y0 + y1))
     cos = pose.cos * nx - pose.sin * ny
     sin = pose.sin * nx + pose.cos * ny
-    return Pose(x, y, cos, sin), 0.5 * abs(nx * (y1 - y0) - ny * (x1 - x0))
+    return Face(Pose(x, y, cos, sin), 0.5 * abs(nx * (y1 - y0) - ny * (x1 - x0)), outline.radius)
 
 
 @njit
 def looking_edge(outline: Outline, vertices: Any, shape_in_frame: Pose) -> tuple[int, int]:
-    """Corners of the edge that looks most squarely against the frame's x axis, lower one first."""
+    """Return the corners of the edge that is most opposite to the frame's x axis, the lower one first."""
     if outline.corners == 1:
         return 0, 0
     least = np.inf
@@ -135,81 +128,43 @@ def looking_edge(outline: Outline, vertices: Any, shape_in_frame: Pose) -> tuple
 
 
 @njit
-def polygon_polygon(
-    a: Outline, pose_a: Pose, b: Outline, pose_b: Pose, vertices: Any, margin: float
-) -> Manifold:
-    """Any two outlines of which at least one is a polygon."""
+def polygon_polygon(a: Outline, pose_a: Pose, b: Outline, pose_b: Pose, vertices: Any, margin: float) -> Manifold:
+    """Return the contact of two outlines of which one is a polygon; features are in base 64, edges of b from 64 on."""
     radius = a.radius + b.radius
     best, edge = best_edge(a, b, vertices, relative(pose_a, pose_b))
     other, other_edge = best_edge(b, a, vertices, relative(pose_b, pose_a))
     if not max(best, other) - radius <= margin:
         return no_manifold()
     extent = min(a.extent, b.extent)
+    graze = GRAZE * extent
     if other > best + REFERENCE_BIAS * extent:
-        return flipped(
-            face_contact(b, pose_b, other_edge, a, pose_a, vertices, extent, margin, int64(64))
-        )
-    return face_contact(a, pose_a, edge, b, pose_b, vertices, extent, margin, int64(0))
-
-
-@njit
-def face_contact(
-    a: Outline,
-    pose_a: Pose,
-    edge: int,
-    b: Outline,
-    pose_b: Pose,
-    vertices: Any,
-    extent: float,
-    margin: float,
-    first_feature: int,
-) -> Manifold:
-    """Contact with an edge of a as the reference; features count in base 64."""
-    frame, half_width = edge_frame(a, vertices, edge, pose_a)
-    return face_manifold(
-        frame, half_width, a.radius, b, pose_b, vertices, GRAZE * extent, margin,
-        (first_feature + edge) * 64,
-    )  # fmt: skip
+        face = edge_face(b, vertices, other_edge, pose_b)
+        return flipped(face_manifold(face, a, pose_a, vertices, graze, margin, (64 + other_edge) * 64))
+    face = edge_face(a, vertices, edge, pose_a)
+    return face_manifold(face, b, pose_b, vertices, graze, margin, edge * 64)
 
 
 @njit
 def face_manifold(
-    frame: Pose,
-    half_width: float,
-    radius: float,
-    b: Outline,
-    pose_b: Pose,
-    vertices: Any,
-    graze: float,
-    margin: float,
-    feature: int,
+    face: Face, b: Outline, pose_b: Pose, vertices: Any, graze: float, margin: float, feature: int
 ) -> Manifold:
-    """A face as in clip_faces, grown by a radius, with an outline."""
-    b_in_frame = relative(frame, pose_b)
+    """Return the contact of a face with an outline; `feature` is the first of 64 ids."""
+    b_in_frame = relative(face.frame, pose_b)
     corner0, corner1 = looking_edge(b, vertices, b_in_frame)
     x0, y0 = corner_of(b, vertices, corner0)
     normal0, side0 = to_world(b_in_frame, x0, y0)
     if b.corners == 1:
-        return corner_contact(frame, half_width, normal0, side0, radius, b.radius, margin)
+        return corner_contact(face, normal0, side0, b.radius, margin)
     x1, y1 = corner_of(b, vertices, corner1)
     normal1, side1 = to_world(b_in_frame, x1, y1)
-    return clip_faces(
-        frame, half_width, normal0, side0, normal1, side1, radius, b.radius,
-        graze, margin, feature + corner0, feature + corner1,
-    )  # fmt: skip
+    segment = Segment(normal0, side0, normal1, side1, feature + corner0, feature + corner1)
+    return clip_faces(face, segment, b.radius, graze, margin)
 
 
 @njit
-def corner_contact(
-    frame: Pose,
-    half_width: float,
-    normal: float,
-    side: float,
-    radius_a: float,
-    radius_b: float,
-    margin: float,
-) -> Manifold:
-    """A face with a circle: nearest point of the face; one feature all around."""
+def corner_contact(face: Face, normal: float, side: float, radius_b: float, margin: float) -> Manifold:
+    """Return the contact of a face with a circle, at the nearest point of the face; all have one feature id."""
+    frame, half_width, radius_a = face
     near = min(max(side, -half_width), half_width)
     beside = side - near
     distance = normal

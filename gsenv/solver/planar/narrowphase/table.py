@@ -1,4 +1,4 @@
-"""The pair table: which routine handles which two kinds of shape."""
+"""The pair table: the routine for each pair of kinds of shapes."""
 
 from __future__ import annotations
 
@@ -7,20 +7,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gsenv.solver.jit import njit
-from gsenv.solver.planar.math import Pose
-from gsenv.solver.planar.narrowphase.boxes import box_box
-from gsenv.solver.planar.narrowphase.circles import box_circle
-from gsenv.solver.planar.narrowphase.half_planes import half_plane_box, half_plane_polygon
-from gsenv.solver.planar.narrowphase.manifold import Manifold, flipped, no_manifold
-from gsenv.solver.planar.narrowphase.polygons import outline_of, polygon_polygon
-from gsenv.solver.planar.shapes import CIRCLE, HALF_PLANE, POLYGON
+from ...core.geometry import PlacedShape
+from ...jit import njit
+from ..kinds import CIRCLE, HALF_PLANE, POLYGON
+from .boxes import box_box, box_of
+from .circles import box_circle
+from .half_planes import half_plane_box, half_plane_polygon
+from .manifold import Manifold, flipped, no_manifold
+from .polygons import outline_of, polygon_polygon
 
 Array = NDArray[Any]
 
-NONE = 0  # excluded: neither ever moves by itself
-ROUND = 1  # circles.box_circle: a circle, a capsule is a box with a radius
-BOXES = 2  # boxes.box_box, the same
+NONE = 0  # excluded: neither shape can belong to a dynamic body
+ROUND = 1  # circles.box_circle: circles and capsules are rounded boxes
+BOXES = 2  # boxes.box_box, likewise
 POLYGONS = 3  # polygons.polygon_polygon
 PLANES = 4  # half_planes.half_plane_box and half_plane_polygon
 CHAINS = 5  # terrains.terrain_contacts
@@ -39,44 +39,33 @@ PAIR_TABLE = np.array([
 
 
 @njit
-def collide(
-    shape_models: Array,
-    shape_parameters: Array,
-    vertices: Array | None,
-    a: int,
-    b: int,
-    pose_a: Pose,
-    pose_b: Pose,
-    margin: float,
-) -> Manifold:
-    """Manifold of shapes a and b at the given poses, normal from a to b; not for terrains."""
-    kind_a = shape_models[a].kind
-    kind_b = shape_models[b].kind
+def collide(shapes: Any, vertices: Array | None, a: PlacedShape, b: PlacedShape, margin: float) -> Manifold:
+    """Return the manifold of two shapes, normal from a to b; not for terrains.
+
+    `vertices` are those of the shapes, None in a scene without polygons and terrains; `margin` in m.
+    """
+    models = shapes.models
+    kind_a = models[a.number].kind
+    kind_b = models[b.number].kind
     routine = PAIR_TABLE[kind_a, kind_b]
-    # the routines want half-planes first and circles last
+    # the routines take half-planes first and circles last
     swapped = kind_b == HALF_PLANE or (routine == ROUND and kind_a == CIRCLE)
     if swapped:
         a, b = b, a
-        pose_a, pose_b = pose_b, pose_a
-    one = shape_parameters[a]
-    other = shape_parameters[b]
+    one = box_of(shapes.parameters[a.number])
+    other = box_of(shapes.parameters[b.number])
     m = no_manifold()
     if routine == BOXES:
-        m = box_box(
-            pose_a, one.size[0], one.size[1], one.radius,
-            pose_b, other.size[0], other.size[1], other.radius, margin,
-        )  # fmt: skip
+        m = box_box(a.pose, one, b.pose, other, margin)
     elif routine == ROUND:
-        m = box_circle(
-            pose_a, one.size[0], one.size[1], one.radius, pose_b, other.radius, margin
-        )
-    elif routine == PLANES and shape_models[b].kind != POLYGON:
-        m = half_plane_box(pose_a, pose_b, other.size[0], other.size[1], other.radius, margin)
+        m = box_circle(a.pose, one, b.pose, other.radius, margin)
+    elif routine == PLANES and models[b.number].kind != POLYGON:
+        m = half_plane_box(a.pose, b.pose, other, margin)
     elif vertices is not None:
-        outline_b = outline_of(shape_models[b], other)
+        outline_b = outline_of(models[b.number], shapes.parameters[b.number])
         if routine == PLANES:
-            m = half_plane_polygon(pose_a, pose_b, outline_b, vertices, margin)
+            m = half_plane_polygon(a.pose, b.pose, outline_b, vertices, margin)
         elif routine == POLYGONS:
-            outline_a = outline_of(shape_models[a], one)
-            m = polygon_polygon(outline_a, pose_a, outline_b, pose_b, vertices, margin)
+            outline_a = outline_of(models[a.number], shapes.parameters[a.number])
+            m = polygon_polygon(outline_a, a.pose, outline_b, b.pose, vertices, margin)
     return flipped(m) if swapped else m

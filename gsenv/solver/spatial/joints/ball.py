@@ -1,4 +1,4 @@
-"""Ball: an anchor of b held at an anchor of a; both turn freely about it."""
+"""Ball: two anchors coincide; the bodies rotate freely about them."""
 
 from __future__ import annotations
 
@@ -10,8 +10,7 @@ from .point import set_point_rows
 
 @njit
 def add_ball_rows(
-    rows: Any, row: Any, parameters: Any, bodies: Any, body_parameters: Any, motions: Any, h: Any
-) -> Any:
-    """Slots: 0 to 2 the anchor."""
-    set_point_rows(rows, row, parameters, bodies, body_parameters, motions, h)
-    return row + 3
+    rows: Any, row: Any, parameters: Any, bodies: Any, body_parameters: Any, substep_bodies: Any, h: Any
+) -> None:
+    """Write the rows of a ball joint. Slots: 0 to 2 the anchor."""
+    set_point_rows(rows, row, parameters, bodies, body_parameters, substep_bodies, h)

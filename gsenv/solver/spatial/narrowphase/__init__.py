@@ -1,5 +1,1 @@
-"""Contacts between shapes."""
-
-from gsenv.solver.spatial.narrowphase.find import find_contacts
-
-__all__ = ["find_contacts"]
+"""Contacts between pairs of 3D shapes: the pair table and one file for each family of pairs."""

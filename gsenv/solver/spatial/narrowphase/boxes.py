@@ -1,4 +1,4 @@
-"""Box against box: separating axes, then clipping of the faces, or the point where two edges cross.
+"""Contacts of two boxes: separating axes, then clipping of the faces, or the point where two edges cross.
 
 S. Gottschalk, M. Lin, D. Manocha, "OBBTree", SIGGRAPH 1996: six face normals and nine edge pairs.
 """
@@ -10,21 +10,21 @@ from typing import Any
 import numpy as np
 from numba import int64
 
-from gsenv.solver.jit import njit
-from gsenv.solver.spatial.math import Pose, Vec, add, along, cross, dot, rotate, scaled, sub, unrotate
-from gsenv.solver.spatial.narrowphase.clip import FEATURES, LABELS, WITNESS
-from gsenv.solver.spatial.narrowphase.features import EDGE_ID
-from gsenv.solver.spatial.narrowphase.manifold import add_point, set_normal
-from gsenv.solver.spatial.narrowphase.solids import Solid
+from ...jit import njit
+from ..math import Pose, Vec, add, along, cross, dot, rotate, scaled, sub, unrotate
+from .clip import FEATURES, LABELS, WITNESS
+from .features import EDGE_ID
+from .manifold import add_point, begin_manifold
+from .solids import Solid
 
-FACE_BIAS = 0.01  # of the extent: a face of b, or edges, must be this much better, or two would alternate
+FACE_BIAS = 0.01  # of the extent: advantage that a face of b or edges need, so that two do not alternate
 EDGE_BIAS = 0.05  # of the depth, likewise
-MIN_SINE2 = 1e-8  # edges nearer to parallel have no normal of their own; the faces say it all
+MIN_SINE2 = 1e-8  # edges nearer to parallel have no common normal; the faces suffice
 
 
 @njit
 def edge_axis(e: Vec, f: Vec, d: Vec, half: Vec, one: Vec, half_one: float, two: Vec, half_two: float) -> float:
-    """Separation along e x f; `half` of box a (whose frame this is), b's other axes with their half-extents."""
+    """Return the separation along e x f, in the frame of box a with `half`; one, two: b's other axes with extents."""
     look = cross(e, f)
     length2 = dot(look, look)
     if length2 < MIN_SINE2:
@@ -36,7 +36,7 @@ def edge_axis(e: Vec, f: Vec, d: Vec, half: Vec, one: Vec, half_one: float, two:
 
 @njit
 def best_face(d: Vec, x: Vec, y: Vec, z: Vec, a: Vec, b: Vec, bias: float) -> tuple[float, int]:
-    """(separation, face normal: 0, 1, 2 of a or 3, 4, 5 of b); b's middle d and axes in a's frame."""
+    """Return (separation, face normal: 0, 1, 2 of a or 3, 4, 5 of b); b's centre d and axes in a's frame."""
     best = abs(d[0]) - a[0] - b[0] * abs(x[0]) - b[1] * abs(y[0]) - b[2] * abs(z[0])
     face = int64(0)
     s = abs(d[1]) - a[1] - b[0] * abs(x[1]) - b[1] * abs(y[1]) - b[2] * abs(z[1])
@@ -67,7 +67,7 @@ def best_face(d: Vec, x: Vec, y: Vec, z: Vec, a: Vec, b: Vec, bias: float) -> tu
 
 @njit
 def best_edges(d: Vec, x: Vec, y: Vec, z: Vec, a: Vec, b: Vec) -> tuple[float, int]:
-    """(separation, 3 i + j: edges i of a and j of b)."""
+    """Return (separation, 3 i + j: edges i of a and j of b)."""
     best = -np.inf
     pair = int64(0)
     for i in range(3):
@@ -95,35 +95,33 @@ def axis_of(pose: Pose, i: int) -> Vec:
 
 
 @njit
-def boxes_direction(
-    a: Solid, pose_a: Pose, b: Solid, pose_b: Pose, margin: float
-) -> tuple[Vec, float, float, int, bool, Vec]:
-    """Which faces or edges part the boxes best.
+def boxes_direction(a: Solid, b: Solid, margin: float) -> tuple[Vec, float, float, int, bool, Vec]:
+    """Find the faces or edges with the largest separation of the boxes.
 
-    (normal of the face, separation along it, along the best edges' normal, these edges as in best_edges,
-    whether they decide, half-way under the corner that is deepest behind the face)
+    Returns (normal of the face, separation along it, along the best edges' normal, these edges as in best_edges,
+    whether the edges decide, midpoint under the corner that is deepest below the face).
     """
-    d = sub(pose_b.at, pose_a.at)
-    local = unrotate(pose_a, d)
-    x = unrotate(pose_a, pose_b.x)
-    y = unrotate(pose_a, pose_b.y)
-    z = unrotate(pose_a, pose_b.z)
+    d = sub(b.pose.at, a.pose.at)
+    local = unrotate(a.pose, d)
+    x = unrotate(a.pose, b.pose.x)
+    y = unrotate(a.pose, b.pose.y)
+    z = unrotate(a.pose, b.pose.z)
     bias = FACE_BIAS * min(a.extent, b.extent)
     best, face = best_face(local, x, y, z, a.half, b.half, bias)
-    n = axis_of(pose_a, face) if face < 3 else axis_of(pose_b, face - 3)
+    n = axis_of(a.pose, face) if face < 3 else axis_of(b.pose, face - 3)
     if dot(n, d) < 0.0:
         n = scaled(n, -1.0)
     if not best <= margin:
         return n, best, -np.inf, int64(0), False, n
     by_edges, pair = best_edges(local, x, y, z, a.half, b.half)
-    corner = box_corner(b.half, pose_b, scaled(n, -1.0)) if face < 3 else box_corner(a.half, pose_a, n)
+    corner = box_corner(b.half, b.pose, scaled(n, -1.0)) if face < 3 else box_corner(a.half, a.pose, n)
     middle = along(corner, (-0.5 if face < 3 else 0.5) * best, n)
     return n, best, by_edges, pair, by_edges > best + max(bias, EDGE_BIAS * abs(best)), middle
 
 
 @njit
 def box_corner(half: Vec, pose: Pose, d: Vec) -> Vec:
-    """The corner farthest along d."""
+    """Return the corner farthest along d."""
     look = unrotate(pose, d)
     x = half[0] if look[0] >= 0.0 else -half[0]
     y = half[1] if look[1] >= 0.0 else -half[1]
@@ -132,25 +130,21 @@ def box_corner(half: Vec, pose: Pose, d: Vec) -> Vec:
 
 
 @njit
-def cross_edges(
-    a: Solid, pose_a: Pose, b: Solid, pose_b: Pose, origin: Vec, separation: float, pair: int, m: Any
-) -> None:
-    """Fill m: the edges that look at each other along the normal to both; no point where they pass by."""
-    d = sub(pose_b.at, pose_a.at)
+def cross_edges(a: Solid, b: Solid, origin: Vec, separation: float, pair: int, m: Any) -> None:
+    """Fill m with the contact of two edges along their common normal; no point where they pass each other."""
+    d = sub(b.pose.at, a.pose.at)
     i = pair // 3
     j = pair - 3 * i
-    e = axis_of(pose_a, i)
-    f = axis_of(pose_b, j)
+    e = axis_of(a.pose, i)
+    f = axis_of(b.pose, j)
     n = cross(e, f)
     sine2 = dot(n, n)
     n = scaled(n, 1.0 / np.sqrt(sine2))
     if dot(n, d) < 0.0:
         n = scaled(n, -1.0)
-    m.count = 0
-    m.separation = separation
-    set_normal(m, n)
-    p, code_a = edge_middle(a.half, pose_a, i, n)
-    q, code_b = edge_middle(b.half, pose_b, j, scaled(n, -1.0))
+    begin_manifold(m, n, separation)
+    p, code_a = edge_middle(a.half, a.pose, i, n)
+    q, code_b = edge_middle(b.half, b.pose, j, scaled(n, -1.0))
     gap = sub(q, p)
     c = dot(e, f)
     s = (dot(gap, e) - c * dot(gap, f)) / sine2
@@ -167,7 +161,7 @@ def cross_edges(
 
 @njit
 def edge_middle(half: Vec, pose: Pose, axis: int, d: Vec) -> tuple[Vec, int]:
-    """Middle of the edge along an axis that is farthest along d, and its number."""
+    """Return the midpoint of the edge along an axis that is farthest along d, and its number."""
     look = unrotate(pose, d)
     x = 0.0 if axis == 0 else (half[0] if look[0] >= 0.0 else -half[0])
     y = 0.0 if axis == 1 else (half[1] if look[1] >= 0.0 else -half[1])

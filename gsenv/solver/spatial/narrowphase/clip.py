@@ -1,8 +1,8 @@
-"""Contact points along a given normal: where the supporting features of two shapes lie over each other.
+"""Contact points along a given normal: where the supporting features of two shapes overlap in its projection.
 
-Both features are seen along the normal; the corners of what they have in common are the possible points,
-each with the gap between the two surfaces there.  At most four stay: a deep one and those that span the
-largest area with it.  Polygons are cut edge by edge (I. Sutherland, G. Hodgman, "Reentrant polygon
+Both features are projected along the normal; the corners of their intersection are the candidates, each with
+the gap between the two surfaces there.  At most four are kept: a deep one and those that span the largest
+area with it.  Polygons are clipped edge by edge (I. Sutherland, G. Hodgman, "Reentrant polygon
 clipping", 1974).
 """
 
@@ -14,45 +14,34 @@ import numpy as np
 from numba import int64
 from numpy.typing import NDArray
 
-from gsenv.solver.jit import njit
-from gsenv.solver.spatial.math import Pose, Vec, scaled, tangents
-from gsenv.solver.spatial.narrowphase.features import find_feature
-from gsenv.solver.spatial.narrowphase.manifold import MAX_POINTS, add_point, set_normal
-from gsenv.solver.spatial.narrowphase.scratch import CLIP_MAX
-from gsenv.solver.spatial.narrowphase.solids import Solid
+from ...jit import njit
+from ..math import Vec, scaled, vec
+from .features import Basis, basis_of, find_feature
+from .manifold import MAX_POINTS, add_point
+from .scratch import CLIP_MAX
+from .solids import Solid
 
 Array = NDArray[Any]
 
-OVERHANG = 1e-6  # of a feature's size: what lies this little beside the other one still counts as on it
-PARALLEL = 0.05  # sine: lines nearer to parallel than this touch in two points
-LEVEL = 5e-4  # of the width: flatter contacts need not hold their deepest point
-DEEP = 200.0  # m of width that a point gives up for 1 m of depth
-WITNESS = 127  # label of a point that is no corner of a feature
+OVERHANG = 1e-6  # of a feature's size: points this little beside the other feature count as on it
+PARALLEL = 0.05  # sine: lines nearer to parallel touch in two points
+LEVEL = 5e-4  # of the width: flatter contacts need not contain their deepest point
+DEEP = 200.0  # m of width that count as much as 1 m of depth in the choice of points
+WITNESS = 127  # label of a point that is not a corner of a feature
 LABELS = 128
 FEATURES = 2048
 
 
 @njit
-def touch(
-    a: Solid,
-    pose_a: Pose,
-    b: Solid,
-    pose_b: Pose,
-    vertices: Array | None,
-    origin: Vec,
-    n: Vec,
-    separation: float,
-    margin: float,
-    m: Any,
-    scratch: Any,
-) -> float:
-    """Fill m along the unit normal n; poses count from `origin`.  Returns the least gap, infinite without points."""
-    m.count = 0
-    m.separation = separation
-    set_normal(m, n)
-    t, s = tangents(n)
-    find_feature(a, vertices, pose_a, n, t, s, n, int64(0), scratch)
-    find_feature(b, vertices, pose_b, scaled(n, -1.0), t, s, n, int64(1), scratch)
+def touch(a: Solid, b: Solid, vertices: Array | None, origin: Vec, margin: float, m: Any, scratch: Any) -> float:
+    """Write the points of the manifold m along its normal; poses are relative to `origin`.
+
+    Returns the smallest gap in m, infinite without points.
+    """
+    n = vec(m.normal)
+    basis = basis_of(n)
+    find_feature(a, vertices, n, basis, int64(0), scratch)
+    find_feature(b, vertices, scaled(n, -1.0), basis, int64(1), scratch)
     count_a = scratch.face_count[0]
     count_b = scratch.face_count[1]
     count = int64(0)
@@ -74,12 +63,13 @@ def touch(
         label_spots(kept, scratch)
     for i in range(kept):
         k = scratch.chosen[i]
-        add_spot(m, t, s, n, origin, k, base + scratch.spot_label[k], scratch)
+        add_spot(m, basis, origin, k, base + scratch.spot_label[k], scratch)
     return least
 
 
 @njit
-def add_spot(m: Any, t: Vec, s: Vec, n: Vec, origin: Vec, k: int, feature: int, scratch: Any) -> None:
+def add_spot(m: Any, basis: Basis, origin: Vec, k: int, feature: int, scratch: Any) -> None:
+    t, s, n = basis
     u = scratch.spot[k, 0]
     v = scratch.spot[k, 1]
     h = scratch.spot[k, 2]
@@ -93,7 +83,7 @@ def add_spot(m: Any, t: Vec, s: Vec, n: Vec, origin: Vec, k: int, feature: int, 
 
 @njit
 def put_spot(u: float, v: float, excess: float, label: int, margin: float, count: int, scratch: Any) -> int:
-    """One more possible contact, if it is within the margin; `excess` widens its gap."""
+    """Add a candidate if it is within the margin; `excess` is added to its gap."""
     a = scratch.face_plane[0, 0] + scratch.face_plane[0, 1] * u + scratch.face_plane[0, 2] * v
     b = scratch.face_plane[1, 0] + scratch.face_plane[1, 1] * u + scratch.face_plane[1, 2] * v
     gap = b - a + excess
@@ -109,7 +99,7 @@ def put_spot(u: float, v: float, excess: float, label: int, margin: float, count
 
 @njit
 def doubled_area(side: int, scratch: Any) -> float:
-    """Twice the feature's area, positive where its corners go round counter-clockwise."""
+    """Return twice the feature's area, positive where its corners are counter-clockwise."""
     n = scratch.face_count[side]
     area = 0.0
     u0 = scratch.face[side, 0, 0]
@@ -125,7 +115,7 @@ def doubled_area(side: int, scratch: Any) -> float:
 
 @njit
 def cut_polygons(margin: float, scratch: Any) -> int:
-    """Corners of what two polygons have in common, as spots: the one with more corners cut by the other."""
+    """Write the corners of the intersection of two polygons as spots; the one with more corners is clipped."""
     knife = int64(0) if scratch.face_count[0] <= scratch.face_count[1] else int64(1)
     area = doubled_area(knife, scratch)
     sign = 1.0 if area >= 0.0 else -1.0
@@ -156,15 +146,13 @@ def cut_polygons(margin: float, scratch: Any) -> int:
         v0 = v1
     spots = int64(0)
     for i in range(count):
-        spots = put_spot(
-            scratch.clip[source, i, 0], scratch.clip[source, i, 1], 0.0, int64(0), margin, spots, scratch
-        )
+        spots = put_spot(scratch.clip[source, i, 0], scratch.clip[source, i, 1], 0.0, int64(0), margin, spots, scratch)
     return spots
 
 
 @njit
 def cut_edge(x: float, y: float, c: float, tolerance: float, source: int, count: int, scratch: Any) -> int:
-    """The polygon clip[source] where x u + y v + c >= 0, into the other one; returns its corners."""
+    """Clip the polygon clip[source] to x u + y v + c >= 0, into the other one; returns the number of corners."""
     target = 1 - source
     kept = int64(0)
     u0 = scratch.clip[source, count - 1, 0]
@@ -174,7 +162,7 @@ def cut_edge(x: float, y: float, c: float, tolerance: float, source: int, count:
         u1 = scratch.clip[source, i, 0]
         v1 = scratch.clip[source, i, 1]
         inside1 = x * u1 + y * v1 + c
-        # a crossing within the tolerance of a corner that stays is that corner
+        # a crossing within the tolerance of a kept corner is that corner
         if (inside0 > tolerance and inside1 < 0.0) or (inside0 < 0.0 and inside1 > tolerance):
             part = inside0 / (inside0 - inside1)
             if kept < CLIP_MAX:
@@ -193,7 +181,7 @@ def cut_edge(x: float, y: float, c: float, tolerance: float, source: int, count:
 
 @njit
 def cut_line(polygon: int, margin: float, scratch: Any) -> int:
-    """The ends of the part of a line that lies over a polygon (feature 0 or 1), as spots."""
+    """Write the ends of the part of a line over a polygon (feature 0 or 1) as spots."""
     line = 1 - polygon
     u = scratch.face[line, 0, 0]
     v = scratch.face[line, 0, 1]
@@ -229,15 +217,13 @@ def cut_line(polygon: int, margin: float, scratch: Any) -> int:
         return int64(0)
     count = put_spot(u + low * du, v + low * dv, 0.0, scratch.face_label[line, 0], margin, int64(0), scratch)
     if (high - low) * length > tolerance:
-        count = put_spot(
-            u + high * du, v + high * dv, 0.0, scratch.face_label[line, 1], margin, count, scratch
-        )
+        count = put_spot(u + high * du, v + high * dv, 0.0, scratch.face_label[line, 1], margin, count, scratch)
     return count
 
 
 @njit
 def cross_lines(margin: float, scratch: Any) -> int:
-    """Where two lines cross; nearly parallel ones: both ends of the stretch that they share."""
+    """Write the crossing of two lines, or of nearly parallel ones both ends of their common part, as spots."""
     au, av = scratch.face[0, 0, 0], scratch.face[0, 0, 1]
     bu, bv = scratch.face[1, 0, 0], scratch.face[1, 0, 1]
     adu, adv = scratch.face[0, 1, 0] - au, scratch.face[0, 1, 1] - av
@@ -263,17 +249,18 @@ def cross_lines(margin: float, scratch: Any) -> int:
         return int64(0)
     bend = scratch.face_bend[0] + scratch.face_bend[1]
     narrow = OVERHANG * min(length_a, length_b)
-    count = line_spot(low, start, end, bend, narrow, int64(0), margin, int64(0), scratch)
+    count = line_spot(low, (start, end), bend, narrow, int64(0), margin, int64(0), scratch)
     if high - low > narrow:
-        count = line_spot(high, start, end, bend, narrow, int64(1), margin, count, scratch)
+        count = line_spot(high, (start, end), bend, narrow, int64(1), margin, count, scratch)
     return count
 
 
 @njit
 def line_spot(
-    x: float, start: float, end: float, bend: float, narrow: float, label: int, margin: float, count: int, scratch: Any
+    x: float, line: tuple[float, float], bend: float, narrow: float, label: int, margin: float, count: int, scratch: Any
 ) -> int:
-    """At x along line 0, half-way to line 1, which runs from start to end beside it."""
+    """Write the spot at x along line 0, at the midpoint to line 1, whose ends are beside positions `line` of line 0."""
+    start, end = line
     part = (x - start) / (end - start)
     au, av = scratch.face[0, 0, 0], scratch.face[0, 0, 1]
     adu, adv = scratch.face[0, 1, 0] - au, scratch.face[0, 1, 1] - av
@@ -285,7 +272,7 @@ def line_spot(
     wide2 = wide_u * wide_u + wide_v * wide_v
     excess = 0.0
     if bend > 0.0:
-        excess = 0.5 * wide2 / bend  # round sides fall away from each other
+        excess = 0.5 * wide2 / bend  # curved sides separate from each other
     elif wide2 > (100.0 * narrow) * (100.0 * narrow):
         return count  # sharp edges pass each other
     return put_spot(u + 0.5 * wide_u, v + 0.5 * wide_v, excess, label, margin, count, scratch)
@@ -293,7 +280,7 @@ def line_spot(
 
 @njit
 def choose_spots(count: int, least: float, scratch: Any) -> int:
-    """At most four spots into `chosen`: a deep one, the farthest from it, the largest areas to both sides."""
+    """Write at most four spots to `chosen`: a deep one, the farthest from it, the largest areas on both sides."""
     if count <= MAX_POINTS:
         for i in range(count):
             scratch.chosen[i] = i
@@ -302,7 +289,7 @@ def choose_spots(count: int, least: float, scratch: Any) -> int:
     first = int64(0)
     lowest = int64(0)
     for i in range(count):
-        # a place in a fixed odd direction settles ties, or rounding would
+        # the position along a fixed generic direction decides ties, which rounding would decide otherwise
         score = 0.9063 * scratch.spot[i, 0] + 0.4226 * scratch.spot[i, 1] - DEEP * (scratch.spot[i, 3] - least)
         if score > best:
             best = score
@@ -319,7 +306,7 @@ def choose_spots(count: int, least: float, scratch: Any) -> int:
     right = first
     most = 0.0
     least_area = 0.0
-    slack = 1e-9 * width * width  # of equal ones the first
+    slack = 1e-9 * width * width  # of equal areas the first
     for i in range(count):
         area = du * (scratch.spot[i, 1] - v0) - dv * (scratch.spot[i, 0] - u0)
         if area > most + slack:
@@ -342,7 +329,7 @@ def choose_spots(count: int, least: float, scratch: Any) -> int:
 
 @njit
 def farthest_spot(count: int, start: int, scratch: Any) -> tuple[int, float]:
-    """(number, distance in m) of the spot farthest from another; of equal ones the first."""
+    """Return (number, distance in m) of the spot farthest from another; of equal ones the first."""
     u, v = scratch.spot[start, 0], scratch.spot[start, 1]
     far = 0.0
     index = start
@@ -357,7 +344,7 @@ def farthest_spot(count: int, start: int, scratch: Any) -> tuple[int, float]:
 
 @njit
 def label_spots(kept: int, scratch: Any) -> None:
-    """Each spot gets the number of the nearest corner of the smaller polygon: that survives small motions."""
+    """Label each spot with the nearest corner of the smaller polygon, which does not change in small motions."""
     area_a = abs(doubled_area(int64(0), scratch))
     side = 0 if area_a < 0.9 * abs(doubled_area(int64(1), scratch)) else 1
     for i in range(kept):

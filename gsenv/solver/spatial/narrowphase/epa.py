@@ -1,8 +1,8 @@
-"""How deep two convex cores overlap, and in which direction.
+"""Depth and direction of the overlap of two convex cores, by the expanding polytope algorithm.
 
 G. van den Bergen, "Proximity queries and penetration depth computation on 3D game objects", 2001: the
 hull of support points of a - b grows towards its boundary point nearest to the origin.  The first hull is
-a fat tetrahedron that need not hold the origin: a face that has the origin outside is grown like others.
+a large tetrahedron that need not contain the origin: a face with the origin outside is grown like others.
 """
 
 from __future__ import annotations
@@ -13,16 +13,16 @@ import numpy as np
 from numba import int64
 from numpy.typing import NDArray
 
-from gsenv.solver.jit import njit
-from gsenv.solver.spatial.math import Pose, Vec, along, cross, dot, norm, scaled, sub, tangents, unit
-from gsenv.solver.spatial.narrowphase.gjk import put_support, triangle_weights
-from gsenv.solver.spatial.narrowphase.scratch import EPA_EDGES, EPA_FACES, EPA_VERTICES
-from gsenv.solver.spatial.narrowphase.solids import Solid
+from ...jit import njit
+from ..math import Vec, along, cross, dot, norm, scaled, sub, tangents, unit
+from .gjk import put_support, triangle_weights
+from .scratch import EPA_EDGES, EPA_FACES, EPA_VERTICES
+from .solids import Solid
 
 Array = NDArray[Any]
 
-EXACT = 1e-11  # of the sizes: what is left to gain
-FLAT = 1e-12  # of the sizes: a point this little over a face is on it
+EXACT = 1e-11  # of the sizes: tolerance of the depth
+FLAT = 1e-12  # of the sizes: points this little above a face are on it
 
 
 @njit
@@ -32,22 +32,20 @@ def corner_of(i: int, scratch: Any) -> Vec:
 
 
 @njit
-def first_hull(
-    a: Solid, pose_a: Pose, b: Solid, pose_b: Pose, vertices: Array | None, scratch: Any
-) -> float:
-    """Four corners, as far apart as few looks find; returns their size in m, 0 if all are in a plane."""
+def first_hull(a: Solid, b: Solid, vertices: Array | None, scratch: Any) -> float:
+    """Write four corners, far apart after few searches; returns their size in m, 0 if all are in a plane."""
     corner = scratch.corner
-    p = put_support(a, pose_a, b, pose_b, vertices, (1.0, 0.0, 0.0), corner[0])
-    q = put_support(a, pose_a, b, pose_b, vertices, (-1.0, 0.0, 0.0), corner[1])
+    p = put_support(a, b, vertices, (1.0, 0.0, 0.0), corner[0])
+    q = put_support(a, b, vertices, (-1.0, 0.0, 0.0), corner[1])
     axis = unit(sub(q, p))
     size = norm(sub(q, p))
     t, s = tangents(axis)
     far = 0.0
     n = s
-    for k in range(4):  # row 4 is spare
+    for k in range(4):  # row 4 is temporary
         d = t if k < 2 else s
         d = scaled(d, -1.0) if k & 1 else d
-        w = sub(put_support(a, pose_a, b, pose_b, vertices, d, corner[4]), p)
+        w = sub(put_support(a, b, vertices, d, corner[4]), p)
         x = cross(axis, w)
         if norm(x) > far:
             far = norm(x)
@@ -55,7 +53,7 @@ def first_hull(
             copy_corner(int64(4), int64(2), scratch)
     high = 0.0
     for k in range(2):
-        w = put_support(a, pose_a, b, pose_b, vertices, scaled(n, -1.0) if k else n, corner[4])
+        w = put_support(a, b, vertices, scaled(n, -1.0) if k else n, corner[4])
         h = abs(dot(sub(w, p), n))
         if h > high:
             high = h
@@ -73,7 +71,7 @@ def copy_corner(source: int, target: int, scratch: Any) -> None:
 
 @njit
 def put_triangle(i: int, j: int, k: int, count: int, scratch: Any) -> int:
-    """One more face, counter-clockwise seen from outside; a face without area is never grown."""
+    """Add a face, counter-clockwise seen from outside; a face without area is never grown."""
     p = corner_of(i, scratch)
     n = cross(sub(corner_of(j, scratch), p), sub(corner_of(k, scratch), p))
     length = norm(n)
@@ -120,11 +118,9 @@ def nearest_face(count: int, scratch: Any) -> int:
 
 
 @njit
-def overlap_of_cores(
-    a: Solid, pose_a: Pose, b: Solid, pose_b: Pose, vertices: Array | None, scratch: Any
-) -> tuple[bool, Vec, float, Vec, Vec]:
-    """(found, unit direction from a to b, separation along it, point of a, point of b) of cores that overlap."""
-    size = first_hull(a, pose_a, b, pose_b, vertices, scratch)
+def overlap_of_cores(a: Solid, b: Solid, vertices: Array | None, scratch: Any) -> tuple[bool, Vec, float, Vec, Vec]:
+    """Return (found, unit direction from a to b, separation along it, point of a, point of b) of overlapping cores."""
+    size = first_hull(a, b, vertices, scratch)
     normal = (0.0, 0.0, 1.0)
     p = (0.0, 0.0, 0.0)
     q = p
@@ -140,7 +136,7 @@ def overlap_of_cores(
         plane = scratch.triangle_plane[face]
         n = (plane[0], plane[1], plane[2])
         low = plane[3]
-        w = put_support(a, pose_a, b, pose_b, vertices, n, scratch.corner[corners])
+        w = put_support(a, b, vertices, n, scratch.corner[corners])
         reach = dot(n, w)
         if reach < depth:
             depth = reach
@@ -157,7 +153,7 @@ def overlap_of_cores(
 
 @njit
 def points_of(face: int, scratch: Any) -> tuple[Vec, Vec]:
-    """Points of a and b under the place of a face that is nearest to the origin."""
+    """Return the points of a and b that belong to the point of a face nearest to the origin."""
     i, j, k = scratch.triangle[face, 0], scratch.triangle[face, 1], scratch.triangle[face, 2]
     weights = triangle_weights(corner_of(i, scratch), corner_of(j, scratch), corner_of(k, scratch))
     p = (0.0, 0.0, 0.0)
@@ -171,7 +167,7 @@ def points_of(face: int, scratch: Any) -> tuple[Vec, Vec]:
 
 @njit
 def grow(w: Vec, corner: int, faces: int, flat: float, scratch: Any) -> int:
-    """Replace the faces that see w by those from w to the rim of the hole; 0 if that fails."""
+    """Replace the faces visible from w by faces from w to the border of the hole; returns 0 if that fails."""
     edges = int64(0)
     f = int64(0)
     while f < faces:
@@ -197,7 +193,7 @@ def grow(w: Vec, corner: int, faces: int, flat: float, scratch: Any) -> int:
 
 @njit
 def toggle_edge(i: int, j: int, edges: int, scratch: Any) -> int:
-    """Add an edge to the rim, or remove it where it came from the other side as well."""
+    """Add an edge to the border, or remove it where the other side has it as well."""
     rim = scratch.rim
     for e in range(edges):
         if rim[e, 0] == j and rim[e, 1] == i:

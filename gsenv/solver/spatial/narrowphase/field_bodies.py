@@ -1,4 +1,4 @@
-"""A convex shape as heightfields see it: corners, faces and edges in the field's frame, written into scratch."""
+"""A convex shape over a heightfield: corners, faces and edges in the field's frame, written to scratch."""
 
 from __future__ import annotations
 
@@ -7,22 +7,22 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import int64
 
-from gsenv.solver.jit import njit
-from gsenv.solver.spatial.kinds import BOX, CAPSULE, CYLINDER, HULL, SPHERE
-from gsenv.solver.spatial.math import Pose, Vec, add, along, dot, rotate, scaled, sub, to_world, vec
+from ...jit import njit
+from ..kinds import BOX, CAPSULE, CYLINDER, HULL, SPHERE
+from ..math import Pose, Vec, add, along, dot, rotate, scaled, sub, to_world, vec
 
-FACING = 1e-3  # sine: a face that looks less against the ground is a side
-UPRIGHT = 0.7  # cosine: the flat end of a cylinder that is tilted more is not what it stands on
+FACING = 1e-3  # sine: a face that faces the ground less is a side
+UPRIGHT = 0.7  # cosine: a cylinder at a larger tilt does not stand on its flat end
 
 
 class Body(NamedTuple):
-    """Shape over a field; its corners, faces and edges are the first entries of scratch."""
+    """A shape over a field; its corners, faces and edges are the first entries of scratch."""
 
     kind: int
-    points: int  # a sphere's is its middle; a capsule's are its ends; a cylinder's four on each rim
+    points: int  # number of points: the centre of a sphere, ends of a capsule, four on each rim of a cylinder
     faces: int
     edges: int
-    radius: float  # m, by which the points are grown; a cylinder's is that of its rims
+    radius: float  # m, rounding of the points; of a cylinder that of its rims
     half_length: float  # m
     extent: float  # m, smallest half-width
     pose: Pose
@@ -32,7 +32,7 @@ class Body(NamedTuple):
 
 @njit
 def body_over_field(model: Any, parameter: Any, vertices: Any, pose: Pose, scratch: Any) -> Body:
-    """`pose` is that of the shape in the field's frame."""
+    """Return the Body of a shape and write its parts; `pose`: in the field's frame."""
     kind = int64(model.kind)
     radius, half_length = parameter.radius, parameter.size[2]
     points, faces, edges = int64(1), int64(0), int64(0)
@@ -73,7 +73,7 @@ def write_face(entry: Any, n: Vec, offset: float) -> None:
 
 @njit
 def write_box(half: Vec, pose: Pose, scratch: Any) -> tuple[int, int, int]:
-    """Corner i has the signs of its bits; faces 2k and 2k + 1 look along -axis k and +axis k."""
+    """Write a box: corner i has the signs of its bits, faces 2k and 2k + 1 have normals -axis k and +axis k."""
     for i in range(8):
         x = half[0] if i & 1 else -half[0]
         y = half[1] if i & 2 else -half[1]
@@ -140,7 +140,7 @@ def box_around(kind: int, points: int, radius: float, half_length: float, pose: 
 
 @njit
 def faces_ground(body: Body, scratch: Any, index: int, n: Vec) -> bool:
-    """False if all faces at a corner look the same way as the ground: it is on the far side."""
+    """Whether a corner can face the ground; False if the normals of all its faces point away from it."""
     if body.kind == SPHERE or body.kind == CAPSULE:
         return True
     if body.kind == CYLINDER:
@@ -155,7 +155,7 @@ def faces_ground(body: Body, scratch: Any, index: int, n: Vec) -> bool:
 
 @njit
 def depth_inside(body: Body, scratch: Any, p: Vec, left: int, right: int) -> float:
-    """How deep a point is in a box or hull, m, but for two of its faces; negative outside."""
+    """Return the depth of a point in a box or hull, m, without two of its faces; negative outside."""
     highest = -np.inf
     for f in range(body.faces):
         if f != left and f != right:
@@ -165,7 +165,7 @@ def depth_inside(body: Body, scratch: Any, p: Vec, left: int, right: int) -> flo
 
 @njit
 def reach_along(body: Body, scratch: Any, d: Vec) -> float:
-    """Greatest d . x of the body's points x, d of unit length."""
+    """Return the largest d . x of the body's points x, d of unit length."""
     if body.kind == CYLINDER:
         tilt = dot(d, body.pose.z)
         across = np.sqrt(max(1.0 - tilt * tilt, 0.0))

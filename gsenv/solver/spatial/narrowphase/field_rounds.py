@@ -1,4 +1,4 @@
-"""Capsules and cylinders on the ridges and peaks of a heightfield."""
+"""Contacts of capsules and cylinders with ridges and peaks of a heightfield."""
 
 from __future__ import annotations
 
@@ -6,31 +6,31 @@ from typing import Any
 
 import numpy as np
 
-from gsenv.solver.jit import njit
-from gsenv.solver.spatial.kinds import CAPSULE
-from gsenv.solver.spatial.math import Vec, add, along, cross, dot, norm, scaled, sub, unit
-from gsenv.solver.spatial.narrowphase.field_bodies import Body
-from gsenv.solver.spatial.narrowphase.fields import FLAT, Fold, Grid, beyond_fold, beyond_peak, closest_on_segment
-from gsenv.solver.spatial.narrowphase.spread import offer
+from ...jit import njit
+from ..kinds import CAPSULE
+from ..math import Vec, add, along, cross, dot, norm, scaled, sub, unit
+from .field_bodies import Body
+from .fields import FLAT, Cell, Fold, Grid, beyond_fold, beyond_peak, closest_on_segment, sample
+from .spread import offer
 
-TILT = 0.1  # sine: a ridge still holds the flat end of a cylinder that is tilted so far beyond its faces
-CROSSED = 1e-4  # sine: lines that are more parallel touch with their ends
-ALONG = 1e-3  # sine: a ridge so nearly along a cylinder carries it at both ends
-SECTIONS = 40  # of the golden section: 0.618^40 < 1e-8
+TILT = 0.1  # sine: largest tilt of a cylinder's flat end beyond the faces of a ridge that supports it
+CROSSED = 1e-4  # sine: lines nearer to parallel touch at their ends
+ALONG = 1e-3  # sine: a ridge this nearly along a cylinder supports it at both ends
+SECTIONS = 40  # steps of the golden-section search: 0.618^40 < 1e-8
 GOLDEN = 0.6180339887498949
-# numbers of features: 0 the side, 1 and 2 its ends, 3 and 4 the rims, from 5 on the flat ends
+# feature ids: 0 the side, 1 and 2 its ends, 3 and 4 the rims, from 5 on the flat ends
 SIDE, SIDE_END, RIM, END = 0, 1, 3, 5
 
 
 @njit
 def end_of(body: Body, end: int) -> Vec:
-    """Middle of the rim at -z (0) or +z (1), of a capsule the end of its segment."""
+    """Return the centre of the rim at -z (0) or +z (1), of a capsule the end of its segment."""
     return along(body.pose.at, body.half_length if end else -body.half_length, body.pose.z)
 
 
 @njit
 def cylinder_on_face(body: Body, n: Vec, end: int) -> tuple[bool, Vec]:
-    """The rim's lowest point over a face with normal n, unless that end looks up or lies flat on it."""
+    """Return (found, the rim's lowest point over a face with normal n); not for an end that faces up or lies flat."""
     axis = body.pose.z
     tilt = dot(n, axis)
     middle = end_of(body, end)
@@ -54,7 +54,7 @@ def round_on_fold(fold: Fold, body: Body, margin: float, feature: int, scratch: 
 
 @njit
 def side_on_fold(fold: Fold, body: Body, margin: float, feature: int, scratch: Any, total: int) -> int:
-    """The side across a ridge."""
+    """Add the contact of the side across a ridge."""
     a = end_of(body, 0)
     u, w = sub(fold.end, fold.start), scaled(body.pose.z, 2.0 * body.half_length)
     d = cross(u, w)
@@ -79,7 +79,7 @@ def side_on_fold(fold: Fold, body: Body, margin: float, feature: int, scratch: A
 
 @njit
 def side_end_on_fold(fold: Fold, body: Body, end: int, margin: float, feature: int, scratch: Any, total: int) -> int:
-    """An end of the side of a cylinder that lies along a ridge."""
+    """Add the contact of an end of a cylinder's side that is along a ridge."""
     p = end_of(body, end)
     way = sub(fold.end, fold.start)
     t = dot(sub(p, fold.start), way)
@@ -96,7 +96,7 @@ def side_end_on_fold(fold: Fold, body: Body, end: int, margin: float, feature: i
 
 @njit
 def end_on_fold(fold: Fold, body: Body, end: int, margin: float, feature: int, scratch: Any, total: int) -> int:
-    """A ridge under the flat end of a cylinder: where it comes out of the disc."""
+    """Add the contact of a ridge under the flat end of a cylinder, where it leaves the disc."""
     outward = scaled(body.pose.z, 1.0 if end else -1.0)
     d = scaled(outward, -1.0)
     middle = end_of(body, end)
@@ -104,7 +104,7 @@ def end_on_fold(fold: Fold, body: Body, end: int, margin: float, feature: int, s
     if d[2] < 0.0 or beyond_fold(fold, d) > TILT or abs(dot(d, way)) > TILT * norm(way):
         return total
     way_out, start_out = dot(way, outward), dot(start, outward)
-    w, s = along(way, -way_out, outward), along(start, -start_out, outward)  # within the disc's plane
+    w, s = along(way, -way_out, outward), along(start, -start_out, outward)  # in the plane of the disc
     ww, sw = dot(w, w), dot(s, w)
     root = sw * sw - ww * (dot(s, s) - body.radius * body.radius)
     if not (root > 0.0 and ww > 0.0):
@@ -124,7 +124,7 @@ def end_on_fold(fold: Fold, body: Body, end: int, margin: float, feature: int, s
 
 @njit
 def rim_gap(fold: Fold, body: Body, d: Vec) -> tuple[float, Vec]:
-    """(distance m of the cylinder from the ridge along d, its lowest point that way)."""
+    """Return (distance m of the cylinder from the ridge along d, its lowest point along d)."""
     axis = body.pose.z
     tilt = dot(d, axis)
     across = along(d, -tilt, axis)
@@ -137,16 +137,16 @@ def rim_gap(fold: Fold, body: Body, d: Vec) -> tuple[float, Vec]:
 
 @njit
 def rim_on_fold(fold: Fold, body: Body, margin: float, feature: int, scratch: Any, total: int) -> int:
-    """A rim across a ridge: of all directions between the two faces' normals the one of the greatest gap.
+    """Add the contact of a rim across a ridge, along the direction of largest gap between the two faces' normals.
 
-    At either end of the range a face carries the rim, at a kink the side or the flat end touches the ridge.
+    At an end of the range a face supports the rim, at a kink the side or the flat end touches the ridge.
     """
     low, high = 0.0, 1.0
     x, y = 1.0 - GOLDEN, GOLDEN
     gap_x = rim_gap(fold, body, between(fold, x))[0]
     gap_y = rim_gap(fold, body, between(fold, y))[0]
     for _ in range(SECTIONS):
-        if max(gap_x, gap_y) > margin:  # and the greatest is no less
+        if max(gap_x, gap_y) > margin:  # and so is the largest gap
             return total
         if gap_x > gap_y:
             high, y, gap_y = y, x, gap_x
@@ -177,13 +177,14 @@ def between(fold: Fold, share: float) -> Vec:
 
 @njit
 def round_on_peak(
-    vertices: Any, grid: Grid, body: Body, row: int, column: int, p: Vec,
-    margin: float, feature: int, scratch: Any, total: int,
-) -> int:  # fmt: skip
-    """A peak against the side, or the flat end that it has entered less."""
+    vertices: Any, grid: Grid, body: Body, cell: Cell, margin: float, feature: int, scratch: Any, total: int
+) -> int:
+    """Add the contact of a peak with the side, or with the flat end that it penetrates less."""
+    row, column = cell
+    p = sample(vertices, grid, row, column)
     axis = body.pose.z
     apart = sub(body.pose.at, p)
-    high = -dot(apart, axis)  # of the peak, along the axis
+    high = -dot(apart, axis)  # position of the peak along the axis
     out = along(apart, high, axis)
     distance = norm(out)
     side = distance - body.radius

@@ -1,9 +1,9 @@
-"""Heightfields as surfaces: cells, triangles, folds between them, and what lies next to a point.
+"""Heightfields as surfaces: cells, triangles, folds between them, and searches near a point.
 
-Cell (r, c) has the corners (r, c), (r, c+1), (r+1, c), (r+1, c+1) and is cut from the first to the
+Cell (r, c) has the corners (r, c), (r, c+1), (r+1, c), (r+1, c+1) and is divided from the first to the
 last: triangle 0 lies on the side of (r, c+1), triangle 1 on that of (r+1, c).  Sample (r, c) owns three
-edges: 0 along x, 1 along y, 2 the diagonal.  The border counts as if walls went straight down from it,
-which themselves are not touched.  All points and directions are in the field's frame.
+edges: 0 along x, 1 along y, 2 the diagonal.  The border counts as if vertical walls went down from it,
+which have no contacts themselves.  All points and directions are in the field's frame.
 """
 
 from __future__ import annotations
@@ -13,16 +13,19 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import int64
 
-from gsenv.solver.jit import njit
-from gsenv.solver.spatial.math import Vec, along, cross, dot, norm, scaled, sub, unit
+from ...jit import njit
+from ..math import Vec, along, cross, dot, norm, scaled, sub, unit
 
-FLAT = 1e-7  # sine: a fold that turns less goes straight on
-EDGE_SLACK = 1e-9  # of a cell: a point so far beyond a triangle still counts as over it
+FLAT = 1e-7  # sine: a fold with a smaller angle is flat
+EDGE_SLACK = 1e-9  # of a cell: a point this far beyond a triangle counts as over it
 DOWN = (0.0, 0.0, -1.0)
 
 
+Cell = tuple[int, int]  # (row, column), also of a sample
+
+
 class Grid(NamedTuple):
-    """Where the samples of a heightfield are."""
+    """The positions of the samples of a heightfield."""
 
     first: int  # entry in the flat array of vertices
     columns: int
@@ -36,7 +39,7 @@ class Grid(NamedTuple):
 class Fold(NamedTuple):
     """An edge of the field and the two faces that meet there."""
 
-    turn: float  # sine, how far the second face drops below the first: > 0 is a ridge
+    turn: float  # sine of the angle by which the second face is below the first: > 0 is a ridge
     start: Vec
     end: Vec
     inward_a: Vec  # unit, from the edge into the first face and normal to the edge
@@ -71,7 +74,7 @@ def sample(vertices: Any, grid: Grid, row: int, column: int) -> Vec:
 
 @njit
 def cell_along(x: float, last: int) -> int:
-    """Whole number below x, kept within [0, last]; of NaN 0."""
+    """Return the integer below x, limited to [0, last]; 0 for NaN."""
     if not x > 0.0:
         return int64(0)
     if x >= last:
@@ -81,7 +84,7 @@ def cell_along(x: float, last: int) -> int:
 
 @njit
 def span_of(grid: Grid, low: Vec, high: Vec) -> Span:
-    """Cells that a box meets; none if it is beside the field."""
+    """Return the cells that a box overlaps; none if it is beside the field."""
     x0, x1 = (low[0] - grid.x) / grid.width, (high[0] - grid.x) / grid.width
     y0, y1 = (low[1] - grid.y) / grid.depth, (high[1] - grid.y) / grid.depth
     if not (x1 >= 0.0 and y1 >= 0.0 and x0 <= grid.columns - 1 and y0 <= grid.rows - 1):
@@ -96,7 +99,7 @@ def span_of(grid: Grid, low: Vec, high: Vec) -> Span:
 
 @njit
 def triangle(vertices: Any, grid: Grid, row: int, column: int, which: int) -> tuple[Vec, Vec, Vec]:
-    """Counter-clockwise seen from above."""
+    """Return the corners of a triangle, counter-clockwise seen from above."""
     a = sample(vertices, grid, row, column)
     d = sample(vertices, grid, row + 1, column + 1)
     if which == 0:
@@ -111,7 +114,7 @@ def normal_of(a: Vec, b: Vec, c: Vec) -> Vec:
 
 @njit
 def cell_top(vertices: Any, grid: Grid, row: int, column: int) -> float:
-    """Highest of a cell's corners."""
+    """Return the largest height of a cell's corners."""
     first = grid.first + row * grid.columns + column
     upper = first + grid.columns
     low = max(vertices[first].position[2], vertices[first + 1].position[2])
@@ -120,7 +123,7 @@ def cell_top(vertices: Any, grid: Grid, row: int, column: int) -> float:
 
 @njit
 def height_above(vertices: Any, grid: Grid, p: Vec) -> float:
-    """How far a point is above the surface, along z; infinite beside the field."""
+    """Return the height of a point above the surface, along z; infinite beside the field."""
     u, v = (p[0] - grid.x) / grid.width, (p[1] - grid.y) / grid.depth
     if not (u >= 0.0 and v >= 0.0 and u <= grid.columns - 1 and v <= grid.rows - 1):
         return np.inf
@@ -132,7 +135,7 @@ def height_above(vertices: Any, grid: Grid, p: Vec) -> float:
 
 @njit
 def is_over(p: Vec, a: Vec, b: Vec, c: Vec, n: Vec) -> bool:
-    """True if a point's foot on the triangle's plane is in the triangle, its border included."""
+    """Whether a point's foot on the triangle's plane is in the triangle, border included."""
     for k in range(3):
         start, end = (a, b) if k == 0 else ((b, c) if k == 1 else (c, a))
         side = sub(end, start)
@@ -171,9 +174,9 @@ def has_edge(grid: Grid, row: int, column: int, k: int) -> bool:
 
 @njit
 def is_ridge(vertices: Any, grid: Grid, row: int, column: int, k: int) -> bool:
-    """False if an edge that the sample has is surely flat or hollow; cheap.
+    """Whether an edge of the sample may be a ridge; a cheap test, False if it is surely flat or a valley.
 
-    Seen from above, the ends of an inner edge and the far corners of its two triangles make a parallelogram.
+    Seen from above, the ends of an inner edge and the far corners of its two triangles form a parallelogram.
     """
     last_row, last_column = grid.rows - 1, grid.columns - 1
     if k != 2 and (row == 0 or row == last_row if k == 0 else column == 0 or column == last_column):
@@ -193,7 +196,7 @@ def is_ridge(vertices: Any, grid: Grid, row: int, column: int, k: int) -> bool:
 
 @njit
 def fold_of(vertices: Any, grid: Grid, row: int, column: int, k: int) -> Fold:
-    """Edge k of a sample that has it."""
+    """Return the fold at edge k of a sample that has this edge."""
     start = sample(vertices, grid, row, column)
     if k == 2:
         end = sample(vertices, grid, row + 1, column + 1)
@@ -214,12 +217,12 @@ def fold_of(vertices: Any, grid: Grid, row: int, column: int, k: int) -> Fold:
 
 @njit
 def folded(start: Vec, end: Vec, one: Vec, other: Vec) -> Fold:
-    """The fold between two faces, given by a point of each that is not on the edge."""
+    """Return the fold between two faces, each given by a point that is not on the edge."""
     way = unit(sub(end, start))
     a, b = sub(one, start), sub(other, start)
     a, b = unit(along(a, -dot(a, way), way)), unit(along(b, -dot(b, way), way))
     n, m = cross(way, a), cross(way, b)
-    if n[2] < 0.0:  # the first is a face of the field, which looks up
+    if n[2] < 0.0:  # the first face is one of the field, whose normal points up
         n = scaled(n, -1.0)
     else:
         m = scaled(m, -1.0)
@@ -228,13 +231,13 @@ def folded(start: Vec, end: Vec, one: Vec, other: Vec) -> Fold:
 
 @njit
 def beyond_fold(fold: Fold, d: Vec) -> float:
-    """Sine by which a unit direction is outside of those between the normals of the two faces."""
+    """Return the sine by which a unit direction is outside the range between the normals of the two faces."""
     return max(dot(d, fold.inward_a), dot(d, fold.inward_b))
 
 
 @njit
 def neighbour(k: int) -> tuple[int, int]:
-    """(row, column) of the k-th of six neighbours; k + 3 is opposite to k."""
+    """Return (row, column) of the k-th of six neighbours; k + 3 is opposite to k."""
     sign = 1 if k < 3 else -1
     k = k % 3
     return (0 if k == 0 else sign), (0 if k == 1 else sign)
@@ -242,7 +245,7 @@ def neighbour(k: int) -> tuple[int, int]:
 
 @njit
 def is_peak(vertices: Any, grid: Grid, row: int, column: int) -> bool:
-    """True if the surface bends down at a sample along at least one of its lines; always at the border."""
+    """Whether the surface is convex at a sample along at least one of its lines; always True at the border."""
     if row == 0 or column == 0 or row == grid.rows - 1 or column == grid.columns - 1:
         return True
     p = sample(vertices, grid, row, column)
@@ -257,7 +260,7 @@ def is_peak(vertices: Any, grid: Grid, row: int, column: int) -> bool:
 
 @njit
 def beyond_peak(vertices: Any, grid: Grid, row: int, column: int, d: Vec) -> float:
-    """Sine by which a unit direction is outside of those in which the sample is the farthest of its surroundings."""
+    """Return the sine by which a unit direction is outside those along which the sample is a local maximum."""
     p = sample(vertices, grid, row, column)
     worst = -np.inf
     border = False

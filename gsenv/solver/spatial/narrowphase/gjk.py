@@ -1,4 +1,4 @@
-"""Nearest points of two convex cores.
+"""Nearest points of two convex cores, by the GJK algorithm.
 
 E. Gilbert, D. Johnson, S. Keerthi, "A fast procedure for computing the distance between complex objects
 in three-dimensional space", 1988: the point of a - b nearest to the origin, by simplices of support points.
@@ -12,24 +12,22 @@ import numpy as np
 from numba import int64
 from numpy.typing import NDArray
 
-from gsenv.solver.jit import njit
-from gsenv.solver.spatial.math import Pose, Vec, cross, dot, scaled, sub
-from gsenv.solver.spatial.narrowphase.solids import Solid, support
+from ...jit import njit
+from ..math import Vec, cross, dot, scaled, sub
+from .solids import Solid, support
 
 Array = NDArray[Any]
 
 ROUNDS = 64
-TOUCHING = 1e-8  # of the sizes: nearer cores overlap
-EXACT = 1e-13  # of the squared distance: what is left to gain
+TOUCHING = 1e-8  # of the sizes: cores nearer than this overlap
+EXACT = 1e-13  # of the squared distance: tolerance
 
 
 @njit
-def put_support(
-    a: Solid, pose_a: Pose, b: Solid, pose_b: Pose, vertices: Array | None, d: Vec, row: Any
-) -> Vec:
-    """The point of a - b farthest along d, written into a row of 9 with its points of a and b."""
-    p = support(a, vertices, pose_a, d)
-    q = support(b, vertices, pose_b, (-d[0], -d[1], -d[2]))
+def put_support(a: Solid, b: Solid, vertices: Array | None, d: Vec, row: Any) -> Vec:
+    """Write the point of a - b farthest along d to a row of 9, with its points of a and b; returns it."""
+    p = support(a, vertices, d)
+    q = support(b, vertices, (-d[0], -d[1], -d[2]))
     w = sub(p, q)
     for i in range(3):
         row[i] = w[i]
@@ -40,14 +38,14 @@ def put_support(
 
 @njit
 def nearest_of_cores(
-    a: Solid, pose_a: Pose, b: Solid, pose_b: Pose, vertices: Array | None, start: Vec, reach: float, scratch: Any
+    a: Solid, b: Solid, vertices: Array | None, start: Vec, reach: float, scratch: Any
 ) -> tuple[bool, Vec, Vec]:
-    """(whether the cores are apart, nearest point of a, of b).  `start`: some direction from a to b.
+    """Return (whether the cores are separate, nearest point of a, of b).  `start`: a direction from a to b.
 
-    Of cores farther apart than `reach`, two points between which lies a gap that says so.
+    For cores farther apart than `reach`, the points are any two that prove this.
     """
     simplex = scratch.simplex
-    v = put_support(a, pose_a, b, pose_b, vertices, start, simplex[0])
+    v = put_support(a, b, vertices, start, simplex[0])
     scratch.weight[0] = 1.0
     count = int64(1)
     p, q = nearest_points(count, scratch)
@@ -57,7 +55,7 @@ def nearest_of_cores(
         scale2 = max(scale2, max(dot(p, p), dot(q, q)))
         if not vv > TOUCHING * TOUCHING * scale2:
             return False, p, q
-        w = put_support(a, pose_a, b, pose_b, vertices, scaled(v, -1.0), simplex[count])
+        w = put_support(a, b, vertices, scaled(v, -1.0), simplex[count])
         bound = dot(v, w)
         if vv - bound <= EXACT * vv or is_known(w, count, scratch):
             return True, p, q
@@ -67,7 +65,7 @@ def nearest_of_cores(
         closer = weighted(count, int64(0), scratch)
         if count == 4:
             return False, p, q
-        if not dot(closer, closer) < vv:  # rounding: no nearer
+        if not dot(closer, closer) < vv:  # no progress beyond rounding
             return True, p, q
         v = closer
         p, q = nearest_points(count, scratch)
@@ -107,7 +105,7 @@ def simplex_point(i: int, scratch: Any) -> Vec:
 
 @njit
 def nearest_of_simplex(count: int, scratch: Any) -> int:
-    """Reduce the simplex to the face nearest to the origin, with weights; 4 if the origin is inside."""
+    """Reduce the simplex to its face nearest the origin, with weights; returns its size, 4 if the origin is inside."""
     p = simplex_point(int64(0), scratch)
     q = simplex_point(int64(1), scratch)
     if count == 2:
@@ -128,7 +126,7 @@ def nearest_of_simplex(count: int, scratch: Any) -> int:
         here = -dot(n, one)
         corner = dot(n, sub(simplex_point(int64(i), scratch), one))
         if here * corner > 0.0:
-            continue  # the origin is on the corner's side
+            continue  # the origin is on the side of the corner
         k = triangle_weights(one, two, three)
         x = k[0] * one[0] + k[1] * two[0] + k[2] * three[0]
         y = k[0] * one[1] + k[1] * two[1] + k[2] * three[1]
@@ -148,7 +146,7 @@ def nearest_of_simplex(count: int, scratch: Any) -> int:
 
 @njit
 def keep(i: int, j: int, k: int, wi: float, wj: float, wk: float, scratch: Any) -> int:
-    """The corners i < j < k with a positive weight, moved to the front."""
+    """Move the corners i < j < k with a positive weight to the front; returns their number."""
     count = int64(0)
     if wi > 0.0:
         count = move(i, count, wi, scratch)
@@ -170,7 +168,7 @@ def move(source: int, target: int, weight: float, scratch: Any) -> int:
 
 @njit
 def segment_weights(p: Vec, q: Vec) -> tuple[float, float, float]:
-    """Weights of the point of the segment nearest to the origin (and 0)."""
+    """Return the weights of the point of the segment nearest to the origin (and 0)."""
     e = sub(q, p)
     length2 = dot(e, e)
     t = 0.0
@@ -181,7 +179,7 @@ def segment_weights(p: Vec, q: Vec) -> tuple[float, float, float]:
 
 @njit
 def triangle_weights(p: Vec, q: Vec, r: Vec) -> tuple[float, float, float]:
-    """Weights of the point of the triangle nearest to the origin: inside, else on the nearest edge."""
+    """Return the weights of the point of the triangle nearest to the origin."""
     n = cross(sub(q, p), sub(r, p))
     area2 = dot(n, n)
     if area2 > 0.0:

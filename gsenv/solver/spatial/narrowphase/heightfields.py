@@ -1,42 +1,30 @@
-"""Heightfields against spheres, boxes, capsules, cylinders and hulls.
+"""Contacts of heightfields with spheres, boxes, capsules, cylinders and hulls.
 
-The features whose normals can face each other are looked for (as those of a Minkowski sum): a corner of
-the shape over a face of the field, an edge of the shape across a ridge, a face of the shape on a peak.
+Contacts are between features whose normals can be opposite (as in a Minkowski sum): a corner of the
+shape over a face of the field, an edge of the shape across a ridge, a face of the shape on a peak.
 A direction counts only if the field as a whole allows it: straight up from a face, between the normals of
-the two faces at a ridge, away from all neighbours at a peak, none where the ground is flat or hollow.  So
+the two faces at a ridge, away from all neighbours at a peak, none where the ground is flat or concave.  So
 nothing catches on the edges between triangles.  A corner in a valley touches both sides.
 
-A corner behind the surface is pushed to the nearest point of it alone.  A shape whose middle is deeper
-than its extent is behind the field, which is open from there.
+A corner below the surface is pushed only to the nearest point of it.  A shape whose centre is deeper than
+its extent is behind the field and has no contacts with it.
 """
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from gsenv.solver.jit import njit
-from gsenv.solver.spatial.kinds import CAPSULE, CYLINDER, SPHERE
-from gsenv.solver.spatial.math import (
-    Pose,
-    Vec,
-    add,
-    along,
-    cross,
-    dot,
-    norm,
-    relative,
-    rotate,
-    scaled,
-    sub,
-    to_world,
-    vec,
-)
-from gsenv.solver.spatial.narrowphase.field_bodies import Body, body_over_field, depth_inside, faces_ground, reach_along
-from gsenv.solver.spatial.narrowphase.field_rounds import cylinder_on_face, round_on_fold, round_on_peak
-from gsenv.solver.spatial.narrowphase.fields import (
+from ...core.geometry import PlacedShape
+from ...jit import njit
+from ..kinds import CAPSULE, CYLINDER, SPHERE
+from ..math import Pose, Vec, add, along, cross, dot, norm, relative, rotate, scaled, sub, to_world, vec
+from .field_bodies import Body, body_over_field, depth_inside, faces_ground, reach_along
+from .field_rounds import cylinder_on_face, round_on_fold, round_on_peak
+from .fields import (
     FLAT,
+    Cell,
     Fold,
     Grid,
     beyond_fold,
@@ -56,52 +44,58 @@ from gsenv.solver.spatial.narrowphase.fields import (
     span_of,
     triangle,
 )
-from gsenv.solver.spatial.narrowphase.manifold import clear_manifold, set_normal
-from gsenv.solver.spatial.narrowphase.spread import CHOSEN, choose, offer
+from .manifold import clear_manifold, set_normal
+from .spread import CHOSEN, choose, offer
 
-TILT = 0.1  # sine: a peak still holds a face that is tilted so far beyond its neighbours
-CROSSED = 1e-4  # sine: edges that are more parallel touch with their ends
-STEEPEST = 4.0  # a ridge may be so much deeper below an edge of the shape than below a face that is not at that edge
-INDICES = 256  # corners, edges or faces of a shape, in the numbers of features
-SLOTS = 6  # of a sample: two faces, three edges, itself
+TILT = 0.1  # sine: largest tilt of a face beyond the neighbours of a peak that supports it
+CROSSED = 1e-4  # sine: edges nearer to parallel touch at their ends
+STEEPEST = 4.0  # largest ratio of a ridge's depth below an edge of the shape to that below a face not at that edge
+INDICES = 256  # largest number of corners, edges or faces of a shape, in feature ids
+SLOTS = 6  # features of a sample: two faces, three edges, itself
+
+
+class Corner(NamedTuple):
+    """A point of the shape, rounded by a radius, in the field's frame."""
+
+    number: int
+    at: Vec  # m
+    radius: float  # m
 
 
 @njit
 def heightfield_contacts(
-    shape_models: Any,
-    shape_parameters: Any,
-    vertices: Any,
-    field: int,
-    shape: int,
-    field_pose: Pose,
-    shape_pose: Pose,
-    margin: float,
-    contacts: Any,
-    count: int,
-    manifold: Any,
-    scratch: Any,
+    shapes: Any, field: PlacedShape, shape: PlacedShape, margin: float, contacts: Any, count: int, narrowphase: Any
 ) -> int:
-    """All contacts of a shape with a heightfield within a margin, m; at most sixteen.
+    """Find all contacts of a shape with a heightfield within a margin, m; at most sixteen.
 
-    Writes point (half-way between the surfaces), normal (out of the field), separation and feature from entry
-    `count` of `contacts` on, as far as there is room, sorted by feature.  `manifold` gets the normal and
-    separation of the deepest.  `scratch`: SCRATCH_SIZE of `field_scratch_dtype()`.
+    Writes point (midpoint between the surfaces), normal (out of the field), separation and feature from entry
+    `count` of `contacts` on, as far as there is room, sorted by feature.  `narrowphase.manifold` gets the normal
+    and separation of the deepest.
 
     Returns:
         `count` plus the number of contacts, also where there was no room.
     """
+    manifold = narrowphase.manifold
+    scratch = narrowphase.field
+    vertices = shapes.vertices
     clear_manifold(manifold)
-    grid = grid_of(shape_models[field], vertices)
-    pose = relative(field_pose, shape_pose)
-    body = body_over_field(shape_models[shape], shape_parameters[shape], vertices, pose, scratch)
+    grid = grid_of(shapes.models[field.number], vertices)
+    body = placed_body(shapes, field, shape, scratch)
     total = candidates(vertices, grid, body, margin, scratch)
     choose(scratch, total, body.extent)
-    return write_chosen(scratch, total, field_pose, contacts, count, manifold)
+    return write_chosen(scratch, total, field.pose, contacts, count, manifold)
+
+
+@njit
+def placed_body(shapes: Any, field: PlacedShape, shape: PlacedShape, scratch: Any) -> Body:
+    """Return the shape in the field's frame."""
+    pose = relative(field.pose, shape.pose)
+    return body_over_field(shapes.models[shape.number], shapes.parameters[shape.number], shapes.vertices, pose, scratch)
 
 
 @njit
 def candidates(vertices: Any, grid: Grid, body: Body, margin: float, scratch: Any) -> int:
-    """Everything that may touch, into scratch; returns how many."""
+    """Write all candidates of contacts to scratch; returns their number."""
     room = (margin, margin, margin)
     low, high = sub(body.low, room), add(body.high, room)
     span = span_of(grid, low, high)
@@ -123,10 +117,10 @@ def candidates(vertices: Any, grid: Grid, body: Body, margin: float, scratch: An
                     total = cylinder_on_cell(vertices, grid, body, row, column, margin, scratch, total)
             for k in range(3):
                 if has_edge(grid, row, column, k) and is_ridge(vertices, grid, row, column, k):
-                    total = ridge(vertices, grid, body, row, column, k, low, high, margin, scratch, total)
+                    total = ridge(vertices, grid, body, (row, column), k, margin, scratch, total)
             p = sample(vertices, grid, row, column)
             if is_within(p, low, high) and is_peak(vertices, grid, row, column):
-                total = peak(vertices, grid, body, row, column, p, margin, scratch, total)
+                total = peak(vertices, grid, body, (row, column), margin, scratch, total)
     return total
 
 
@@ -137,7 +131,7 @@ def is_within(p: Vec, low: Vec, high: Vec) -> bool:
 
 @njit
 def number(grid: Grid, row: int, column: int, slot: int, index: int) -> int:
-    """Feature of a contact: which part of the field with which part of the shape."""
+    """Return the feature id of a contact, from the parts of the field and of the shape."""
     return ((row * grid.columns + column) * SLOTS + slot) * INDICES + index
 
 
@@ -146,12 +140,13 @@ def number(grid: Grid, row: int, column: int, slot: int, index: int) -> int:
 
 @njit
 def corner(vertices: Any, grid: Grid, body: Body, index: int, margin: float, scratch: Any, total: int) -> int:
-    """Point of the shape, grown by its radius, against the faces below it and the ridges and peaks beside it."""
+    """Add the contacts of a rounded point of the shape with faces below it and ridges and peaks beside it."""
     p = vec(scratch[index].point)
     height = height_above(vertices, grid, p)
     radius = 0.0 if body.kind == CYLINDER else body.radius
+    grown = Corner(index, p, radius)
     if height < 0.0:
-        return corner_inside(vertices, grid, body, index, p, radius, -height, scratch, total)
+        return corner_inside(vertices, grid, body, grown, -height, scratch, total)
     reach = radius + margin
     span = span_of(grid, sub(p, (reach, reach, reach)), add(p, (reach, reach, reach)))
     for row in range(span.row, span.row_end):
@@ -169,23 +164,24 @@ def corner(vertices: Any, grid: Grid, body: Body, index: int, margin: float, scr
         return total
     for row in range(span.row, span.row_end + 1):
         for column in range(span.column, span.column_end + 1):
-            total = corner_beside(vertices, grid, body, index, p, radius, row, column, reach, scratch, total)
+            total = corner_beside(vertices, grid, body, grown, (row, column), reach, scratch, total)
     return total
 
 
 @njit
 def offer_corner(scratch: Any, total: int, p: Vec, n: Vec, distance: float, radius: float, feature: int) -> int:
-    """A contact at the point of a grown corner that is nearest to the ground."""
+    """Add a contact at the point of a rounded corner nearest to the ground."""
     gap = distance - radius
     return offer(scratch, total, along(p, -radius - 0.5 * gap, n), n, gap, feature)
 
 
 @njit
 def corner_beside(
-    vertices: Any, grid: Grid, body: Body, index: int, p: Vec, radius: float,
-    row: int, column: int, reach: float, scratch: Any, total: int,
-) -> int:  # fmt: skip
-    """Against the ridges that a sample owns, and the sample, where the corner is between the faces' normals."""
+    vertices: Any, grid: Grid, body: Body, corner: Corner, cell: Cell, reach: float, scratch: Any, total: int
+) -> int:
+    """Add contacts of a corner with a sample and its ridges, where the corner is between the faces' normals."""
+    index, p, radius = corner
+    row, column = cell
     for k in range(3):
         if not has_edge(grid, row, column, k) or not is_ridge(vertices, grid, row, column, k):
             continue
@@ -213,10 +209,9 @@ def corner_beside(
 
 
 @njit
-def corner_inside(
-    vertices: Any, grid: Grid, body: Body, index: int, p: Vec, radius: float, depth: float, scratch: Any, total: int
-) -> int:
-    """The corner is in the solid: out to the nearest point of the surface, which is no farther than straight up."""
+def corner_inside(vertices: Any, grid: Grid, body: Body, corner: Corner, depth: float, scratch: Any, total: int) -> int:
+    """Add the contact of a corner in the solid, towards the nearest point of the surface."""
+    index, p, radius = corner
     row, column, which, n, distance = nearest(vertices, grid, p, depth, body, -1, scratch)
     if not faces_ground(body, scratch, index, n):
         if body.faces == 0:
@@ -231,9 +226,9 @@ def corner_inside(
 def nearest(
     vertices: Any, grid: Grid, p: Vec, within: float, body: Body, index: int, scratch: Any
 ) -> tuple[int, int, int, Vec, float]:
-    """(row, column, triangle, direction out, distance m) of the surface from a point below it; row -1 for none.
+    """Return (row, column, triangle, direction out, distance m) of the surface from a point below it; row -1: none.
 
-    Of a corner (else `index` is -1) only ways straight out of faces that it looks at: none past a thin ridge.
+    For a corner (else `index` is -1) only normals of faces that it can face count, not across a thin ridge.
     """
     span = span_of(grid, sub(p, (within, within, within)), add(p, (within, within, within)))
     best_row = span.row - span.row - 1
@@ -261,13 +256,12 @@ def nearest(
 
 
 @njit
-def ridge(
-    vertices: Any, grid: Grid, body: Body, row: int, column: int, k: int,
-    low: Vec, high: Vec, margin: float, scratch: Any, total: int,
-) -> int:  # fmt: skip
-    """An edge of the field against the edges and the round side of the shape."""
+def ridge(vertices: Any, grid: Grid, body: Body, cell: Cell, k: int, margin: float, scratch: Any, total: int) -> int:
+    """Add the contacts of an edge of the field with the edges and the round side of the shape."""
+    row, column = cell
     fold = fold_of(vertices, grid, row, column, k)
-    if fold.turn <= FLAT or max(fold.start[2], fold.end[2]) < low[2] or min(fold.start[2], fold.end[2]) > high[2]:
+    low, high = body.low[2] - margin, body.high[2] + margin
+    if fold.turn <= FLAT or max(fold.start[2], fold.end[2]) < low or min(fold.start[2], fold.end[2]) > high:
         return total
     feature = number(grid, row, column, 2 + k, 0)
     if body.kind == CAPSULE or body.kind == CYLINDER:
@@ -279,7 +273,7 @@ def ridge(
 
 @njit
 def edge_on_fold(fold: Fold, body: Body, edge: int, margin: float, feature: int, scratch: Any, total: int) -> int:
-    """Two edges across each other: their common normal must lie between the faces' normals of both."""
+    """Add the contact of two crossing edges, whose common normal must be between the faces' normals of both."""
     entry = scratch[edge]
     a, b = vec(scratch[entry.start].point), vec(scratch[entry.end].point)
     u, w = sub(fold.end, fold.start), sub(b, a)
@@ -299,8 +293,8 @@ def edge_on_fold(fold: Fold, body: Body, edge: int, margin: float, feature: int,
     apart = sub(a, fold.start)
     gap = dot(d, apart)
     across = uu * ww - uw * uw
-    t = (dot(apart, u) * ww - dot(apart, w) * uw) / across  # along the ridge
-    s = (dot(apart, u) * uw - dot(apart, w) * uu) / across  # along the shape's edge
+    t = (dot(apart, u) * ww - dot(apart, w) * uw) / across  # position along the ridge
+    s = (dot(apart, u) * uw - dot(apart, w) * uu) / across  # position along the shape's edge
     if not (gap <= margin and gap >= -body.extent and t >= 0.0 and t <= 1.0 and s >= 0.0 and s <= 1.0):
         return total
     on_ridge = along(fold.start, t, u)
@@ -314,7 +308,7 @@ def edge_on_fold(fold: Fold, body: Body, edge: int, margin: float, feature: int,
 
 @njit
 def is_between(x: Vec, m: Vec, o: Vec, w: Vec) -> bool:
-    """True if x = alpha m + beta o with neither negative; all three are normal to w."""
+    """Whether x = alpha m + beta o with both factors not negative; all three are normal to w."""
     turn = dot(cross(m, o), w)
     sign = 1.0 if turn > 0.0 else -1.0
     slack = -FLAT * norm(w)
@@ -322,13 +316,13 @@ def is_between(x: Vec, m: Vec, o: Vec, w: Vec) -> bool:
 
 
 @njit
-def peak(
-    vertices: Any, grid: Grid, body: Body, row: int, column: int, p: Vec, margin: float, scratch: Any, total: int
-) -> int:
-    """A sample against the face that it has entered least, of those that its neighbours let touch it."""
+def peak(vertices: Any, grid: Grid, body: Body, cell: Cell, margin: float, scratch: Any, total: int) -> int:
+    """Add the contact of a sample with the face that it penetrates least, of those that its neighbours allow."""
+    row, column = cell
     feature = number(grid, row, column, 5, 0)
     if body.kind == CAPSULE or body.kind == CYLINDER:
-        return round_on_peak(vertices, grid, body, row, column, p, margin, feature, scratch, total)
+        return round_on_peak(vertices, grid, body, cell, margin, feature, scratch, total)
+    p = sample(vertices, grid, row, column)
     best, highest = -np.inf, -np.inf
     face = -1
     for f in range(body.faces):
@@ -355,7 +349,7 @@ def peak(
 def cylinder_on_cell(
     vertices: Any, grid: Grid, body: Body, row: int, column: int, margin: float, scratch: Any, total: int
 ) -> int:
-    """The lowest points of the rims over the two faces of a cell."""
+    """Add the contacts of the rims' lowest points over the two faces of a cell."""
     for which in range(2):
         a, b, c = triangle(vertices, grid, row, column, which)
         n = normal_of(a, b, c)
@@ -365,7 +359,7 @@ def cylinder_on_cell(
                 continue
             height = height_above(vertices, grid, p)
             gap = dot(n, sub(p, a))
-            if height < 0.0:  # as any corner that is inside
+            if height < 0.0:  # like any corner that is inside
                 at_row, at_column, at_which, out, distance = nearest(vertices, grid, p, -height, body, -1, scratch)
                 if at_row >= 0:
                     feature = number(grid, at_row, at_column, at_which, 16 + end)
@@ -381,7 +375,7 @@ def cylinder_on_cell(
 
 @njit
 def write_chosen(scratch: Any, total: int, field_pose: Pose, contacts: Any, count: int, manifold: Any) -> int:
-    """The chosen candidates as contacts in the world, by their features."""
+    """Write the chosen candidates as contacts in the world, sorted by feature id."""
     last = -1
     while True:
         following = -1
@@ -392,7 +386,7 @@ def write_chosen(scratch: Any, total: int, field_pose: Pose, contacts: Any, coun
             return count
         entry = scratch[following]
         entry.state = CHOSEN + 1
-        if entry.feature == last:  # twice the same, from both sides of an edge
+        if entry.feature == last:  # the same contact from both sides of an edge
             continue
         last = entry.feature
         n = rotate(field_pose, vec(entry.push))
@@ -411,28 +405,18 @@ def write_chosen(scratch: Any, total: int, field_pose: Pose, contacts: Any, coun
 
 
 @njit
-def heightfield_gap(
-    shape_models: Any,
-    shape_parameters: Any,
-    vertices: Any,
-    field: int,
-    shape: int,
-    field_pose: Pose,
-    shape_pose: Pose,
-    margin: float,
-    scratch: Any,
-) -> tuple[Vec, float]:
-    """(normal out of the field, lower bound of the distance m) for conservative advancement.
+def heightfield_gap(shapes: Any, field: PlacedShape, shape: PlacedShape, margin: float, scratch: Any) -> float:
+    """Return a lower bound of the distance, m, for conservative advancement.
 
-    The bound is that of the nearest triangle, infinite if none is within the margin: a shape none of whose points
-    moves farther than it touches nothing, whichever way they move.  Zero or less where the shape may touch.
+    It is the distance of the nearest triangle, infinite if none is within the margin: a shape whose points
+    all move by less touches nothing, in any direction.  It is zero or less where the shape may touch.
     """
-    grid = grid_of(shape_models[field], vertices)
-    pose = relative(field_pose, shape_pose)
-    body = body_over_field(shape_models[shape], shape_parameters[shape], vertices, pose, scratch)
+    vertices = shapes.vertices
+    grid = grid_of(shapes.models[field.number], vertices)
+    body = placed_body(shapes, field, shape, scratch)
     room = (margin, margin, margin)
     span = span_of(grid, sub(body.low, room), add(body.high, room))
-    out, least = (0.0, 0.0, 1.0), np.inf
+    least = np.inf
     ball = furthest_from_middle(body, scratch)
     for row in range(span.row, span.row_end):
         for column in range(span.column, span.column_end):
@@ -440,18 +424,17 @@ def heightfield_gap(
                 a, b, c = triangle(vertices, grid, row, column, which)
                 n = normal_of(a, b, c)
                 gap = -reach_along(body, scratch, scaled(n, -1.0)) - dot(n, a)
-                apart = sub(pose.at, closest_on_triangle(pose.at, a, b, c, n))
-                if gap > 0.0 and norm(apart) - ball > gap:
-                    gap = norm(apart) - ball
-                    n = scaled(apart, 1.0 / norm(apart))
-                if gap <= margin and gap < least:
-                    out, least = n, gap
-    return rotate(field_pose, out), least
+                apart = sub(body.pose.at, closest_on_triangle(body.pose.at, a, b, c, n))
+                if gap > 0.0:
+                    gap = max(gap, norm(apart) - ball)
+                if gap <= margin:
+                    least = min(least, gap)
+    return least
 
 
 @njit
 def furthest_from_middle(body: Body, scratch: Any) -> float:
-    """Radius of the ball about the shape's origin that holds it."""
+    """Return the radius of the ball about the shape's origin that contains it."""
     if body.kind == CYLINDER:
         return np.sqrt(body.half_length * body.half_length + body.radius * body.radius)
     most = 0.0

@@ -1,4 +1,4 @@
-"""What two shapes say of each other: one normal and up to four points, in a record that is used anew."""
+"""The contact of two convex 3D shapes: one normal and up to four points, in a record that is reused."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from gsenv.solver.jit import njit
-from gsenv.solver.spatial.math import Vec
+from ...jit import njit
+from ..math import Vec
 
 MAX_POINTS = 4
 
 
 def manifold_dtype() -> np.dtype[Any]:
-    """Contact of shape a with shape b.
+    """Return the dtype of the contact of shape a with shape b.
 
     ``separation`` is measured along the normal and is a lower bound of the distance even where there
     are no points; infinite if the shapes are beyond the margin.
@@ -22,21 +22,27 @@ def manifold_dtype() -> np.dtype[Any]:
         [
             ("count", "i8"),
             ("normal", "f8", (3,)),  # unit, from a to b
-            ("separation", "f8"),  # m, negative = overlap, of the whole
-            ("point", "f8", (MAX_POINTS, 3)),  # m, half-way between the two surfaces
+            ("separation", "f8"),  # m, smallest of all, negative for an overlap
+            ("point", "f8", (MAX_POINTS, 3)),  # m, midpoint between the two surfaces
             ("gap", "f8", (MAX_POINTS,)),  # m, separation at the point
-            ("feature", "i8", (MAX_POINTS,)),  # same number, same contact
+            ("feature", "i8", (MAX_POINTS,)),  # feature ids
         ],
         align=True,
     )
 
 
 @njit
-def clear_manifold(m: Any) -> None:
-    """Nothing within the margin."""
+def begin_manifold(m: Any, n: Vec, separation: float) -> None:
+    """Start a manifold along the unit normal n, without points."""
     m.count = 0
-    m.separation = np.inf
-    set_normal(m, (0.0, 0.0, 1.0))
+    m.separation = separation
+    set_normal(m, n)
+
+
+@njit
+def clear_manifold(m: Any) -> None:
+    """Set a manifold to that of shapes beyond the margin."""
+    begin_manifold(m, (0.0, 0.0, 1.0), np.inf)
 
 
 @njit
@@ -59,14 +65,14 @@ def add_point(m: Any, p: Vec, gap: float, feature: int) -> None:
 
 @njit
 def flip_manifold(m: Any) -> None:
-    """The same contact seen as b with a."""
+    """Exchange shapes a and b."""
     for i in range(3):
         m.normal[i] = -m.normal[i]
 
 
 @njit
 def sort_points(m: Any) -> None:
-    """In ascending order of their features."""
+    """Sort the points by feature id."""
     for i in range(1, m.count):
         k = i
         while k > 0 and m.feature[k - 1] > m.feature[k]:

@@ -1,14 +1,12 @@
-"""Bodies moved ahead in time along their present motion."""
+"""Bodies moved along their present motion."""
 
 from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-import numpy as np
-
-from gsenv.solver.jit import njit
-from gsenv.solver.spatial.geometry import DYNAMIC, STATIC
-from gsenv.solver.spatial.math import Pose, Vec, add, along, cross, scaled, sub, turn_of, turned, vec
+from ...core.geometry import DYNAMIC, STATIC, swing_of
+from ...jit import njit
+from ..math import Pose, Vec, add, along, cross, norm, scaled, sub, turn_of, turned, vec
 
 
 class Motion(NamedTuple):
@@ -17,7 +15,7 @@ class Motion(NamedTuple):
     at: Vec  # m
     velocity: Vec  # m/s
     spin: Vec  # rad/s
-    swing: float  # m: spin moves a support plane of the body at most so fast, per rad/s
+    swing: float  # m/s per rad/s, largest speed of a support plane by rotation
 
 
 @njit
@@ -27,14 +25,8 @@ def at_rest() -> Motion:
 
 
 @njit
-def swing_of(parameter: Any) -> float:
-    spare = parameter.radius * parameter.radius - parameter.extent * parameter.extent
-    return np.sqrt(max(spare, 0.0))
-
-
-@njit
 def motion_of(body: Any, parameter: Any, kind: int, gravity: Any, timestep: float) -> Motion:
-    """Velocity as it will be at the end of the step, if nothing is hit."""
+    """Return the motion at the end of the step, if nothing is hit."""
     zero = (0.0, 0.0, 0.0)
     if kind == STATIC:
         return Motion(vec(body.position), zero, zero, 0.0)
@@ -47,8 +39,14 @@ def motion_of(body: Any, parameter: Any, kind: int, gravity: Any, timestep: floa
 
 
 @njit
+def spin_rate(motion: Motion) -> float:
+    """Return the angular speed in rad/s."""
+    return norm(motion.spin)
+
+
+@njit
 def advanced(pose: Pose, motion: Motion, time: float) -> Pose:
-    """A pose on a moving body, `time` s later."""
+    """Return a pose on a moving body, `time` s later."""
     at = sub(pose.at, motion.at)
     x, y, z = pose.x, pose.y, pose.z
     w = motion.spin
@@ -63,6 +61,6 @@ def advanced(pose: Pose, motion: Motion, time: float) -> Pose:
 
 @njit
 def velocity_of(motion: Motion, p: Vec, time: float) -> Vec:
-    """Velocity in m/s of the material point that is at p after `time` s."""
+    """Return the velocity in m/s of the material point that is at p after `time` s."""
     arm = sub(p, along(motion.at, time, motion.velocity))
     return add(motion.velocity, cross(motion.spin, arm))

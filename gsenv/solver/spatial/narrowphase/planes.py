@@ -1,4 +1,4 @@
-"""A plane against everything: the lowest points of the shape above it."""
+"""Contacts of planes with convex shapes: the lowest points of the shape above the plane."""
 
 from __future__ import annotations
 
@@ -8,67 +8,60 @@ import numpy as np
 from numba import int64
 from numpy.typing import NDArray
 
-from gsenv.solver.jit import njit
-from gsenv.solver.spatial.kinds import CYLINDER, HULL
-from gsenv.solver.spatial.math import Pose, Vec, add, along, dot, rotate, scaled, sub, tangents, vec
-from gsenv.solver.spatial.narrowphase.clip import add_spot, choose_spots
-from gsenv.solver.spatial.narrowphase.features import LOWEST, RIM, rim_direction
-from gsenv.solver.spatial.narrowphase.manifold import clear_manifold, set_normal
-from gsenv.solver.spatial.narrowphase.scratch import CLIP_MAX
-from gsenv.solver.spatial.narrowphase.solids import Solid, support, support_vertex
+from ...jit import njit
+from ..kinds import CYLINDER, HULL
+from ..math import Pose, Vec, add, along, dot, rotate, scaled, sub, vec
+from .clip import add_spot, choose_spots
+from .features import LOWEST, RIM, Basis, basis_of, rim_direction
+from .manifold import begin_manifold, clear_manifold
+from .scratch import CLIP_MAX
+from .solids import Solid, from_origin, support, support_vertex
 
 Array = NDArray[Any]
 
-STANDING = 0.7  # cosine: a cylinder that leans more touches with the lowest point of each cap only
-RIMS = 4  # points of a cap that stands
+STANDING = 0.7  # cosine: a cylinder at a larger tilt touches only with the lowest point of each cap
+RIMS = 4  # number of points of a standing cap
 CAP_LABELS = 32
 
 
 @njit
-def collide_plane(
-    plane: Pose, b: Solid, pose_b: Pose, vertices: Array | None, margin: float, m: Any, scratch: Any
-) -> None:
-    """The plane is z <= 0 of its frame; both poses in the world."""
+def collide_plane(plane: Pose, solid: Solid, vertices: Array | None, margin: float, m: Any, scratch: Any) -> None:
+    """Fill m for a plane, z <= 0 in its frame, and a solid; both poses are in the world."""
     n = plane.z
-    origin = pose_b.at
-    pose = Pose((0.0, 0.0, 0.0), pose_b.x, pose_b.y, pose_b.z)
+    origin = solid.pose.at
+    b = from_origin(solid, origin)
     height = dot(n, sub(origin, plane.at))
-    down = scaled(n, -1.0)
-    separation = height + dot(n, support(b, vertices, pose, down)) - b.grown
+    separation = height + dot(n, support(b, vertices, scaled(n, -1.0))) - b.grown
     if not separation <= margin:
         clear_manifold(m)
         return
-    m.count = 0
-    m.separation = separation
-    set_normal(m, n)
-    t, s = tangents(n)
+    begin_manifold(m, n, separation)
+    basis = basis_of(n)
     count = int64(0)
     if b.kind == CYLINDER:
-        count = cylinder_spots(b, pose, t, s, n, height, margin, scratch)
+        count = cylinder_spots(b, basis, height, margin, scratch)
     elif b.kind == HULL:
         if vertices is not None:
-            count = hull_spots(b, pose, vertices, t, s, n, height, separation, margin, scratch)
+            count = hull_spots(b, vertices, basis, height, separation, margin, scratch)
     else:
-        count = box_spots(b, pose, t, s, n, height, margin, scratch)
+        count = box_spots(b, basis, height, margin, scratch)
     least = np.inf
     for i in range(count):
         least = min(least, scratch.spot[i, 3])
     for i in range(choose_spots(count, least, scratch)):
         k = scratch.chosen[i]
-        add_spot(m, t, s, n, origin, k, scratch.spot_label[k], scratch)
+        add_spot(m, basis, origin, k, scratch.spot_label[k], scratch)
 
 
 @njit
-def put_low(
-    p: Vec, label: int, t: Vec, s: Vec, n: Vec, height: float, margin: float, count: int, scratch: Any
-) -> int:
-    """One more possible contact at the surface point p, which counts from a point `height` over the plane."""
-    h = dot(n, p)
+def put_low(p: Vec, label: int, basis: Basis, height: float, margin: float, count: int, scratch: Any) -> int:
+    """Add a candidate at the surface point p, relative to a point at `height` above the plane."""
+    h = dot(basis.n, p)
     gap = height + h
     if not gap <= margin or count >= CLIP_MAX:
         return count
-    scratch.spot[count, 0] = dot(t, p)
-    scratch.spot[count, 1] = dot(s, p)
+    scratch.spot[count, 0] = dot(basis.t, p)
+    scratch.spot[count, 1] = dot(basis.s, p)
     scratch.spot[count, 2] = h - 0.5 * gap
     scratch.spot[count, 3] = gap
     scratch.spot_label[count] = label
@@ -76,10 +69,8 @@ def put_low(
 
 
 @njit
-def box_spots(
-    b: Solid, pose: Pose, t: Vec, s: Vec, n: Vec, height: float, margin: float, scratch: Any
-) -> int:
-    """Corners of a box; of a core without width in some direction each once."""
+def box_spots(b: Solid, basis: Basis, height: float, margin: float, scratch: Any) -> int:
+    """Write the corners of a box as spots, each only once where the core has no width in some direction."""
     count = int64(0)
     for corner in range(8):
         flat_x = b.half[0] == 0.0 and corner & 1
@@ -92,16 +83,16 @@ def box_spots(
             b.half[1] if corner & 2 else -b.half[1],
             b.half[2] if corner & 4 else -b.half[2],
         )
-        p = along(rotate(pose, local), -b.grown, n)
-        count = put_low(p, int64(corner), t, s, n, height, margin, count, scratch)
+        p = along(rotate(b.pose, local), -b.grown, basis.n)
+        count = put_low(p, int64(corner), basis, height, margin, count, scratch)
     return count
 
 
 @njit
-def cylinder_spots(
-    b: Solid, pose: Pose, t: Vec, s: Vec, n: Vec, height: float, margin: float, scratch: Any
-) -> int:
-    """Standing: four points of the lower rim; the lowest point of each rim where it is not one of them."""
+def cylinder_spots(b: Solid, basis: Basis, height: float, margin: float, scratch: Any) -> int:
+    """Write four points of the lower rim if the cylinder stands, and each rim's lowest point if it is none of them."""
+    pose = b.pose
+    n = basis.n
     upright = dot(pose.z, n)
     count = int64(0)
     stands = abs(upright) > STANDING
@@ -114,28 +105,29 @@ def cylinder_spots(
         middle = scaled(axis, b.half[2])
         if stands and cap == lower:
             for k in range(RIMS):
-                rim, label = rim_direction(axis, down, t, int64(k), int64(RIM // RIMS))
+                rim, label = rim_direction(axis, down, basis.t, int64(k), int64(RIM // RIMS))
                 p = along(middle, b.radius, rim)
-                count = put_low(p, CAP_LABELS * cap + label, t, s, n, height, margin, count, scratch)
+                count = put_low(p, CAP_LABELS * cap + label, basis, height, margin, count, scratch)
         elif lean > 0.0:
             p = along(middle, b.radius / lean, slope)
-            count = put_low(p, int64(CAP_LABELS * cap + LOWEST), t, s, n, height, margin, count, scratch)
+            count = put_low(p, int64(CAP_LABELS * cap + LOWEST), basis, height, margin, count, scratch)
     return count
 
 
 @njit
 def hull_spots(
-    b: Solid, pose: Pose, vertices: Array, t: Vec, s: Vec, n: Vec, height: float, separation: float,
-    margin: float, scratch: Any,
-) -> int:  # fmt: skip
-    """Vertices of a hull within the margin, the lowest one first."""
+    b: Solid, vertices: Array, basis: Basis, height: float, separation: float, margin: float, scratch: Any
+) -> int:
+    """Write the vertices of a hull within the margin, the lowest one first."""
+    pose = b.pose
+    n = basis.n
     down = (-dot(n, pose.x), -dot(n, pose.y), -dot(n, pose.z))
     low = support_vertex(vertices, b.first, down)
     reach = min(margin, separation + b.extent)
     p = add(pose.at, rotate(pose, vec(vertices[b.first + low].position)))
-    count = put_low(p, low, t, s, n, height, margin, int64(0), scratch)
+    count = put_low(p, low, basis, height, margin, int64(0), scratch)
     for i in range(int64(vertices[b.first].vertex_count)):
         if i != low:
             p = add(pose.at, rotate(pose, vec(vertices[b.first + i].position)))
-            count = put_low(p, int64(i), t, s, n, height, reach, count, scratch)
+            count = put_low(p, int64(i), basis, height, reach, count, scratch)
     return count

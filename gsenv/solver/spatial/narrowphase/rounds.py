@@ -1,48 +1,43 @@
-"""Spheres and capsules with each other and with boxes, spheres with cylinders: directions in closed form."""
+"""Contact directions of spheres and capsules with each other and with boxes, and of spheres with cylinders."""
 
 from __future__ import annotations
 
-from gsenv.solver.jit import njit
-from gsenv.solver.spatial.kinds import BOX, CYLINDER, SPHERE
-from gsenv.solver.spatial.math import Pose, Vec, along, cross, dot, norm, rotate, scaled, sub, unit, unrotate
-from gsenv.solver.spatial.narrowphase.segments import (
-    lines_direction,
-    point_box,
-    point_cylinder,
-    segment_box,
-)
-from gsenv.solver.spatial.narrowphase.solids import Solid
+from ...jit import njit
+from ..kinds import BOX, CYLINDER, SPHERE
+from ..math import Vec, along, cross, dot, norm, rotate, scaled, sub, unit, unrotate
+from .segments import lines_direction, point_box, point_cylinder, segment_box
+from .solids import Solid
 
-FACE_BIAS = 0.01  # of the extent: an edge must part the shapes this much better than a face
+FACE_BIAS = 0.01  # of the extent: advantage in separation that an edge needs over a face
 
 
 @njit
-def round_direction(a: Solid, pose_a: Pose, b: Solid, pose_b: Pose) -> tuple[Vec, float, Vec]:
-    """(normal, separation, point half-way between the nearest points).
+def round_direction(a: Solid, b: Solid) -> tuple[Vec, float, Vec]:
+    """Return (normal, separation, midpoint of the nearest points).
 
     b is a sphere or capsule; a the same, a box, or, with a sphere, a cylinder.
     """
-    d = sub(pose_b.at, pose_a.at)
-    t = 0.0  # b's nearest point along its axis, m from its middle
+    d = sub(b.pose.at, a.pose.at)
+    t = 0.0  # m, position of b's nearest point along its axis from its centre
     if a.kind == BOX or a.kind == CYLINDER:
-        p = unrotate(pose_a, d)
+        p = unrotate(a.pose, d)
         if a.kind == CYLINDER:
             local, distance = point_cylinder(p, a.radius, a.half[2])
         elif b.kind == SPHERE:
             local, distance = point_box(p, a.half)
         else:
-            local, distance, t = capsule_direction(p, unrotate(pose_a, pose_b.z), b.half[2], a.half, a.extent)
-        n = rotate(pose_a, local)
+            local, distance, t = capsule_direction(p, unrotate(a.pose, b.pose.z), b.half[2], a.half, a.extent)
+        n = rotate(a.pose, local)
     else:
-        n, distance, _, t = lines_direction(d, pose_a.z, a.half[2], pose_b.z, b.half[2])
+        n, distance, _, t = lines_direction(d, a.pose.z, a.half[2], b.pose.z, b.half[2])
     separation = distance - a.grown - b.grown
-    middle = along(along(pose_b.at, t, pose_b.z), -b.grown - 0.5 * separation, n)
+    middle = along(along(b.pose.at, t, b.pose.z), -b.grown - 0.5 * separation, n)
     return n, separation, middle
 
 
 @njit
 def capsule_direction(p: Vec, axis: Vec, half_length: float, half: Vec, extent: float) -> tuple[Vec, float, float]:
-    """(unit direction from the box to the core, distance, place on the core), in the box's frame."""
+    """Return (unit direction from the box to the core, distance, position on the core), in the box's frame."""
     d = scaled(axis, half_length)
     t0, t1 = segment_box(p, d, half)
     t = 0.5 * (t0 + t1)
@@ -54,7 +49,7 @@ def capsule_direction(p: Vec, axis: Vec, half_length: float, half: Vec, extent: 
 
 @njit
 def through_box(p: Vec, d: Vec, half: Vec, extent: float, t: float) -> tuple[Vec, float, float]:
-    """The same where the segment p +- d meets the box: separating axes."""
+    """Return the same where the segment p +- d intersects the box, by separating axes."""
     n = (1.0, 0.0, 0.0)
     best = abs(p[0]) - half[0] - abs(d[0])
     y = abs(p[1]) - half[1] - abs(d[1])

@@ -1,14 +1,14 @@
-"""Secondary impacts: a body that is hit within the step leaves its way, and may meet others on the new one.
+"""Secondary impacts: a body that is hit within the step changes its path, and may hit others on the new one.
 
-Contacts are found once per step.  Those that close on the present ways are found by prediction; what
-an impact makes of these ways, only the solve knows.  So pairs that pass by are candidates, and stay if
-velocities that impacts may give to the two close the gap.  Without impacts, at rest, rolling or in free
-flight, none does.
+Contacts are found once per step.  Those on the present paths are found by prediction; paths after an
+impact are known only after the solve.  So pairs that miss each other are candidates, and are kept if
+velocities that impacts may give to the two bodies close the gap.  Without impacts, at rest, rolling or in
+free flight, none is kept.
 
 An impact of bodies with velocities u and v, in any direction, leaves v in the ball whose diameter is its
 change in a central impact (Thales): (1 + e) m_u / (m_u + m_v) (u - v).  So each body has a box of velocities
-that grows by those of what it may meet, and what it may become is in the ball around the box.  Masses
-damp what a blow hands on in a heap; the ground's stop goes on undamped, for what stands on it may not yield.
+that grows by those of bodies that it may hit, and its possible velocities are in the ball around the box.
+The masses reduce the velocities that pass on in a heap, except from fixed bodies and from what rests on them.
 """
 
 from __future__ import annotations
@@ -17,35 +17,35 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from gsenv.solver.jit import njit
-from gsenv.solver.spatial.geometry import BASE_MARGIN
-from gsenv.solver.spatial.math import Vec, add, cross, dot, norm, sub, vec
+from ...core.geometry import BASE_MARGIN
+from ...jit import njit
+from ..math import Vec, add, cross, dot, norm, sub, vec
 
 Array = NDArray[Any]
 
-MAX_ROUNDS = 8  # of handing velocities on, from body to body
+MAX_ROUNDS = 8  # largest number of passes over all contacts
 
 
 @njit
 def keep_secondary(
-    contacts: Array, count: int, bodies: Array, body_parameters: Array, motions: Array, timestep: float
+    contacts: Array, count: int, bodies: Array, body_parameters: Array, substep_bodies: Array, timestep: float
 ) -> tuple[int, bool]:
-    """Drop the candidates that no impact can close: (how many contacts are left, whether anything is hit).
+    """Remove candidates that no impact can close; returns (number of contacts left, whether there is any impact).
 
-    `contacts[:count]` as of find_contacts; they stay in order. Leaves in `motions` (body,) the velocities
-    that a body may get, a ball of radius `spread` around `likely`, if anything is hit.
+    `contacts[:count]` are those of find_contacts; their order is kept. If there is an impact, `substep_bodies`
+    (body,) get the velocities that each body may have, a ball of radius `spread` around `likely`.
     """
     if not any_impact(contacts, count, bodies, timestep):
         return drop_candidates(contacts, count), False
     for b in range(len(bodies)):
-        motions[b].backed = 0
-        motions[b].spread = 0.0
+        substep_bodies[b].backed = 0
+        substep_bodies[b].spread = 0.0
         for d in range(3):
-            motions[b].slowest[d] = bodies[b].velocity[d]
-            motions[b].fastest[d] = bodies[b].velocity[d]
-            motions[b].likely[d] = bodies[b].velocity[d]
+            substep_bodies[b].slowest[d] = bodies[b].velocity[d]
+            substep_bodies[b].fastest[d] = bodies[b].velocity[d]
+            substep_bodies[b].likely[d] = bodies[b].velocity[d]
     for _ in range(MAX_ROUNDS):
-        if not hand_on(contacts, count, bodies, body_parameters, motions, timestep):
+        if not hand_on(contacts, count, bodies, body_parameters, substep_bodies, timestep):
             break
     return drop_candidates(contacts, count), True
 
@@ -58,7 +58,7 @@ def velocity_at(body: Any, point: Vec) -> Vec:
 
 @njit
 def any_impact(contacts: Array, count: int, bodies: Array, timestep: float) -> bool:
-    """Whether some two would go into each other by more than a contact at rest may be off."""
+    """Whether two bodies would penetrate each other by more than the error of a contact at rest."""
     for k in range(count):
         contact = contacts[k]
         if contact.miss > 0.0 or contact.sensor != 0:
@@ -74,7 +74,7 @@ def any_impact(contacts: Array, count: int, bodies: Array, timestep: float) -> b
 
 @njit
 def set_ball(motion: Any) -> None:
-    """Around the box."""
+    """Set the ball around the box of velocities."""
     low = vec(motion.slowest)
     high = vec(motion.fastest)
     motion.spread = 0.5 * norm(sub(high, low))
@@ -84,11 +84,11 @@ def set_ball(motion: Any) -> None:
 
 @njit
 def hand_on(
-    contacts: Array, count: int, bodies: Array, body_parameters: Array, motions: Array, timestep: float
+    contacts: Array, count: int, bodies: Array, body_parameters: Array, substep_bodies: Array, timestep: float
 ) -> bool:
-    """Two that may meet hand on their velocities; whether any of this is new.
+    """Exchange the possible velocities of bodies that may touch; returns whether any range has grown.
 
-    Candidates that may meet are contacts from then on: their `miss` is 0.
+    Candidates that may touch become contacts: their `miss` is set to 0.
     """
     changed = False
     for k in range(count):
@@ -97,12 +97,12 @@ def hand_on(
             continue
         a = contact.body_a
         b = contact.body_b
-        speed = motions[a].spread + motions[b].spread
+        speed = substep_bodies[a].spread + substep_bodies[b].spread
         if contact.miss > 0.0 and speed == 0.0:
             continue
         n = contact.normal
         for d in range(3):
-            speed += n[d] * (motions[a].likely[d] - motions[b].likely[d])
+            speed += n[d] * (substep_bodies[a].likely[d] - substep_bodies[b].likely[d])
         if not timestep * speed > contact.separation:
             continue
         contact.miss = 0.0
@@ -112,16 +112,16 @@ def hand_on(
         bounce = 1.0 + contact.restitution
         if inverse_a > 0.0:
             share = bounce * inverse_a / (inverse_a + inverse_b)
-            changed |= take_in(bodies[a], motions[a], motions[b], share, inverse_b == 0.0, least)
+            changed |= take_in(bodies[a], substep_bodies[a], substep_bodies[b], share, inverse_b == 0.0, least)
         if inverse_b > 0.0:
             share = bounce * inverse_b / (inverse_a + inverse_b)
-            changed |= take_in(bodies[b], motions[b], motions[a], share, inverse_a == 0.0, least)
+            changed |= take_in(bodies[b], substep_bodies[b], substep_bodies[a], share, inverse_a == 0.0, least)
     return changed
 
 
 @njit
 def take_in(body: Any, motion: Any, other: Any, share: float, immovable: bool, least: float) -> bool:
-    """Widen a body's velocities by what those of another may make of its own; whether by more than `least` m/s."""
+    """Widen a body's velocities by impacts with another body; returns whether by more than `least` m/s."""
     changed = False
     wider = False
     backed = immovable or other.backed != 0
@@ -162,9 +162,9 @@ def drop_candidates(contacts: Array, count: int) -> int:
 
 @njit
 def widen_boxes(
-    shape_models: Array, bodies: Array, body_parameters: Array, motions: Array, timestep: float, geometry: Array
+    shape_models: Array, bodies: Array, body_parameters: Array, substep_bodies: Array, timestep: float, geometry: Array
 ) -> bool:
-    """Boxes and margins hold what velocities of secondary impacts make of the ways; whether any grew."""
+    """Widen boxes and margins by the possible velocities after secondary impacts; returns whether any grew."""
     grown = False
     for k in range(len(shape_models)):
         b = shape_models[k].body
@@ -172,8 +172,8 @@ def widen_boxes(
         if entry.dynamic == 0:
             continue
         extent = body_parameters[b].extent
-        radius = motions[b].spread
-        middle = motions[b].likely
+        radius = substep_bodies[b].spread
+        middle = substep_bodies[b].likely
         if not timestep * radius > BASE_MARGIN * extent:
             continue
         grown = True

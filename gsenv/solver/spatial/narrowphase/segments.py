@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from gsenv.solver.jit import njit
-from gsenv.solver.spatial.math import Vec, cross, dot, norm, scaled, tangents, unit
+from ...jit import njit
+from ..math import Vec, cross, dot, norm, scaled, tangents, unit
 
 
 @njit
 def point_box(p: Vec, half: Vec) -> tuple[Vec, float]:
-    """(unit direction from the box to the point, distance), negative inside: to the nearest face."""
+    """Return (unit direction from the box to the point, distance); inside, negative and to the nearest face."""
     ex = max(abs(p[0]) - half[0], 0.0)
     ey = max(abs(p[1]) - half[1], 0.0)
     ez = max(abs(p[2]) - half[2], 0.0)
@@ -32,7 +32,7 @@ def point_box(p: Vec, half: Vec) -> tuple[Vec, float]:
 
 @njit
 def point_cylinder(p: Vec, radius: float, half: float) -> tuple[Vec, float]:
-    """The same of a cylinder about z."""
+    """Return the same for a cylinder about z."""
     across = np.sqrt(p[0] * p[0] + p[1] * p[1])
     out = (1.0, 0.0, 0.0)
     if across > 0.0:
@@ -51,15 +51,15 @@ def point_cylinder(p: Vec, radius: float, half: float) -> tuple[Vec, float]:
 
 @njit
 def segment_segment(d: Vec, a: Vec, half_a: float, b: Vec, half_b: float) -> tuple[float, float]:
-    """Places s, t of the nearest points s a and d + t b; |s| <= half_a, |t| <= half_b, a and b unit.
+    """Return s, t of the nearest points s a and d + t b; |s| <= half_a, |t| <= half_b, a and b unit vectors.
 
-    Of parallel segments the middle of the stretch that they share.
+    For parallel segments they are at the midpoint of the common part.
     """
     c = dot(a, b)
     da = dot(d, a)
     db = dot(d, b)
     sine2 = 1.0 - c * c
-    if sine2 < 1e-6:  # again, without the loss of digits
+    if sine2 < 1e-6:  # computed again without the loss of digits
         x = cross(a, b)
         sine2 = dot(x, x)
     if sine2 > 1e-12:
@@ -78,13 +78,13 @@ def segment_segment(d: Vec, a: Vec, half_a: float, b: Vec, half_b: float) -> tup
 
 @njit
 def lines_direction(d: Vec, a: Vec, half_a: float, b: Vec, half_b: float) -> tuple[Vec, float, float, float]:
-    """(unit direction from segment a to segment b, distance, s, t); see segment_segment."""
+    """Return (unit direction from segment a to segment b, distance, s, t); see segment_segment."""
     s, t = segment_segment(d, a, half_a, b, half_b)
     gap = (d[0] + t * b[0] - s * a[0], d[1] + t * b[1] - s * a[1], d[2] + t * b[2] - s * a[2])
     distance = norm(gap)
     if distance > 1e-12 * (half_a + half_b):
         return scaled(gap, 1.0 / distance), distance, s, t
-    # they cross: normal to both, towards b's middle
+    # they cross: normal to both, towards b's centre
     x = cross(a, b) if half_b > 0.0 else (0.0, 0.0, 0.0)
     if not dot(x, x) > 1e-12:
         axis = a if half_a > 0.0 else b
@@ -95,7 +95,7 @@ def lines_direction(d: Vec, a: Vec, half_a: float, b: Vec, half_b: float) -> tup
 
 @njit
 def segment_slope(p: Vec, d: Vec, half: Vec, t: float) -> float:
-    """Half the derivative of the squared distance of p + t d from the box."""
+    """Return half the derivative of the squared distance of p + t d from the box."""
     slope = 0.0
     for i in range(3):
         x = p[i] + t * d[i]
@@ -108,17 +108,17 @@ def segment_slope(p: Vec, d: Vec, half: Vec, t: float) -> float:
 
 @njit
 def segment_box(p: Vec, d: Vec, half: Vec) -> tuple[float, float]:
-    """The stretch (t0, t1) within [-1, 1] where p + t d is nearest to the box.
+    """Return the interval (t0, t1) within [-1, 1] in which p + t d is nearest to the box.
 
-    The slope of the squared distance is piecewise linear and never falls, with a kink where the line
-    crosses the plane of a face: the kinks next to its zero are found, and between them the zero.
+    The slope of the squared distance is piecewise linear and never decreases, with a kink where the line
+    crosses the plane of a face: the kinks next to its zero are found, then the zero between them.
     """
     return slope_zero(p, d, half, 0.0), slope_zero(p, d, half, 1.0)
 
 
 @njit
 def slope_zero(p: Vec, d: Vec, half: Vec, last: float) -> float:
-    """The first (`last` = 0) or last (1) zero of segment_slope in [-1, 1], or the end nearest to one."""
+    """Return the first (`last` = 0) or last (1) zero of segment_slope in [-1, 1], or the end nearest to one."""
     first = last == 0.0
     low = -1.0
     high = 1.0

@@ -1,4 +1,4 @@
-"""Convex shapes as the routines see them: a core, grown by a radius, and its support points.
+"""Convex shapes for the narrowphase: a core, rounded by a radius, and its support points.
 
 Spheres, capsules and boxes are boxes with some half-extents zero; poses are relative to a common origin.
 """
@@ -11,9 +11,9 @@ import numpy as np
 from numba import int64
 from numpy.typing import NDArray
 
-from gsenv.solver.jit import njit
-from gsenv.solver.spatial.kinds import BOX, CYLINDER, HULL
-from gsenv.solver.spatial.math import Pose, Vec, add, dot, rotate, sub, unrotate
+from ...jit import njit
+from ..kinds import BOX, CYLINDER, HULL
+from ..math import Pose, Vec, add, dot, rotate, sub, unrotate
 
 Array = NDArray[Any]
 
@@ -22,13 +22,14 @@ class Solid(NamedTuple):
     kind: int
     half: Vec  # m, of the core
     radius: float  # m, of a cylinder
-    grown: float  # m, the shape is its core grown by this
+    grown: float  # m, rounding of the core
     extent: float  # m, smallest half-width
     first: int  # entry in vertices, of a hull
+    pose: Pose
 
 
 @njit
-def solid_of(model: Any, parameter: Any) -> Solid:
+def solid_of(model: Any, parameter: Any, pose: Pose) -> Solid:
     kind = int64(model.kind)
     radius = 0.0
     grown = 0.0
@@ -42,17 +43,19 @@ def solid_of(model: Any, parameter: Any) -> Solid:
         half = (0.0, 0.0, parameter.size[2])  # a sphere's size is zero
         grown = parameter.radius
     first = int64(model.vertex_first)
-    return Solid(kind, half, radius, grown, parameter.extent, first)
+    return Solid(kind, half, radius, grown, parameter.extent, first, pose)
 
 
 @njit
-def from_origin(pose: Pose, origin: Vec) -> Pose:
-    return Pose(sub(pose.at, origin), pose.x, pose.y, pose.z)
+def from_origin(solid: Solid, origin: Vec) -> Solid:
+    """Return the solid with its pose relative to `origin`."""
+    pose = Pose(sub(solid.pose.at, origin), solid.pose.x, solid.pose.y, solid.pose.z)
+    return Solid(solid.kind, solid.half, solid.radius, solid.grown, solid.extent, solid.first, pose)
 
 
 @njit
 def support_vertex(vertices: Array, first: int, d: Vec) -> int:
-    """The hull's vertex farthest along d (in its frame); the lowest of equals."""
+    """Return the hull's vertex farthest along d (in its frame); of equal ones the lowest index."""
     best = int64(0)
     far = -np.inf
     for i in range(int64(vertices[first].vertex_count)):
@@ -65,8 +68,9 @@ def support_vertex(vertices: Array, first: int, d: Vec) -> int:
 
 
 @njit
-def support(solid: Solid, vertices: Array | None, pose: Pose, d: Vec) -> Vec:
-    """A point of the core farthest along d, any length of d but zero."""
+def support(solid: Solid, vertices: Array | None, d: Vec) -> Vec:
+    """Return a point of the core farthest along d, which may have any length but zero."""
+    pose = solid.pose
     look = unrotate(pose, d)
     half = solid.half
     p = (
@@ -87,10 +91,8 @@ def support(solid: Solid, vertices: Array | None, pose: Pose, d: Vec) -> Vec:
 
 
 @njit
-def separation_along(
-    a: Solid, pose_a: Pose, b: Solid, pose_b: Pose, vertices: Array | None, n: Vec
-) -> float:
-    """Distance of the shapes along the unit vector n, from a to b: never more than their distance."""
-    top = dot(n, support(a, vertices, pose_a, n))
-    low = dot(n, support(b, vertices, pose_b, (-n[0], -n[1], -n[2])))
+def separation_along(a: Solid, b: Solid, vertices: Array | None, n: Vec) -> float:
+    """Return the separation of the shapes along the unit vector n from a to b, at most their distance."""
+    top = dot(n, support(a, vertices, n))
+    low = dot(n, support(b, vertices, (-n[0], -n[1], -n[2])))
     return low - top - a.grown - b.grown

@@ -1,4 +1,4 @@
-"""Few of many contact points: of points whose normals agree the deepest and those that spread widest."""
+"""Selection of contact points: in each group of similar normals the deepest and those with the largest spread."""
 
 from __future__ import annotations
 
@@ -7,18 +7,18 @@ from typing import Any
 import numpy as np
 from numba import int64
 
-from gsenv.solver.jit import njit
-from gsenv.solver.spatial.math import Vec, cross, dot, norm, sub, vec
+from ...jit import njit
+from ..math import Vec, cross, dot, norm, sub, vec
 
-SCRATCH_SIZE = 192  # no hull has more half-edges to a side: 3 * 64 - 6 edges
-AGREE = 0.995  # cosine: normals within 5.7 degrees are one group
-MAX_GROUPS = 4  # of normals, deepest first
-APART = 0.02  # of the extent: nearer points of one group count as one
+SCRATCH_SIZE = 192  # no hull has more edges: 3 * 64 - 6
+AGREE = 0.995  # cosine: normals within 5.7 degrees form one group
+MAX_GROUPS = 4  # largest number of groups, deepest first
+APART = 0.02  # of the extent: points of one group nearer than this count as one
 FREE, TAKEN, CHOSEN = 0, 1, 2
 
 
 def field_scratch_dtype() -> np.dtype[Any]:
-    """Entry i: corner, face and edge i of the shape in the field's frame, and candidate i of a contact."""
+    """Return the dtype of scratch; entry i: corner, face and edge i of the shape in the field's frame, candidate i."""
     return np.dtype(
         [
             ("point", "f8", (3,)),  # m, corner
@@ -28,7 +28,7 @@ def field_scratch_dtype() -> np.dtype[Any]:
             ("end", "i4"),
             ("left", "i4"),  # faces at the edge
             ("right", "i4"),
-            ("spot", "f8", (3,)),  # m, of the candidate, half-way between the surfaces
+            ("spot", "f8", (3,)),  # m, of the candidate, midpoint between the surfaces
             ("push", "f8", (3,)),  # unit, out of the field
             ("gap", "f8"),  # m
             ("feature", "i4"),
@@ -40,7 +40,7 @@ def field_scratch_dtype() -> np.dtype[Any]:
 
 @njit
 def offer(scratch: Any, total: int, spot: Vec, push: Vec, gap: float, feature: int) -> int:
-    """One more candidate; where there is no room the shallowest gives way.  Returns how many there are."""
+    """Add a candidate; where there is no room it replaces the shallowest.  Returns the number of candidates."""
     k = total
     if total >= len(scratch):
         k = int64(0)
@@ -61,7 +61,7 @@ def offer(scratch: Any, total: int, spot: Vec, push: Vec, gap: float, feature: i
 
 @njit
 def choose(scratch: Any, total: int, extent: float) -> None:
-    """Mark the candidates to keep as CHOSEN: of up to four groups of normals up to four points each."""
+    """Mark candidates as CHOSEN: up to four points of each of up to four groups of normals."""
     for _ in range(MAX_GROUPS):
         first = int64(-1)
         for i in range(total):
@@ -74,7 +74,7 @@ def choose(scratch: Any, total: int, extent: float) -> None:
 
 @njit
 def choose_group(scratch: Any, total: int, first: int, apart: float) -> None:
-    """Keep the deepest, the farthest from it, the farthest from their line, the farthest beyond that triangle."""
+    """Choose the deepest, the farthest from it, the farthest from their line, the farthest beyond that triangle."""
     n = vec(scratch[first].push)
     a = vec(scratch[first].spot)
     second = farthest(scratch, total, n, a, a, a, 0, apart)
@@ -95,7 +95,7 @@ def choose_group(scratch: Any, total: int, first: int, apart: float) -> None:
 
 @njit
 def farthest(scratch: Any, total: int, n: Vec, a: Vec, b: Vec, c: Vec, step: int, apart: float) -> int:
-    """Candidate of a group that is farthest from what was chosen so far; -1 if all are near to it."""
+    """Return the candidate of a group that is farthest from those chosen so far; -1 if all are near to them."""
     best, most = int64(-1), apart
     for i in range(total):
         if scratch[i].state != FREE or not dot(vec(scratch[i].push), n) > AGREE:
@@ -118,6 +118,6 @@ def farthest(scratch: Any, total: int, n: Vec, a: Vec, b: Vec, c: Vec, step: int
 
 @njit
 def left_of(n: Vec, a: Vec, b: Vec, p: Vec) -> float:
-    """Distance of p to the left of the line from a to b, seen against n."""
+    """Return the distance of p to the left of the line from a to b, viewed against n."""
     way = sub(b, a)
     return dot(cross(n, way), sub(p, a)) / norm(way)

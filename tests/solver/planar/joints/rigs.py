@@ -8,7 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gsenv.solver import Box, Handle, Options, Scene, World
+from gsenv.solver import Handle, Options, Scene, World
+from gsenv.solver.planar import Box, Revolute
+from tests.solver.joints import make_joint
 
 Array = NDArray[Any]
 G = 9.81
@@ -48,7 +50,7 @@ def held(
         mass=2.0,
         inertia=3.0,
     )
-    scene.add_joint("joint", kind, "frame", "bar", **given)
+    scene.add_joint("joint", make_joint(kind, "frame", "bar", **given))
     if actuator is not None:
         scene.add_actuator("actuator", "joint", **actuator)
     return World(scene, worlds, options=options)
@@ -99,6 +101,6 @@ def chain(links: int, gravity: float = G, options: Options = AWAKE, **given: Any
     before = scene.add_body("frame", "static")
     for k in range(links):
         bar = scene.add_body(f"bar_{k}", shapes=[Box(half_extents=(0.5, 0.1))], mass=1.0, position=(0.5 + k, 0.0))
-        scene.add_joint(f"hinge_{k}", "revolute", before, bar, anchor=(k, 0.0), **given)
+        scene.add_joint(f"hinge_{k}", Revolute(before, bar, anchor=(k, 0.0), **given))
         before = bar
     return World(scene, options=options)

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gsenv.solver import Box, Options, Scene, World
+from gsenv.solver import Options, Scene, World
+from gsenv.solver.planar import Box, Revolute
 from tests.solver.planar.joints.rigs import FIDELITIES, G, held, joint, slot
 
 every_fidelity = pytest.mark.parametrize("options", FIDELITIES.values(), ids=FIDELITIES)
@@ -68,7 +69,7 @@ def test_a_motor_and_a_spring_driven_side_by_side() -> None:
     scene = Scene(gravity=(0, 0))
     scene.add_body("frame", "static")
     scene.add_body("bar", shapes=[Box(half_extents=(0.5, 0.2))], mass=2.0, inertia=3.0)
-    scene.add_joint("joint", "revolute", "frame", "bar", motor_effort=8.0, stiffness=20.0, damping=20.0)
+    scene.add_joint("joint", Revolute("frame", "bar", motor_effort=8.0, stiffness=20.0, damping=20.0))
     scene.add_actuator("push", "joint", mode="torque")
     scene.add_actuator("hold", "joint", mode="position")
     world = World(scene)
@@ -97,7 +98,7 @@ def test_one_actuator_for_a_motor() -> None:
     scene = Scene()
     scene.add_body("frame", "static")
     scene.add_body("bar", shapes=[Box(half_extents=(0.5, 0.2))])
-    scene.add_joint("joint", "revolute", "frame", "bar", motor_effort=8.0)
+    scene.add_joint("joint", Revolute("frame", "bar", motor_effort=8.0))
     scene.add_actuator("one", "joint", mode="torque")
     with pytest.raises(ValueError, match="actuator 'two': 'one' drives the same part of joint 'joint'"):
         scene.add_actuator("two", "joint", mode="velocity")

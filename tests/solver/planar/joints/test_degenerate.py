@@ -10,8 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gsenv.solver import Box, Circle, Options, Scene, World
+from gsenv.solver import Options, Scene, World
+from gsenv.solver.planar import Box, Circle, Distance, Gear, Prismatic, Revolute, Wheel
 from tests.solver.bits import everything
+from tests.solver.joints import make_joint
 from tests.solver.planar.joints.rigs import AWAKE, FIDELITIES, INF, G, angular_momentum, chain, energy, joint
 
 every_fidelity = pytest.mark.parametrize("options", FIDELITIES.values(), ids=FIDELITIES)
@@ -23,7 +25,7 @@ def hung(*joints: dict[str, Any]) -> Scene:
     scene.add_body("frame", "static")
     scene.add_body("bar", shapes=[Box(half_extents=(0.5, 0.1))], mass=1.0, position=(0.5, 0))
     for k, given in enumerate(joints):
-        scene.add_joint(f"joint_{k}", body_a="frame", body_b="bar", **given)
+        scene.add_joint(f"joint_{k}", make_joint(body_a="frame", body_b="bar", **given))
     return scene
 
 
@@ -99,10 +101,10 @@ def test_four_bar_linkage(options: Options) -> None:
     scene.add_body("frame", "static")
     points = [(0.0, 0.0), (0.0, 0.5), (1.2, 0.9), (1.0, 0.0)]
     linkage(points, scene)
-    scene.add_joint("a", "revolute", "frame", "bar_0", anchor=points[0])
-    scene.add_joint("b", "revolute", "bar_0", "bar_1", anchor=points[1])
-    scene.add_joint("c", "revolute", "bar_1", "bar_2", anchor=points[2])
-    scene.add_joint("d", "revolute", "bar_2", "frame", anchor=points[3])
+    scene.add_joint("a", Revolute("frame", "bar_0", anchor=points[0]))
+    scene.add_joint("b", Revolute("bar_0", "bar_1", anchor=points[1]))
+    scene.add_joint("c", Revolute("bar_1", "bar_2", anchor=points[2]))
+    scene.add_joint("d", Revolute("bar_2", "frame", anchor=points[3]))
     world, highest, worst = run(scene, options=options)
     assert highest < 1e-3 * G
     assert worst < 1e-3
@@ -116,8 +118,8 @@ def test_ring_of_eight(options: Options) -> None:
     scene.add_body("frame", "static")
     linkage(points, scene)
     for k in range(8):
-        scene.add_joint(f"pin_{k}", "revolute", f"bar_{k}", f"bar_{(k + 1) % 8}", anchor=points[k + 1])
-    scene.add_joint("hook", "revolute", "frame", "bar_2", anchor=points[2])
+        scene.add_joint(f"pin_{k}", Revolute(f"bar_{k}", f"bar_{(k + 1) % 8}", anchor=points[k + 1]))
+    scene.add_joint("hook", Revolute("frame", "bar_2", anchor=points[2]))
     world, highest, worst = run(scene, 600, options)
     assert highest < 1e-3 * 8 * G
     assert worst < 5e-3
@@ -132,8 +134,8 @@ def test_speeds_that_a_gear_contradicts() -> None:
         scene.add_body("frame", "static")
         for name, x, effort in (("p", 0.0, first), ("q", 2.0, second)):
             scene.add_body(name, shapes=[Circle(radius=0.3)], position=(x, 0))
-            scene.add_joint(f"axle_{name}", "revolute", "frame", name, motor_speed=10.0, motor_effort=effort)
-        scene.add_joint("gear", "gear", joint_a="axle_p", joint_b="axle_q")
+            scene.add_joint(f"axle_{name}", Revolute("frame", name, motor_speed=10.0, motor_effort=effort))
+        scene.add_joint("gear", Gear("axle_p", "axle_q"))
         return World(scene, options=AWAKE)
 
     world, _, _ = run(geared(2.0, 5.0), 120)
@@ -173,8 +175,8 @@ def test_anchors_authored_a_metre_apart(kind: str, given: dict[str, Any], option
 @every_fidelity
 def test_chain_torn_a_metre_apart_closes(options: Options) -> None:
     world = chain(3, options=options)
-    world.set_pose("bar_1", (2.0, 1.0))
-    world.set_pose("bar_2", (2.5, -0.7))
+    world.set_pose("bar_1", position=(2.0, 1.0))
+    world.set_pose("bar_2", position=(2.5, -0.7))
     world, highest, worst = run(world, 300)
     assert worst < 1.78  # as it was torn
     assert highest < 0.1 * G  # the way back is partly upwards
@@ -186,7 +188,7 @@ def test_chain_torn_a_metre_apart_closes(options: Options) -> None:
 def test_mass_ratio_over_a_joint(ratio: float, options: Options) -> None:
     scene = hung({"kind": "revolute", "anchor": LEFT})
     scene.add_body("load", shapes=[Box(half_extents=(0.5, 0.1))], mass=ratio, position=(1.5, 0))
-    scene.add_joint("link", "revolute", "bar", "load", anchor=RIGHT)
+    scene.add_joint("link", Revolute("bar", "load", anchor=RIGHT))
     _, highest, worst = run(scene, 300, options)
     assert highest < 1e-3 * max(ratio, 1.0) * G
     assert worst < 1e-3
@@ -218,7 +220,7 @@ def spinning(spin: float) -> World:
     for name, side in (("left", -1), ("right", 1)):
         motion: dict[str, Any] = {"linear_velocity": (0, 0.5 * side * spin), "angular_velocity": spin}
         scene.add_body(name, shapes=[Box(half_extents=(0.5, 0.1))], position=(0.5 * side, 0), **motion)
-    scene.add_joint("hinge", "revolute", "left", "right", anchor=(0, 0))
+    scene.add_joint("hinge", Revolute("left", "right", anchor=(0, 0)))
     return World(scene, options=AWAKE)
 
 
@@ -234,7 +236,7 @@ def test_no_joint_without_a_body_that_can_move() -> None:
     for kind, given in (("revolute", {}), ("prismatic", sliding), ("distance", {}), ("wheel", sliding)):
         for a, b in (("wall", "lift"), ("lift", "wall"), ("wall", "floor")):
             with pytest.raises(ValueError, match="joint 'joint' needs at least one dynamic body"):
-                scene.add_joint("joint", kind, a, b, **given)
+                scene.add_joint("joint", make_joint(kind, a, b, **given))
     assert not scene.joints
 
 
@@ -270,7 +272,7 @@ def test_a_disabled_body_is_an_anchor_at_rest(hanger: str, options: Options) -> 
         scene = Scene()
         scene.add_body("post", shapes=[Box(half_extents=(0.2, 0.2))], **given)
         scene.add_body("bar", shapes=[Box(half_extents=(0.5, 0.1))], mass=1.0, position=(0.6, 0.0))
-        scene.add_joint("joint", hanger, "post", "bar", **HANGERS[hanger])
+        scene.add_joint("joint", make_joint(hanger, "post", "bar", **HANGERS[hanger]))
         world = World(scene, options=options)
         world.step(60)
         return world
@@ -315,13 +317,13 @@ def mechanism() -> Scene:
         scene.add_body(name, shapes=[Box(half_extents=(0.5, 0.1))], position=(x, 0))
     for name, place in (("slider", (2, 0)), ("ball", (0, -2)), ("wheel", (-1, 0))):
         scene.add_body(name, shapes=[Circle(radius=0.2)], position=place)
-    scene.add_joint("hinge", "revolute", "frame", "arm", anchor=(0, 0), limits=(-2, 2), motor_speed=1, motor_effort=3)
-    scene.add_joint("elbow", "revolute", "arm", "hand", anchor=(1, 0), frequency=2.0, damping_ratio=0.1)
-    scene.add_joint("slide", "prismatic", "hand", "slider", axis=(1, 0), limits=(-0.3, 0.3), stiffness=20, damping=1)
-    scene.add_joint("cord", "distance", "slider", "ball", limits=(0, 3.0), frequency=1.0)
-    scene.add_joint("axle", "wheel", "frame", "wheel", axis=(0, 1), frequency=3.0)
-    scene.add_joint("spindle", "revolute", "frame", "wheel", enabled=False)
-    scene.add_joint("gear", "gear", joint_a="spindle", joint_b="hinge", ratio=-1.0, enabled=False)
+    scene.add_joint("hinge", Revolute("frame", "arm", anchor=(0, 0), limits=(-2, 2), motor_speed=1, motor_effort=3))
+    scene.add_joint("elbow", Revolute("arm", "hand", anchor=(1, 0), frequency=2.0, damping_ratio=0.1))
+    scene.add_joint("slide", Prismatic("hand", "slider", axis=(1, 0), limits=(-0.3, 0.3), stiffness=20, damping=1))
+    scene.add_joint("cord", Distance("slider", "ball", limits=(0, 3.0), frequency=1.0))
+    scene.add_joint("axle", Wheel("frame", "wheel", axis=(0, 1), frequency=3.0))
+    scene.add_joint("spindle", Revolute("frame", "wheel", enabled=False))
+    scene.add_joint("gear", Gear("spindle", "hinge", ratio=-1.0, enabled=False))
     scene.add_actuator("push", "hinge", mode="torque", lower=-5, upper=5)
     return scene
 

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from scipy.special import ellipk
 
-from gsenv.solver import Circle, Options, Scene, World
+from gsenv.solver import Options, Scene, World
+from gsenv.solver.planar import Circle, Distance
 from tests.solver.planar.joints.rigs import AWAKE, FIDELITIES, INF, G, energy, held, joint, travel
 
 every_fidelity = pytest.mark.parametrize("options", FIDELITIES.values(), ids=FIDELITIES)
@@ -147,7 +148,7 @@ def test_rod_between_free_bodies() -> None:
     scene = Scene(gravity=(0, 0))
     scene.add_body("light", shapes=[Circle(radius=0.1)], mass=1.0, position=(-0.75, 0), linear_velocity=(0, -1.5))
     scene.add_body("heavy", shapes=[Circle(radius=0.1)], mass=3.0, position=(0.25, 0), linear_velocity=(0, 0.5))
-    scene.add_joint("rod", "distance", "light", "heavy", anchor_a=(0, 0), anchor_b=(0, 0))
+    scene.add_joint("rod", Distance("light", "heavy", anchor_a=(0, 0), anchor_b=(0, 0)))
     world = World(scene, options=AWAKE)
     for _ in range(120):
         world.step()

@@ -8,7 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gsenv.solver import Box, Options, Scene, World
+from gsenv.solver import Options, Scene, World
+from gsenv.solver.planar import Box, Prismatic, Revolute
+from tests.solver.joints import make_joint
 from tests.solver.planar.joints.rigs import FIDELITIES, INF, G, angular_momentum, energy, held, travel
 
 every_fidelity = pytest.mark.parametrize("options", FIDELITIES.values(), ids=FIDELITIES)
@@ -52,7 +54,7 @@ def turning_slide(options: Options, spin: float = 2.0, speed: float = 1.0, **giv
     velocity = drift + spin * np.array((-place[1], place[0])) + speed * axis
     box = Box(half_extents=(0.2, 0.2))
     scene.add_body("box", shapes=[box], mass=1, position=place, linear_velocity=velocity, angular_velocity=spin)
-    scene.add_joint("joint", given.pop("kind", "prismatic"), "bar", "box", axis=axis, **given)
+    scene.add_joint("joint", make_joint(given.pop("kind", "prismatic"), "bar", "box", axis=axis, **given))
     return World(scene, options=options)
 
 
@@ -158,8 +160,8 @@ def test_order_of_convergence_of_a_slider_on_a_swinging_bar() -> None:
         scene.add_body("frame", "static")
         scene.add_body("bar", shapes=[Box(half_extents=(1, 0.1))], position=(0.3, 0))
         scene.add_body("box", shapes=[Box(half_extents=(0.2, 0.2))], position=(0.5, 0.1))
-        scene.add_joint("hinge", "revolute", "frame", "bar", anchor=(0, 0))
-        scene.add_joint("joint", "prismatic", "bar", "box", axis=(1, 0))
+        scene.add_joint("hinge", Revolute("frame", "bar", anchor=(0, 0)))
+        scene.add_joint("joint", Prismatic("bar", "box", axis=(1, 0)))
         exact = Options(timestep=0.7 / steps, substeps=1, max_substeps=1, sleep=False, tolerance=1e-9)
         world = World(scene, options=exact)
         world.step(steps)

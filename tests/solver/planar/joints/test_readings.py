@@ -8,8 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gsenv.solver import Box, Circle, Handle, Options, Scene, World
-from tests.solver import joint_oracle
+from gsenv.solver import Handle, Options, Scene, World
+from gsenv.solver.planar import Box, Circle, Distance, Gear, Prismatic, Revolute, Weld, Wheel
+from tests.solver.joints import make_joint
+from tests.solver.planar.joints import reading_oracle
 from tests.solver.planar.joints.rigs import AWAKE, FIDELITIES, G, angular_momentum, held, joint
 
 every_fidelity = pytest.mark.parametrize("options", FIDELITIES.values(), ids=FIDELITIES)
@@ -30,8 +32,7 @@ def pushed(kind: str, gravity: float, options: Options) -> World:
     scene.add_body("b", shapes=[Box(half_extents=(0.4, 0.1))], mass=1.3, angle=0.5, **thrown)
     place = (-5.0, 0.0) if kind == "target" else (-0.8, 0.2)  # where nothing touches
     scene.add_body("a", shapes=[Box(half_extents=(0.5, 0.2))], mass=2.0, position=place, **thrown)
-    other: dict[str, Any] = {} if kind == "target" else {"body_a": "a"}
-    scene.add_joint("joint", kind, body_b="b", **other, **KINDS[kind])
+    scene.add_joint("joint", make_joint(kind, "a", "b", **KINDS[kind]))
     return World(scene, options=options)
 
 
@@ -95,12 +96,12 @@ def test_coordinates_of_poses() -> None:
     scene.add_body("a", shapes=[Box(half_extents=(0.5, 0.2))], angle=0.3)
     scene.add_body("b", shapes=[Box(half_extents=(0.5, 0.2))], position=(1, 1), angle=1.0)
     scene.add_body("base", "static")
-    scene.add_joint("hinge", "revolute", "a", "b")
-    scene.add_joint("slide", "prismatic", "a", "b", axis=(0, 2))
-    scene.add_joint("wheel", "wheel", "a", "b", axis=(1, 0))
-    scene.add_joint("rod", "distance", "a", "b", anchor_a=(0, 0), anchor_b=(0.1, 0))
-    scene.add_joint("second", "revolute", "a", "base")
-    scene.add_joint("glue", "weld", "a", "b")
+    scene.add_joint("hinge", Revolute("a", "b"))
+    scene.add_joint("slide", Prismatic("a", "b", axis=(0, 2)))
+    scene.add_joint("wheel", Wheel("a", "b", axis=(1, 0)))
+    scene.add_joint("rod", Distance("a", "b", anchor_a=(0, 0), anchor_b=(0.1, 0)))
+    scene.add_joint("second", Revolute("a", "base"))
+    scene.add_joint("glue", Weld("a", "b"))
     world = World(scene, world_count=2)
     read = {name: world.joint_coordinate(name) for name in ("hinge", "slide", "wheel", "rod", "second")}
     length = math.hypot(1 + 0.1 * math.cos(1), 1 + 0.1 * math.sin(1))
@@ -108,7 +109,7 @@ def test_coordinates_of_poses() -> None:
         np.testing.assert_allclose(read[name], value, atol=1e-14)
     # a turns by pi/2 in place: its axes turn with it; b moves away and turns by 7 rad
     world.set_pose("a", angle=0.3 + math.pi / 2, worlds=1)
-    world.set_pose("b", (3, 1), 8.0, worlds=1)
+    world.set_pose("b", position=(3, 1), angle=8.0, worlds=1)
     turn = 7.0 - math.pi / 2
     pin = np.array((-1.0, 1.0))  # where a's anchor at (1, 1) has gone
     apart = np.array((3.0, 1.0)) - pin
@@ -145,7 +146,7 @@ def test_coordinates_of_poses() -> None:
 )
 def test_joint_error_of_a_body_that_was_put_elsewhere(kind: str, given: dict[str, Any], error: float) -> None:
     world = held(kind, worlds=2, **given)
-    world.set_pose("bar", (0.3, 0.4), worlds=1)
+    world.set_pose("bar", position=(0.3, 0.4), worlds=1)
     assert world.diagnostics().joint_error[1] == pytest.approx(error, rel=1e-12)
     if "limits" not in given:
         assert world.diagnostics().joint_error[0] == pytest.approx(0, abs=1e-15)
@@ -166,7 +167,7 @@ def test_spring_energy_of_poses() -> None:
         ("prismatic", {"damping": 40.0, "axis": (0, 1)}, 0.0),
     ):
         world = held(kind, **given)
-        world.set_pose("bar", (0.3, 0.4), 0.5)
+        world.set_pose("bar", position=(0.3, 0.4), angle=0.5)
         diagnostics = world.diagnostics()
         assert diagnostics.spring_energy[0] == pytest.approx(expected, rel=1e-12)
         assert diagnostics.energy[0] == pytest.approx(expected, rel=1e-12)
@@ -180,11 +181,11 @@ def test_inside_forces_leave_the_whole_alone() -> None:
     for name, x in (("a", 0.0), ("b", 1.0), ("c", 2.0), ("d", 3.0)):
         scene.add_body(name, shapes=[Box(half_extents=(0.4, 0.1))], position=(x, 0.1 * x), angular_velocity=0.5 * x)
     scene.add_body("e", shapes=[Circle(radius=0.2)], position=(3, 1))
-    scene.add_joint("ab", "revolute", "a", "b", anchor=(0.5, 0), motor_speed=4.0, motor_effort=0.1, limits=(-0.5, 0.5))
-    scene.add_joint("bc", "prismatic", "b", "c", axis=(1, 0.1), frequency=1.0, limits=(-0.2, 0.2))
-    scene.add_joint("cd", "weld", "c", "d", frequency=2.0, damping_ratio=0.2)
-    scene.add_joint("de", "wheel", "d", "e", axis=(0, 1), stiffness=3.0, motor_speed=20.0, motor_effort=0.05)
-    scene.add_joint("ae", "distance", "a", "e", limits=(0, 3.3))
+    scene.add_joint("ab", Revolute("a", "b", anchor=(0.5, 0), motor_speed=4.0, motor_effort=0.1, limits=(-0.5, 0.5)))
+    scene.add_joint("bc", Prismatic("b", "c", axis=(1, 0.1), frequency=1.0, limits=(-0.2, 0.2)))
+    scene.add_joint("cd", Weld("c", "d", frequency=2.0, damping_ratio=0.2))
+    scene.add_joint("de", Wheel("d", "e", axis=(0, 1), stiffness=3.0, motor_speed=20.0, motor_effort=0.05))
+    scene.add_joint("ae", Distance("a", "e", limits=(0, 3.3)))
     world = World(scene, options=AWAKE)
     world.step(2)
     momentum, spin = world.diagnostics().momentum.copy(), angular_momentum(world)
@@ -210,14 +211,13 @@ def test_errors_and_energies_are_those_of_plain_numpy() -> None:
     given = [(kind, spring) for kind, springs in SPRINGS.items() for spring in springs]
     for k in range(len(given) + 1):
         shape = Box(half_extents=random.uniform(0.1, 0.5, 2), position=random.uniform(-0.2, 0.2, 2))
-        scene.add_body(f"body_{k}", "dynamic" if k else "static", [shape], tuple(random.uniform(-1, 1, 2)))
+        scene.add_body(f"body_{k}", "dynamic" if k else "static", [shape], position=random.uniform(-1, 1, 2))
     for k, (kind, spring) in enumerate(given):
         before = 0 if kind == "revolute" else random.integers(k + 1)  # a gear needs what is fixed
-        body_a = None if kind == "target" else f"body_{before}"
-        scene.add_joint(f"joint_{k}", kind, body_a, f"body_{k + 1}", **spring)
+        scene.add_joint(f"joint_{k}", make_joint(kind, f"body_{before}", f"body_{k + 1}", **spring))
     scene.add_constraint("rule", ["body_1"], [1, 0, 0])
     hinges = [k for k, (kind, _) in enumerate(given) if kind == "revolute"]
-    scene.add_joint("gear", "gear", joint_a=f"joint_{hinges[0]}", joint_b=f"joint_{hinges[1]}")
+    scene.add_joint("gear", Gear(f"joint_{hinges[0]}", f"joint_{hinges[1]}"))
     world = World(scene, world_count=4)
     turn = random.uniform(-9, 9, world.angle.shape)
     world.state.bodies["angle"] += turn
@@ -228,8 +228,8 @@ def test_errors_and_energies_are_those_of_plain_numpy() -> None:
     for k in range(0, len(given), 3):
         world.parameters.set(joint(world, f"joint_{k}"), enabled=False, worlds=1)
     read = world.diagnostics()
-    error = joint_oracle.joint_error(world.model, world.parameters, world.state)
-    stored = joint_oracle.spring_energy(world.model, world.parameters, world.state)
+    error = reading_oracle.joint_error(world.model, world.parameters, world.state)
+    stored = reading_oracle.spring_energy(world.model, world.parameters, world.state)
     assert (error > 0.1).all()
     assert len(set(stored)) == 4
     np.testing.assert_allclose(read.joint_error, error, rtol=1e-13)
@@ -237,7 +237,7 @@ def test_errors_and_energies_are_those_of_plain_numpy() -> None:
     for k in range(len(given)):  # one by one: the largest error hides the others
         only = np.arange(len(world.model.joints)) == k
         world.parameters.joints["enabled"] = only
-        error = joint_oracle.joint_error(world.model, world.parameters, world.state)
-        stored = joint_oracle.spring_energy(world.model, world.parameters, world.state)
+        error = reading_oracle.joint_error(world.model, world.parameters, world.state)
+        stored = reading_oracle.spring_energy(world.model, world.parameters, world.state)
         np.testing.assert_allclose(world.diagnostics().joint_error, error, rtol=1e-12, err_msg=str(given[k]))
         np.testing.assert_allclose(world.diagnostics().spring_energy, stored, rtol=1e-12, err_msg=str(given[k]))

@@ -7,7 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from gsenv.solver import Box, Options, Scene, World
+from gsenv.solver import Options, Scene, World
+from gsenv.solver.planar import Box, Distance, Revolute
 from tests.solver.planar.joints.rigs import AWAKE, FIDELITIES, INF, G, chain, held, joint, slot, travel
 
 every_fidelity = pytest.mark.parametrize("options", FIDELITIES.values(), ids=FIDELITIES)
@@ -18,8 +19,8 @@ def test_beam_on_two_supports() -> None:
     scene = Scene()
     scene.add_body("frame", "static")
     scene.add_body("beam", shapes=[Box(half_extents=(1.0, 0.1))], mass=3.0, position=(1, 0))
-    scene.add_joint("hinge", "revolute", "frame", "beam", anchor=(0, 0))
-    scene.add_joint("rod", "distance", "frame", "beam", anchor_a=(1.5, 2), anchor_b=(0.5, 0))
+    scene.add_joint("hinge", Revolute("frame", "beam", anchor=(0, 0)))
+    scene.add_joint("rod", Distance("frame", "beam", anchor_a=(1.5, 2), anchor_b=(0.5, 0)))
     world = World(scene, options=AWAKE)
     world.step(60)
     weight = 3.0 * G
@@ -31,7 +32,7 @@ def test_beam_on_two_supports() -> None:
 def test_hanging_chain_carries_what_is_below(options: Options) -> None:
     world = chain(4, options=options)
     for k in range(4):  # hang it straight down, at rest
-        world.set_pose(f"bar_{k}", (0, -0.5 - k), -math.pi / 2)
+        world.set_pose(f"bar_{k}", position=(0, -0.5 - k), angle=-math.pi / 2)
     world.step(60)
     for k in range(4):
         np.testing.assert_allclose(world.joint_reaction(f"hinge_{k}")[0], (0, (4 - k) * G, 0), atol=1e-4 * 4 * G)
@@ -130,7 +131,7 @@ def test_motor_between_free_bodies_pushes_both() -> None:
     scene = Scene(gravity=(0, 0))
     for name, size in (("rotor", 0.2), ("stator", 0.5)):
         scene.add_body(name, shapes=[Box(half_extents=(size, size))])
-    scene.add_joint("axle", "revolute", "stator", "rotor", motor_speed=1000.0, motor_effort=0.3)
+    scene.add_joint("axle", Revolute("stator", "rotor", motor_speed=1000.0, motor_effort=0.3))
     world = World(scene, options=AWAKE)
     world.step(60)
     np.testing.assert_allclose(
@@ -163,12 +164,12 @@ def test_motor_at_rest_is_a_brake() -> None:
     # slips at its bound, 4 N m, under a torque of 10 N m; holds 3 N m
     world = held("revolute", motor_effort=4.0)
     for k in range(1, 31):
-        world.apply_force("bar", (0, 0), torque=10.0)
+        world.apply_force("bar", torque=10.0)
         world.step()
         assert world.joint_rate("joint")[0] == pytest.approx(2 * k / 60, rel=1e-10)
     world.step(60)
     for _ in range(30):
-        world.apply_force("bar", (0, 0), torque=3.0)
+        world.apply_force("bar", torque=3.0)
         world.step()
         assert world.joint_rate("joint")[0] == pytest.approx(0, abs=1e-10)
         assert world.joint_reaction("joint")[0, 2] == pytest.approx(-3, rel=1e-9)

@@ -8,7 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gsenv.solver import Box, Options, Scene, World
+from gsenv.solver import Options, Scene, World
+from gsenv.solver.planar import Box, Revolute, Target, Weld
+from tests.solver.joints import make_joint
 from tests.solver.planar.joints.rigs import AWAKE, FIDELITIES, G, angular_momentum, energy, held, joint, oscillator
 
 every_fidelity = pytest.mark.parametrize("options", FIDELITIES.values(), ids=FIDELITIES)
@@ -22,10 +24,10 @@ def test_cantilever_reactions(options: Options) -> None:
     before = scene.add_body("wall", "static")
     for k in range(5):
         bar = scene.add_body(f"bar_{k}", shapes=[Box(half_extents=(0.5, 0.1))], mass=0.2, position=(0.5 + k, 0))
-        scene.add_joint(f"weld_{k}", "weld", before, bar, anchor=(k, 0))
+        scene.add_joint(f"weld_{k}", Weld(before, bar, anchor=(k, 0)))
         before = bar
     scene.add_body("lamp", shapes=[Box(half_extents=(0.1, 0.5))], mass=1.0, position=(5, -0.5))
-    scene.add_joint("hinge", "revolute", before, "lamp", anchor=(5, 0))
+    scene.add_joint("hinge", Revolute(before, "lamp", anchor=(5, 0)))
     world = World(scene, options=options)
     world.step(60)
     for k in range(5):
@@ -42,8 +44,8 @@ def test_turning_weld_keeps_momentum_and_energy(options: Options) -> None:
     for name, x in (("a", 0.0), ("b", 1.0), ("c", 2.0)):
         motion: dict[str, Any] = {"linear_velocity": (0, 3.0 * (x - 1)), "angular_velocity": 3.0}
         scene.add_body(name, shapes=[Box(half_extents=(0.5, 0.2))], position=(x, 0), angle=x, **motion)
-    scene.add_joint("weld", "weld", "a", "b", anchor=(0.5, 0))
-    scene.add_joint("hinge", "revolute", "b", "c", anchor=(1.5, 0))
+    scene.add_joint("weld", Weld("a", "b", anchor=(0.5, 0)))
+    scene.add_joint("hinge", Revolute("b", "c", anchor=(1.5, 0)))
     world = World(scene, options=options)
     spin, start = angular_momentum(world), energy(world)
     for _ in range(120):
@@ -101,10 +103,10 @@ def test_target_pulls_what_is_jointed(kind: str) -> None:
     scene = Scene()
     scene.add_body("first", shapes=[Box(half_extents=(0.1, 0.3))], mass=1)
     scene.add_body("second", shapes=[Box(half_extents=(0.1, 0.3))], mass=1, position=(0, -0.6), angular_damping=5.0)
-    scene.add_joint("link", kind, "first", "second", anchor=(0, -0.3))
-    scene.add_joint("hand", "target", body_b="first")
+    scene.add_joint("link", make_joint(kind, "first", "second", anchor=(0, -0.3)))
+    scene.add_joint("hand", Target("first"))
     world = World(scene, options=AWAKE)
-    world.set_target("hand", (0.5, 0.2))
+    world.set_target("hand", position=(0.5, 0.2))
     world.step(600)
     sag = 2 * G / (1.0 * (10 * math.pi) ** 2)  # the spring is that of the first bar's 1 kg
     np.testing.assert_allclose(world.position[0, 0], (0.5, 0.2 - sag), atol=2e-3)

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gsenv.solver import Box, Circle, HalfPlane, Options, Scene, World
+from gsenv.solver import Options, Scene, World
+from gsenv.solver.planar import Box, Circle, HalfPlane, Wheel
 from tests.solver.planar.joints.rigs import AWAKE, FIDELITIES, INF, G, held
 
 every_fidelity = pytest.mark.parametrize("options", FIDELITIES.values(), ids=FIDELITIES)
@@ -24,7 +25,7 @@ def car(options: Options = AWAKE, gravity: float = G, ground: bool = True, **giv
         scene.add_body(name, shapes=[Circle(radius=0.3, friction=1.0)], mass=1, position=(x, 0.3))
         spring: dict[str, Any] = {"stiffness": STIFFNESS, "damping": 150.0, **given}
         motor: dict[str, Any] = {"motor_effort": 15.0} if name == "rear" else {}
-        scene.add_joint(f"{name}_axle", "wheel", "chassis", name, axis=(0, 1), **spring, **motor)
+        scene.add_joint(f"{name}_axle", Wheel("chassis", name, axis=(0, 1), **spring, **motor))
     return World(scene, options=options)
 
 
@@ -109,7 +110,7 @@ def test_axle_follows_a_chassis_that_turns() -> None:
     world = car(gravity=0.0, ground=False)
     for b in range(3):
         arm = world.center_of_mass[0, b] - world.center_of_mass[0, 0]
-        world.set_velocity(b, 4.0 * np.array((-arm[1], arm[0])), 4.0)
+        world.set_velocity(b, linear=4.0 * np.array((-arm[1], arm[0])), angular=4.0)
     for _ in range(120):
         world.step()
         assert world.diagnostics().joint_error[0] < 1e-5

@@ -8,16 +8,14 @@ from typing import Any
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from gsenv.solver.model import Array, shape_model_dtype, shape_parameter_dtype
-from gsenv.solver.optional import as_records
+from gsenv.solver.core.geometry import PlacedShape
+from gsenv.solver.records.model import Array, shape_model_dtype, shape_parameter_dtype
 from gsenv.solver.spatial.kinds import BOX, CAPSULE, CYLINDER, HULL, PLANE, SPHERE
 from gsenv.solver.spatial.math import Pose
-from gsenv.solver.spatial.narrowphase.manifold import manifold_dtype
-from gsenv.solver.spatial.narrowphase.scratch import scratch_dtype
 from gsenv.solver.spatial.narrowphase.table import collide
 from gsenv.solver.spatial.vertices import vertex_dtype
+from tests.solver.kernel_worlds import narrowphase_bundle, shapes_bundle
 
-CONVEX = np.ones(1)  # these scenes have all kinds
 KINDS = {"sphere": SPHERE, "box": BOX, "capsule": CAPSULE, "cylinder": CYLINDER, "hull": HULL, "plane": PLANE}
 
 
@@ -190,7 +188,8 @@ class Contact:
         return len(self.gap)
 
 
-def arrays_of(a: Shape, b: Shape) -> tuple[Any, ...]:
+def shapes_of(a: Shape, b: Shape) -> Any:
+    """Both as ``world.shapes``."""
     models = np.zeros(2, shape_model_dtype())
     parameters = np.zeros(2, shape_parameter_dtype(3))
     vertices = []
@@ -204,19 +203,13 @@ def arrays_of(a: Shape, b: Shape) -> tuple[Any, ...]:
             models[i]["vertex_first"], models[i]["vertex_count"] = first, len(entries)
             first += len(entries)
             vertices.append(entries)
-    together = as_records(np.concatenate(vertices)) if vertices else None
-    return as_records(models), as_records(parameters), together
-
-
-def room() -> tuple[Any, Any]:
-    return as_records(np.zeros(1, manifold_dtype())), as_records(np.zeros(1, scratch_dtype()))
+    return shapes_bundle(3, models, parameters, np.concatenate(vertices) if vertices else None)
 
 
 def contact_of(a: Shape, b: Shape, margin: float = 0.1) -> Contact:
-    models, parameters, vertices = arrays_of(a, b)
-    manifold, scratch = room()
-    m = manifold[0]
-    collide(models, parameters, vertices, 0, 1, a.pose(), b.pose(), margin, m, scratch[0], CONVEX)
+    narrowphase = narrowphase_bundle(3, convex=True)  # these scenes have all kinds
+    collide(shapes_of(a, b).seal(), PlacedShape(0, a.pose()), PlacedShape(1, b.pose()), margin, narrowphase.seal())
+    m = narrowphase.manifold
     k = int(m["count"])
     contact = Contact(
         np.array(m["normal"]), float(m["separation"]), np.array(m["point"])[:k], np.array(m["gap"])[:k],

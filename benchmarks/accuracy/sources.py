@@ -1,0 +1,29 @@
+"""What a point depends on: versions, source files and the machine."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+import gsenv
+from benchmarks.common.stamp import cpu
+from gsenv.solver.jit import source_digest
+
+from .suites import Suite
+
+HERE, PACKAGE = Path(__file__).parent, Path(gsenv.__file__).parent
+
+
+def source_stamps(suite: Suite, engines: Iterable[str]) -> dict[str, str]:
+    """One text for each engine; a point with another one is out of date."""
+    shared = digest(PACKAGE / "scenes", *(HERE / name for name in suite.judging))
+    stamps = {}
+    for name in engines:
+        module = suite.module(name)
+        stamps[name] = "; ".join((module.version(), digest(Path(str(module.__file__))), shared, cpu()))
+    return stamps
+
+
+def digest(*sources: Path) -> str:
+    """Of the contents of files and folders."""
+    return source_digest(sources)[:12]

@@ -1,0 +1,1 @@
+"""What all benchmarks share: stamps, timing, tables, plots, files and progress."""

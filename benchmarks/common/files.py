@@ -1,0 +1,99 @@
+"""Files of results, pages and pictures. All are written atomically: a reader sees the old file or the new one."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import os
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+    from matplotlib.figure import Figure
+
+T = TypeVar("T", bound="DataclassInstance")
+
+DIGITS = 7  # significant digits of a number in a file of results
+DPI = 120
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """A temporary file beside ``path``, which replaces it when the block ends without an error."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    draft = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    try:
+        yield draft
+        os.replace(draft, path)
+    finally:
+        draft.unlink(missing_ok=True)
+
+
+def write_text(path: Path, text: str) -> None:
+    with replacing(path) as draft:
+        draft.write_text(text, encoding="utf-8")
+
+
+def write_json(path: Path, data: Mapping[str, Any]) -> None:
+    """Compact: one line for each key, or each item of a list, and DIGITS significant digits.
+
+    Raises:
+        ValueError: a number is infinite or not a number.
+    """
+    write_text(path, encoded(data))
+
+
+def write_figure(path: Path, figure: Figure) -> None:
+    """The figure as PNG; it is closed."""
+    from benchmarks.common.plots import plt
+
+    with replacing(path) as draft:
+        figure.savefig(draft, format="png", dpi=DPI)
+    plt.close(figure)
+
+
+def read_json(path: Path) -> dict[str, Any]:
+    data: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    return data
+
+
+def encoded(data: Mapping[str, Any]) -> str:
+    return "{\n" + ",\n".join(f"{json.dumps(key)}:{_lines(_rounded(value))}" for key, value in data.items()) + "\n}\n"
+
+
+def _lines(value: Any) -> str:
+    if isinstance(value, list) and value and isinstance(value[0], list | dict):
+        return "[\n" + ",\n".join(_dumps(item) for item in value) + "\n]"
+    return _dumps(value)
+
+
+def _dumps(value: Any) -> str:
+    return json.dumps(value, separators=(",", ":"), allow_nan=False, ensure_ascii=False)
+
+
+def _rounded(value: Any) -> Any:
+    if isinstance(value, float):
+        return float(f"{value:.{DIGITS}g}")
+    if isinstance(value, Mapping):
+        return {key: _rounded(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_rounded(item) for item in value]
+    return value
+
+
+def packed(records: Iterable[DataclassInstance]) -> list[list[Any]]:
+    """Dataclass instances of one type as rows of a table; the first row has the names of the fields."""
+    rows: list[list[Any]] = []
+    for record in records:
+        if not rows:
+            rows.append([field.name for field in dataclasses.fields(record)])
+        rows.append([getattr(record, name) for name in rows[0]])
+    return rows
+
+
+def unpacked(kind: type[T], rows: Sequence[Sequence[Any]]) -> list[T]:
+    """The reverse of ``packed``."""
+    return [kind(**dict(zip(rows[0], row, strict=True))) for row in rows[1:]]

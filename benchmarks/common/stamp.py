@@ -1,0 +1,85 @@
+"""What a measurement depends on: the command, the commit, the machine and its load, versions, the date."""
+
+from __future__ import annotations
+
+import datetime
+import importlib.metadata
+import os
+import platform
+import subprocess
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import gsenv
+
+ROOT = Path(__file__).parents[2]
+BUSY = 0.5  # load average above which other processes were running
+
+
+def cpu() -> str:
+    """Model name of the processor, as far as the system tells."""
+    info = Path("/proc/cpuinfo")
+    if info.exists():
+        for line in info.read_text().splitlines():
+            if line.startswith("model name"):
+                return line.partition(":")[2].strip()
+    return platform.processor() or platform.machine()
+
+
+def commit() -> str:
+    """Short hash of the checked-out commit, with a "+" where files differ from it; "" outside a repository."""
+    short, status = _git("rev-parse", "--short", "HEAD"), _git("status", "--porcelain", "--untracked-files=no")
+    return short + ("+" if short and status else "")
+
+
+def _git(*arguments: str) -> str:
+    try:
+        done = subprocess.run(["git", *arguments], cwd=ROOT, capture_output=True, text=True, check=True)
+    except (OSError, subprocess.CalledProcessError):
+        return ""
+    return done.stdout.strip()
+
+
+def load() -> float | None:
+    """Load average of the last minute; None where the system has none."""
+    return round(os.getloadavg()[0], 2) if hasattr(os, "getloadavg") else None
+
+
+def version_of(distribution: str) -> str:
+    """Version of an installed distribution; "" where it is not installed."""
+    try:
+        return importlib.metadata.version(distribution)
+    except importlib.metadata.PackageNotFoundError:
+        return ""
+
+
+def make_stamp(command: str) -> dict[str, Any]:
+    """What is known before a measurement; ``load`` gets its second number after it."""
+    return {
+        "command": command,
+        "date": datetime.date.today().isoformat(),
+        "commit": commit(),
+        "cpu": cpu(),
+        "load": [load()],
+        "versions": {
+            "gsenv": gsenv.__version__,
+            "Python": platform.python_version(),
+            "numba": version_of("numba"),
+            "NumPy": version_of("numpy"),
+        },
+    }
+
+
+def describe(stamp: Mapping[str, Any]) -> str:
+    """One or two sentences for the head of a page. Older results lack some of the entries."""
+    where = f" on {stamp['cpu']}" if stamp.get("cpu") else ""
+    commit_text = f" at commit {stamp['commit']}" if stamp.get("commit") else ""
+    versions = ", ".join(f"{name} {version}" for name, version in stamp.get("versions", {}).items() if version)
+    text = f"Measured on {stamp['date']}{where}{commit_text}" + (f" with {versions}." if versions else ".")
+    loads = [value for value in stamp.get("load", []) if value is not None]
+    if loads:
+        text += f" Load average {' and '.join(f'{value:.1f}' for value in loads)} before and after."
+        if loads[0] > BUSY:
+            text += " **Other processes were running: wall times are too long.**"
+    return text

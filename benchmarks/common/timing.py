@@ -1,0 +1,75 @@
+"""CPU times of calls on one core. Compilation and garbage collection are kept out; times are medians."""
+
+from __future__ import annotations
+
+import gc
+import os
+import statistics
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+
+from gsenv.solver import World
+
+ROUNDS = 5
+
+
+def usable_cores() -> list[int]:
+    """Cores that this process may run on."""
+    if hasattr(os, "sched_getaffinity"):
+        return sorted(os.sched_getaffinity(0))
+    return list(range(os.cpu_count() or 1))
+
+
+def pin(*cores: int) -> None:
+    """Keep the calling thread, and those that it starts, on these cores, where the system can do it."""
+    if hasattr(os, "sched_setaffinity"):
+        os.sched_setaffinity(0, cores)
+
+
+@contextmanager
+def without_collector() -> Iterator[None]:
+    """Garbage collection is off in the block. What is young is collected before it."""
+    was_on = gc.isenabled()
+    gc.collect(1)
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was_on:
+            gc.enable()
+
+
+def cpu_time(work: Callable[[], object]) -> float:
+    """CPU s of this thread in one call."""
+    with without_collector():
+        began = time.thread_time()
+        work()
+        return time.thread_time() - began
+
+
+def step_time(world: World, steps: int, rounds: int = ROUNDS) -> float:
+    """CPU s of a step: median of ``rounds`` calls of ``steps`` steps. The caller has compiled the kernels."""
+    return statistics.median(cpu_time(lambda: world.step(steps)) for _ in range(rounds)) / steps
+
+
+def call_time(function: Callable[[], object], seconds: float, rounds: int = ROUNDS) -> float:
+    """CPU s of a call: median of ``rounds`` means over as many calls as fill ``seconds``.
+
+    The first call, which may compile, is not counted.
+    """
+    function()
+    means = []
+    for _ in range(rounds):
+        with without_collector():
+            count, began = 0, time.thread_time()
+            while (spent := time.thread_time() - began) < seconds or not count:
+                function()
+                count += 1
+        means.append(spent / count)
+    return statistics.median(means)
+
+
+def median_ratio(times: Sequence[float], base: Sequence[float]) -> float:
+    """Median of the ratios of times that were measured by turns: a slow minute hits both of a pair."""
+    return statistics.median(a / b for a, b in zip(times, base, strict=True))

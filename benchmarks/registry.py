@@ -1,0 +1,74 @@
+"""All benchmarks by name. A module is imported only when its benchmark runs, so the list needs no optional library."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, Protocol, cast
+
+if TYPE_CHECKING:
+    from benchmarks.common.report import Report
+    from benchmarks.common.run import Run
+
+
+class Implementation(Protocol):
+    """What the module of a benchmark defines."""
+
+    def add_options(self, parser: argparse.ArgumentParser) -> None:
+        """Add the benchmark's own command line options."""
+
+    def measure(self, run: Run) -> dict[str, Any]:
+        """Run the benchmark; everything that its report shows, as JSON data."""
+
+    def report(self, results: Mapping[str, Any]) -> Report:
+        """Tables, text and picture of what ``measure`` returned."""
+
+
+@dataclass(frozen=True)
+class Benchmark:
+    """One entry of the list.
+
+    Attributes:
+        name: on the command line; also of its module or package in benchmarks/.
+        summary: one line.
+        dims: dimensions that it has; with more than one it gets the option --dim.
+        single_core: whether its process stays on one core, as timing needs; it gets the option --core.
+        page: whether a full run writes a page to docs/.
+    """
+
+    name: str
+    summary: str
+    dims: tuple[int, ...] = (2,)
+    single_core: bool = False
+    page: bool = False
+
+    def load(self) -> Implementation:
+        """Import the module."""
+        return cast(Implementation, import_module(f"benchmarks.{self.name}"))
+
+    def stem(self, dim: int) -> str:
+        """Name of its files, without the ending."""
+        return self.name if dim == self.dims[0] else f"{self.name}{dim}d"
+
+
+BENCHMARKS: dict[str, Benchmark] = {
+    benchmark.name: benchmark
+    for benchmark in (
+        Benchmark(
+            "accuracy", "run time against error on scenes with known answers, beside other engines", (2, 3), True, True
+        ),
+        Benchmark("convergence", "order of convergence in the timestep, against closed forms", page=True),
+        Benchmark("reference_scenes", "error, CPU time and sweeps of the scenes with known answers", (2, 3), True),
+        Benchmark("render", "CPU time of a rendered frame", (2, 3), True),
+        Benchmark("scaling", "step time against the number of bodies, awake and asleep", (2, 3), True, True),
+        Benchmark("scripted_builder", "success of the scripted builder of GStack-v0 beside random actions"),
+        Benchmark("stability", "error of each fidelity as scenes get harder, and random jointed scenes", page=True),
+        Benchmark("stack_sweeps", "contact loads and height of a stack against the number of sweeps"),
+        Benchmark("startup", "process start to the end of the first step, with an empty and a full kernel cache"),
+        Benchmark("step_time", "CPU time of a step, also as a ratio to another checkout's", (2, 3), True),
+        Benchmark("stress", "energy gained and speeds reached in random scenes", (2, 3)),
+        Benchmark("throughput", "environment steps per second, beside Gymnasium's Box2D and EnvPool's", page=True),
+    )
+}

@@ -1,0 +1,195 @@
+"""GCar-v0: a car with two driven, sprung wheels crosses hills, bridges, see-saws and loose boxes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from gsenv.envs.car import rules, scene
+from gsenv.envs.core.arguments import Quantity, Setting
+from gsenv.envs.core.env import TaskEnv
+from gsenv.envs.core.spec_tables import Entry, RewardTerm
+from gsenv.envs.core.task import Array, Task, documented
+from gsenv.envs.core.vector import TaskVectorEnv
+from gsenv.solver import Scene
+
+
+def check_difficulty(difficulty: Any) -> float:
+    """0 to 1, or ValueError."""
+    try:
+        value = float(difficulty)
+    except (TypeError, ValueError):
+        value = float("nan")
+    if isinstance(difficulty, bool) or not 0.0 <= value <= 1.0:
+        raise ValueError(f"difficulty must be a number from 0 to 1, got {difficulty!r}.")
+    return value
+
+
+def _heights() -> list[Entry]:
+    entries = []
+    for k in range(rules.HEIGHTS):
+        ahead = rules.FIRST_HEIGHT + rules.HEIGHT_SPACING * k
+        text = f"ground {ahead:.1f} m ahead, over the ground that the chassis would stand on level"
+        entries.append(Entry(text, f"height_{k}", -5, 5, "m"))
+    return entries
+
+
+class CarTask(Task):
+    """The rules, over many worlds; `settings["difficulty"]` is the default of a reset."""
+
+    actions = (
+        Entry("rear drive: positive drives, negative brakes, then backs up", "rear", -1, 1),
+        Entry("front drive, likewise", "front", -1, 1),
+    )
+    observations = (
+        Entry("way to the finish", "to_finish", -0.5, 1.5, "100 m"),
+        Entry("chassis, height over the ground below", "height", -5, 10, "m"),
+        Entry("chassis, sine of its pitch (nose up is positive)", "sine", -1, 1),
+        Entry("chassis, cosine of its pitch", "cosine", -1, 1),
+        Entry("chassis, velocity towards the finish", "vx", -3, 3, "10 m/s"),
+        Entry("chassis, velocity upwards", "vy", -3, 3, "10 m/s"),
+        Entry("chassis, pitch rate", "w", -10, 10, "rad/s"),
+        Entry("rear wheel, rolling speed forwards", "rear_speed", -3, 3, "10 m/s"),
+        Entry("front wheel, rolling speed forwards", "front_speed", -3, 3, "10 m/s"),
+        Entry("rear suspension, compression of its travel", "rear_travel", -1.5, 1.5, f"{scene.TRAVEL} m"),
+        Entry("front suspension, compression of its travel", "front_travel", -1.5, 1.5, f"{scene.TRAVEL} m"),
+        Entry("rear suspension, rate of compression", "rear_rate", -10, 10, "m/s"),
+        Entry("front suspension, rate of compression", "front_rate", -10, 10, "m/s"),
+        Entry("1 while the rear wheel touches something", "rear_touches", 0, 1),
+        Entry("1 while the front wheel touches something", "front_touches", 0, 1),
+        Entry("1 while the chassis touches something", "chassis_touches", 0, 1),
+        Entry("last action, rear", "last_rear", -1, 1),
+        Entry("last action, front", "last_front", -1, 1),
+        Entry("time on the roof", "on_roof", 0, 1, "s"),
+        *_heights(),
+    )
+    reward_terms = (
+        RewardTerm("progress", f"{rules.PROGRESS_WEIGHT:g} per m towards the finish, less on the way back"),
+        RewardTerm("finish", f"{rules.FINISH_REWARD:g} at the finish"),
+        RewardTerm("roof", f"{rules.ROOF_REWARD:g} when the car has lain on its roof for 1 s"),
+        RewardTerm("energy", f"{rules.ENERGY_WEIGHT:g} per kJ that the motors put in"),
+        RewardTerm("smoothness", f"{rules.SMOOTH_WEIGHT:g} times the mean square change of the actions"),
+    )
+    task_state_fields = rules.TASK_STATE_FIELDS
+    info_fields = (("success", "?"), ("is_success", "?"), ("distance", "f8"), ("on_roof", "f8"))
+    draw_count = rules.DRAW_COUNT
+    arguments = (Setting("difficulty", 0.3, check_difficulty, "0 to 1: see above"),)
+    quantities = (
+        Quantity("friction", "friction coefficient of everything", scene.FRICTION, 0.05, 2.0),
+        Quantity("mass", "mass of the chassis", scene.CHASSIS_MASS, 30.0, 300.0, "kg"),
+        Quantity("wheel_torque", "motor torque of each wheel at a full action", scene.TORQUE, 20.0, 1000.0, "N m"),
+        Quantity("suspension", "stiffness of each wheel's spring", scene.STIFFNESS, 2000.0, 50000.0, "N/m"),
+        Quantity("gravity", "gravity", scene.GRAVITY, 0.5, 30.0, "m/s^2"),
+    )
+
+    def build_scene(self) -> Scene:
+        return scene.build_scene()
+
+    def initialize_episode(self, worlds: Array, draws: Array, options: Mapping[str, Any]) -> None:
+        rules.initialize_worlds(self.kernel_world, worlds, options["difficulty"], draws)
+
+    def apply_action(self, actions: Array) -> int:
+        return rules.apply_actions(self.kernel_world, actions)
+
+    def evaluate(self) -> None:
+        rules.evaluate_worlds(self.kernel_world, self.world.timestep)
+
+    def camera(self, world: int, width: int, height: int) -> Any:
+        from gsenv.render.camera import Camera
+
+        x, y = self.task_state["gaze"][world].tolist()
+        return Camera((x, y + 0.7), max(7.2, 9.6 * height / width))
+
+    def captions(self, world: int) -> Sequence[str]:
+        speed = 3.6 * float(self.world.state.bodies["velocity"][world, scene.CHASSIS_BODY, 0])
+        return [f"{self.task_state['place'][world]:.0f} / {scene.FINISH:.0f} m", f"{speed:.0f} km/h"]
+
+
+@documented
+class CarEnv(TaskEnv):
+    """Drive across country: GCar-v0.
+
+    ## Description
+    Seen from the side, a car of 124 kg with two sprung wheels crosses 100 m of hills to a flag. On
+    its way are up to six obstacles, two of each kind in any order: gaps with bridges of jointed
+    planks, see-saws, and loose boxes. Each wheel has its own motor and brake of bounded torque. The
+    car is short and high and its tyres are heavy, so it rears up on climbs, leaves the ground at
+    crests that it takes too fast, and turns over; in the air the wheels turn it: speeding them up
+    lifts the nose, braking them drops it. Control runs at 30 Hz.
+
+    `difficulty` 0 is nearly flat and empty. With it the hills grow steeper (slopes never exceed
+    39 degrees), obstacles more frequent (from 0.4 on all six stand), gaps wider, see-saws higher and
+    boxes larger and more.
+
+    ## Action Space
+    `Box(-1, 1, (2,), float32)`. Values beyond are clipped; NaN and infinity are refused.
+
+    {action_table}
+
+    Positive: the motor drives its wheel with that part of its torque, 350 N m, up to 50 rad/s
+    (20 m/s). Negative: while the car rolls forwards faster than 0.3 m/s, the wheel's brake holds it
+    with that part of 400 N m, down to standstill and no further; slower than that, the motor turns
+    the wheel backwards, up to 5 rad/s (2 m/s). So a driver brakes with full force and never flings
+    the car backwards by mistake, yet can back out where it is stuck. 0: the wheel rolls freely.
+
+    ## Observation Space
+    `Box(low, high, (35,), float32)`, always within its bounds.
+
+    {observation_table}
+
+    Heights are those of what the wheels would meet: ground, planks, boards and boxes, whichever is
+    highest.
+
+    ## Rewards
+    The sum of these terms, which `info["reward_terms"]` lists by name:
+
+    {reward_table}
+
+    Progress is a difference of places, so going to and fro earns nothing.
+
+    ## Starting State
+    The car is at rest on flat ground at 0 m; the hills begin at 3 m. They are the sum of three waves
+    of uniformly drawn lengths (5.5 to 8, 9 to 14 and 18 to 28 m) and phases, flat around obstacles.
+    The order of the obstacles, which of them stand, and their sizes are drawn anew in each episode.
+    Obstacles are asleep until something touches them.
+
+    ## Episode End
+    - Termination, success: the middle of the chassis is at 100 m.
+    - Termination, failure: the car lies on its roof (its up points below the horizon, and the chassis
+      touches something) for 1 s, bounces not counted, without having been upright in between.
+    - Truncation: after 1000 steps (33.3 s), by `gymnasium.make` and `gymnasium.make_vec`.
+
+    `info` has `success` and `is_success` (bool), `distance` (m, the farthest it came) and `on_roof`
+    (s).
+
+    ## Arguments
+    {argument_table}
+
+    `reset(options={"difficulty": d})` overrides it for one episode. All environments have these, too:
+
+    - `randomize`: domain randomisation, `dict(friction=(0.4, 0.9))`: at each reset each world draws
+      these quantities uniformly from (low, high), always from scratch; the others stay nominal.
+      `env.unwrapped.physics` says what was drawn.
+
+    {quantity_table}
+
+    - `fidelity`: "fast", "balanced" (default) or "accurate": the solver's effort.
+    - `diagnostics`: True adds `info["diagnostics"]`, of each step's last 1/60 s (0 after a reset):
+
+    {diagnostics_table}
+
+    - `render_mode`: None or "rgb_array"; `width`, `height`: of frames, multiples of 16 (640 x 480).
+
+    ## Version History
+    - v0: first version.
+    """
+
+    task_class = CarTask
+    difficulty: float
+
+
+class CarVectorEnv(TaskVectorEnv):
+    """N worlds of GCar-v0 in one batch; see CarEnv for the task, TaskVectorEnv for the rest."""
+
+    task_class = CarTask
+    difficulty: float

@@ -1,0 +1,310 @@
+"""GCar's kernels: initialize, apply actions, evaluate, observe. The docstring of CarEnv states the rules."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from gsenv.envs.car import scene
+from gsenv.envs.car.course import DRAW_COUNT as DRAW_COUNT
+from gsenv.envs.car.course import build_course, height_at
+from gsenv.envs.core.kernels import active_contacts, clip, first_not_finite
+from gsenv.solver.core.edit import set_mass
+from gsenv.solver.jit import njit
+from gsenv.solver.records.bundle import select_world
+
+TASK_STATE_FIELDS: list[tuple[Any, ...]] = [
+    ("kinds", "i8", (scene.SLOTS,)),  # obstacle of each slot, -1: none
+    ("place", "f8"),  # m, of the chassis at the last step
+    ("best", "f8"),  # m, the farthest it came
+    ("action", "f8", (2,)),
+    ("change", "f8"),  # mean square change of the last action
+    ("power", "f8"),  # W, of the motors at the end of the last step
+    ("roof", "i8"),  # control steps on the roof
+    ("gaze", "f8", (2,)),  # m, where the camera looks
+]
+
+CONTROL_TIME = 1.0 / 30.0  # s
+ROOF_STEPS = 30
+HEIGHTS = 16
+FIRST_HEIGHT = 0.6  # m ahead of the chassis' middle
+HEIGHT_SPACING = 0.6  # m
+REVERSE_BELOW = 0.3  # m/s: at lower speeds a negative action drives backwards
+
+GAZE_AHEAD = 2.0  # m, of the camera
+
+PROGRESS_WEIGHT = 0.1  # per m
+FINISH_REWARD = 5.0
+ROOF_REWARD = -5.0
+ENERGY_WEIGHT = -0.01  # per kJ
+SMOOTH_WEIGHT = -0.002
+
+_CHASSIS = scene.CHASSIS_BODY
+_REAR = scene.REAR_BODY
+_FRONT = scene.FRONT_BODY
+_FIRST_OBSTACLE = scene.FIRST_PLANK
+_FULCRUM = scene.FIRST_FULCRUM
+_BOX = scene.FIRST_BOX
+_LAST_OBSTACLE = scene.LAST_OBSTACLE
+_SHAPE_OFFSET = scene.FIRST_OBSTACLE_SHAPE - scene.FIRST_PLANK
+_FINISH = scene.FINISH
+_RADIUS = scene.RADIUS
+_TRAVEL = scene.TRAVEL
+_TOP_SPEED = scene.TOP_SPEED
+_REVERSE_SPEED = scene.REVERSE_SPEED
+_BRAKE_SHARE = scene.BRAKE_TORQUE / scene.TORQUE
+_AXLE = scene.REAR_AXLE
+_MOTOR_SLOT = 3  # of a wheel joint's impulses
+
+
+# ---------------------------------------------------------------- initialize
+
+
+@njit
+def _apply_physics(physics, parameters):  # type: ignore[no-untyped-def]
+    """Quantities of the episode, in the order of CarTask.quantities, into a world's parameters."""
+    for s in range(len(parameters.shapes)):
+        parameters.shapes[s].friction = physics[0]
+    set_mass(parameters.bodies[_CHASSIS], physics[1])
+    for k in range(2):
+        parameters.joints[_AXLE + k].stiffness = physics[3]
+    parameters.world.gravity[1] = -physics[4]
+
+
+@njit
+def initialize_world(world, difficulty, draws):  # type: ignore[no-untyped-def]
+    """An episode begins: a new course, the car at rest at its start."""
+    _apply_physics(world.task.physics, world.parameters)
+    build_course(world, difficulty, draws)
+    task, chassis = world.task.state, world.state.bodies[_CHASSIS]
+    task.place = chassis.position[0]
+    task.best = task.place
+    task.gaze[0], task.gaze[1] = _gaze(chassis, world.parameters.vertices)
+
+
+# ---------------------------------------------------------------- apply actions
+
+
+@njit
+def apply_actions(world, actions):  # type: ignore[no-untyped-def]
+    """Actions to the motors; -1, or the first world whose actions are not finite."""
+    bad = first_not_finite(actions)
+    if bad >= 0:
+        return bad
+    for w in range(len(actions)):
+        select_world(world, w)
+        _apply_action(world, actions[w])
+    return -1
+
+
+@njit
+def _apply_action(world, action):  # type: ignore[no-untyped-def]
+    task, chassis = world.task.state, world.state.bodies[_CHASSIS]
+    forwards = chassis.velocity[0] * chassis.rotation[0] + chassis.velocity[1] * chassis.rotation[1]
+    task.change = 0.0
+    for a in range(2):
+        share = min(max(action[a], -1.0), 1.0)
+        task.change += 0.5 * (share - task.action[a]) * (share - task.action[a])
+        task.action[a] = share
+        torque = world.task.physics[2] * abs(share)
+        speed = _TOP_SPEED
+        if share < 0.0 and forwards > REVERSE_BELOW:
+            torque *= _BRAKE_SHARE
+            speed = 0.0
+        elif share < 0.0:
+            speed = -_REVERSE_SPEED
+        world.parameters.joints[_AXLE + a].motor_effort = torque
+        world.state.control[a] = -speed  # forwards is clockwise
+
+
+# ---------------------------------------------------------------- evaluate
+
+
+@njit
+def _touches(contacts):  # type: ignore[no-untyped-def]
+    """Whether (rear wheel, front wheel, chassis) are pushed."""
+    rear = False
+    front = False
+    chassis = False
+    for i in range(len(contacts)):
+        contact = contacts[i]
+        if contact.total_impulse[0] <= 0.0:
+            continue
+        rear = rear or contact.body_a == _REAR or contact.body_b == _REAR
+        front = front or contact.body_a == _FRONT or contact.body_b == _FRONT
+        chassis = chassis or contact.body_a == _CHASSIS or contact.body_b == _CHASSIS
+    return rear, front, chassis
+
+
+@njit
+def _power(bodies, joint_states, timestep):  # type: ignore[no-untyped-def]
+    """W that the motors put in; what brakes take out does not count."""
+    power = 0.0
+    for k in range(2):
+        torque = joint_states[_AXLE + k].total_impulse[_MOTOR_SLOT] / timestep
+        rate = bodies[_REAR + k].velocity[2] - bodies[_CHASSIS].velocity[2]
+        power += max(torque * rate, 0.0)
+    return power
+
+
+@njit
+def _gaze(chassis, vertices):  # type: ignore[no-untyped-def]
+    """m, where a camera should look: ahead of the car, between it and the ground there."""
+    x, y = chassis.position[0], chassis.position[1]
+    ahead = 0.5 * (height_at(x + 4.0, vertices) + height_at(x + 8.0, vertices))
+    return x + GAZE_AHEAD, 0.5 * (y + ahead)
+
+
+@njit
+def _follow(task, chassis, vertices):  # type: ignore[no-untyped-def]
+    """The camera swings after the car smoothly; it is part of the state, so pictures are, too."""
+    x, y = _gaze(chassis, vertices)
+    task.gaze[0] += 0.2 * (x + 0.2 * chassis.velocity[0] - task.gaze[0])
+    task.gaze[1] += 0.08 * (y - task.gaze[1])
+
+
+@njit
+def _update_task(world, timestep):  # type: ignore[no-untyped-def]
+    """How far the car is, its power and its time on the roof; returns m of progress in this step."""
+    task, chassis = world.task.state, world.state.bodies[_CHASSIS]
+    if chassis.rotation[0] >= 0.0:
+        task.roof = 0
+    elif _touches(active_contacts(world))[2]:
+        task.roof += 1
+    task.power = _power(world.state.bodies, world.state.joints, timestep)
+    progress = chassis.position[0] - task.place
+    task.place = chassis.position[0]
+    task.best = max(task.best, task.place)
+    _follow(task, chassis, world.parameters.vertices)
+    return progress
+
+
+@njit
+def evaluate_world(world, timestep):  # type: ignore[no-untyped-def]
+    """Rewards and info of one world after a control step; returns (reward, terminated)."""
+    task, term, info = world.task.state, world.task.terms, world.task.info
+    progress = _update_task(world, timestep)
+    success = task.place >= _FINISH
+    overturned = task.roof >= ROOF_STEPS and not success
+    term.progress = PROGRESS_WEIGHT * progress
+    term.finish = FINISH_REWARD if success else 0.0
+    term.roof = ROOF_REWARD if overturned else 0.0
+    term.energy = ENERGY_WEIGHT * 1e-3 * task.power * CONTROL_TIME
+    term.smoothness = SMOOTH_WEIGHT * task.change
+    info.success = success
+    info.is_success = success
+    info.distance = min(max(task.best, 0.0), _FINISH)
+    info.on_roof = task.roof * CONTROL_TIME
+    reward = term.progress + term.finish + term.roof + term.energy + term.smoothness
+    return reward, success or overturned
+
+
+# ---------------------------------------------------------------- observe
+
+
+@njit
+def _raise_heights(out, x, body, size, radius):  # type: ignore[no-untyped-def]
+    """Heights ahead are at least the top of a box (or capsule) that stands there."""
+    c, s = body.rotation[0], body.rotation[1]
+    half_y = size[1] + radius
+    reach = abs(c) * size[0] + abs(s) * half_y
+    near = math.ceil((body.position[0] - reach - x) / HEIGHT_SPACING)
+    far = math.floor((body.position[0] + reach - x) / HEIGHT_SPACING)
+    for k in range(max(near, 0), min(far, HEIGHTS - 1) + 1):
+        dx = x + k * HEIGHT_SPACING - body.position[0]
+        top = math.inf  # of the vertical line inside the box: between its sides, and its ends
+        if abs(c) > 1e-9:
+            top = min(top, (s * dx + half_y * (1.0 if c > 0.0 else -1.0)) / c)
+        if abs(s) > 1e-9:
+            top = min(top, (-c * dx + size[0] * (1.0 if s > 0.0 else -1.0)) / s)
+        out[k] = max(out[k], body.position[1] + top)
+
+
+@njit
+def _observe_heights(world, out):  # type: ignore[no-untyped-def]
+    """What the wheels would meet ahead (`HEIGHTS` entries), over the chassis' height at the start."""
+    bodies, parameters, shapes = world.state.bodies, world.parameters.bodies, world.parameters.shapes
+    vertices = world.parameters.vertices
+    chassis = bodies[_CHASSIS]
+    x = chassis.position[0] + FIRST_HEIGHT
+    for k in range(HEIGHTS):
+        out[k] = height_at(x + k * HEIGHT_SPACING, vertices)
+    last = x + (HEIGHTS - 1) * HEIGHT_SPACING
+    for b in range(_FIRST_OBSTACLE, _LAST_OBSTACLE):
+        if parameters[b].enabled == 0 or (_FULCRUM <= b < _BOX):
+            continue
+        reach = parameters[b].radius
+        if bodies[b].position[0] + reach < x or bodies[b].position[0] - reach > last:
+            continue
+        shape = shapes[_SHAPE_OFFSET + b]
+        _raise_heights(out, x, bodies[b], shape.size, shape.radius)
+    for k in range(HEIGHTS):
+        out[k] -= chassis.position[1] - scene.CHASSIS_Y
+
+
+@njit
+def _observe_wheel(out, k, wheel, chassis, axle, center):  # type: ignore[no-untyped-def]
+    """Rolling speed, suspension and its rate of wheel k."""
+    c, s = chassis.rotation[0], chassis.rotation[1]
+    dx = wheel.position[0] - chassis.position[0]
+    dy = wheel.position[1] - chassis.position[1]
+    ux = wheel.velocity[0] - chassis.velocity[0] + chassis.velocity[2] * dy
+    uy = wheel.velocity[1] - chassis.velocity[1] - chassis.velocity[2] * dx
+    out[7 + k] = -wheel.velocity[2] * _RADIUS / 10.0
+    out[9 + k] = (c * dy - s * dx - axle.anchor_a[1] + center[1]) / _TRAVEL
+    out[11 + k] = c * uy - s * ux
+
+
+@njit
+def _observe_car(world, out):  # type: ignore[no-untyped-def]
+    """Entries 0 to 12: place, attitude, velocity, wheels."""
+    bodies, parameters = world.state.bodies, world.parameters
+    chassis = bodies[_CHASSIS]
+    out[0] = (_FINISH - chassis.position[0]) / 100.0
+    out[1] = chassis.position[1] - height_at(chassis.position[0], parameters.vertices)
+    out[2] = chassis.rotation[1]
+    out[3] = chassis.rotation[0]
+    out[4] = chassis.velocity[0] / 10.0
+    out[5] = chassis.velocity[1] / 10.0
+    out[6] = chassis.velocity[2]
+    center = parameters.bodies[_CHASSIS].center
+    for k in range(2):
+        _observe_wheel(out, k, bodies[_REAR + k], chassis, parameters.joints[_AXLE + k], center)
+
+
+@njit
+def observe_world(world):  # type: ignore[no-untyped-def]
+    """All observations of a world, within their bounds."""
+    task, out = world.task.state, world.task.observation
+    _observe_car(world, out)
+    rear, front, touches = _touches(active_contacts(world))
+    out[13] = 1.0 if rear else 0.0
+    out[14] = 1.0 if front else 0.0
+    out[15] = 1.0 if touches else 0.0
+    out[16] = task.action[0]
+    out[17] = task.action[1]
+    out[18] = task.roof / ROOF_STEPS
+    _observe_heights(world, out[19:])
+    clip(out, world.task.low, world.task.high)
+
+
+# ---------------------------------------------------------------- all worlds
+
+
+@njit
+def initialize_worlds(world, worlds, difficulty, draws):  # type: ignore[no-untyped-def]
+    """Episodes begin in chosen worlds; draws (chosen, number)."""
+    for i in range(len(worlds)):
+        select_world(world, worlds[i])
+        initialize_world(world, difficulty, draws[i])
+        observe_world(world)
+
+
+@njit
+def evaluate_worlds(world, timestep):  # type: ignore[no-untyped-def]
+    """Rewards, ends and observations of all worlds."""
+    rewards, terminated = world.task.rewards, world.task.terminated
+    for w in range(len(rewards)):
+        select_world(world, w)
+        rewards[w], terminated[w] = evaluate_world(world, timestep)
+        observe_world(world)

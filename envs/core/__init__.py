@@ -1,0 +1,1 @@
+"""What all tasks share: base classes, vector environments, arguments, random streams, policies."""

@@ -1,0 +1,76 @@
+"""Policies to look at and to compare with: scripted ones, and trained ones where an asset exists.
+
+A policy is a function of an environment; it returns the next action. The scripted ones are pure
+feedback from the observation, without memory, so one policy serves any number of environments; the
+trained ones are too.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable
+from importlib import import_module
+from importlib.resources import files
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gsenv.envs import ENVS
+from gsenv.envs.core.mlp import MlpPolicy
+
+Observations = NDArray[np.float32]
+Actions = NDArray[np.float32]
+Policy = Callable[[Any], Actions]
+BatchPolicy = Callable[[Observations], Actions]
+
+
+def scripted_policy(env_id: str) -> Policy:
+    """The scripted policy of an environment.
+
+    Raises:
+        LookupError: there is none.
+    """
+    return _on_env(scripted_actions(env_id))
+
+
+def trained_policy(env_id: str) -> Policy:
+    """The trained policy of an environment, which needs numpy alone.
+
+    Raises:
+        LookupError: there is none.
+    """
+    return _on_env(trained_actions(env_id))
+
+
+def scripted_actions(env_id: str) -> BatchPolicy:
+    """The scripted policy of an environment, of (..., entry) observations.
+
+    Raises:
+        LookupError: there is none.
+    """
+    name = env_id.rpartition(":")[2]
+    entry = next((entry for entry in ENVS if entry.id == name), None)
+    if entry is None or entry.scripted_policy is None:
+        raise LookupError(f"{name} has no scripted policy.")
+    module, _, function = entry.scripted_policy.partition(":")
+    policy: BatchPolicy = getattr(import_module(f"gsenv.envs.{module}"), function)
+    return policy
+
+
+def trained_actions(env_id: str) -> MlpPolicy:
+    """The trained policy of an environment, of (..., entry) observations.
+
+    Raises:
+        LookupError: there is none.
+    """
+    name = env_id.rpartition(":")[2]
+    asset = files("gsenv.assets") / f"{name}.npz"
+    if not asset.is_file():
+        raise LookupError(f"{name} has no trained policy; `gsenv train {name}` makes one.")
+    with asset.open("rb") as file:
+        return MlpPolicy.load(io.BytesIO(file.read()))
+
+
+def _on_env(policy: BatchPolicy) -> Policy:
+    return lambda env: policy(env.unwrapped.observation)

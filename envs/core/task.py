@@ -1,0 +1,353 @@
+"""Task: the rules of an environment for many worlds, with no Gymnasium in them.
+
+A task builds the scene of its worlds and has three hooks that each handle all worlds at once:
+`initialize_episode` (after a reset), `apply_action` (before the physics) and `evaluate` (after it:
+rewards, ends, observations). Single and vector environments run the very same hooks, so their worlds
+agree bit for bit.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from gsenv.envs.core.arguments import (
+    DIAGNOSTICS,
+    DIAGNOSTICS_DTYPE,
+    Quantity,
+    Setting,
+    check_fidelity,
+    check_options,
+    check_ranges,
+    check_settings,
+    read_diagnostics,
+)
+from gsenv.envs.core.spec_tables import (
+    Entry,
+    RewardTerm,
+    argument_table,
+    entry_table,
+    fill_docstring,
+    quantity_table,
+    reward_table,
+    table,
+)
+from gsenv.solver import Options, Scene, Snapshot, World
+from gsenv.solver.records.bundle import Bundle, per_world
+
+Array = NDArray[Any]
+
+
+@dataclass(frozen=True)
+class TaskSnapshot:
+    """Chosen worlds of a Task: physics, task state and last outputs. Picklable, bit-exact."""
+
+    world: Snapshot
+    arrays: dict[str, Array]
+
+
+class Task(ABC):
+    """The rules of one environment for `world_count` worlds, with no Gymnasium in them.
+
+    Subclasses give the tables below, build the scene, and override `initialize_episode`,
+    `apply_action` and `evaluate`, which read `world`, `task_state` and `physics` and write the outputs.
+
+    Args:
+        world_count: how many worlds; threads: that they are shared out over.
+        settings: the task's own arguments, of `arguments`; defaults of resets.
+        fidelity: "fast", "balanced" or "accurate", of the physics.
+        randomize: (low, high) of quantities that each reset draws anew; the others stay nominal.
+        diagnostics: whether each step says how exact it was.
+
+    Attributes:
+        world: the physics.
+        physics: (world, quantity) float64, of `quantities` in this episode.
+        with_diagnostics: whether each step fills `diagnostics`.
+        diagnostics: (world,) errors of the last step; zeros after a reset, and where not asked for.
+        low, high: float32, bounds of the observations.
+        task_state: (world,) of `task_state_fields`: what the task remembers from step to step.
+        observation: (world, entry) float32.
+        reward: (world,) float64, the sum of `terms`, added from left to right.
+        terms: (world,) reward terms by name.
+        infos: (world,) of `info_fields`: what goes into Gymnasium's info.
+        terminated: (world,) bool.
+
+    Where a task has `agents`, actions, observation, reward and terms are (world, agent, ...).
+    """
+
+    actions: ClassVar[tuple[Entry, ...]]
+    observations: ClassVar[tuple[Entry, ...]]
+    reward_terms: ClassVar[tuple[RewardTerm, ...]]
+    task_state_fields: ClassVar[Sequence[tuple[Any, ...]]] = ()
+    info_fields: ClassVar[Sequence[tuple[str, Any]]] = ()
+    draw_count: ClassVar[int]  # uniform numbers in [0, 1) that one start uses up
+    engine_steps: ClassVar[int] = 2  # per control step
+    agents: ClassVar[tuple[str, ...]] = ()  # names, where several act in one world
+    arguments: ClassVar[tuple[Setting, ...]] = ()
+    quantities: ClassVar[tuple[Quantity, ...]] = ()
+
+    def __init__(
+        self,
+        world_count: int = 1,
+        threads: int = 1,
+        settings: Mapping[str, Any] | None = None,
+        fidelity: str = "balanced",
+        randomize: Mapping[str, Any] | None = None,
+        diagnostics: bool = False,
+    ) -> None:
+        self.threads = threads
+        self.settings = check_settings(settings or {}, self.arguments, type(self).__name__)
+        self.fidelity = check_fidelity(fidelity)
+        self.randomize = check_ranges(randomize, self.quantities)
+        if not isinstance(diagnostics, (bool, np.bool_)):
+            raise ValueError(f"diagnostics must be True or False, got {diagnostics!r}.")
+        self.with_diagnostics = bool(diagnostics)
+        nominal = np.array([quantity.nominal for quantity in self.quantities])
+        ranges = [self.randomize.get(q.name, (q.nominal, q.nominal)) for q in self.quantities]
+        self._physics_low, physics_high = np.array(ranges).reshape(-1, 2).T
+        self._physics_span = physics_high - self._physics_low
+        self.physics = np.tile(nominal, (world_count, 1))
+        self.diagnostics = np.zeros(world_count, DIAGNOSTICS_DTYPE)
+        self.low = np.array([entry.low for entry in self.observations], np.float32)
+        self.high = np.array([entry.high for entry in self.observations], np.float32)
+        self.world = World(self.build_scene(), world_count, threads, self.solver_options())
+        self.task_state = np.zeros(world_count, np.dtype(list(self.task_state_fields), align=True))
+        each = (world_count, len(self.agents)) if self.agents else (world_count,)
+        self.observation = np.zeros((*each, len(self.observations)), np.float32)
+        self.reward = np.zeros(each)
+        self.terms = np.zeros(each, [(term.name, "f8") for term in self.reward_terms])
+        self.infos = np.zeros(world_count, list(self.info_fields))
+        self.terminated = np.zeros(world_count, np.bool_)
+        self._actions = np.zeros((*each, len(self.actions)), np.float32)
+        self._kernel_world: Bundle | None = None
+        self._bundled_contacts: Array | None = None
+        self._term_names = self.terms.dtype.names or ()
+        self._info_names = self.infos.dtype.names or ()
+
+    @property
+    def world_count(self) -> int:
+        return len(self.task_state)
+
+    @property
+    def kernel_world(self) -> Bundle:
+        """All worlds as the one argument `world` of the task's kernels; `select_world(world, w)` chooses one.
+
+        `world.state` and `world.parameters` are then the physics of world w (bodies, shapes, joints,
+        contacts, ...), and `world.task` has the task's own part of it: state, info, terms, observation,
+        physics. `world.task.rewards` and `terminated` have all worlds; `low` and `high` are the bounds.
+        """
+        if self._kernel_world is None or self._bundled_contacts is not self.world.state.contacts:
+            self._kernel_world = self._bundle()
+            self._bundled_contacts = self.world.state.contacts  # they grow where a step needs more
+        return self._kernel_world
+
+    def _bundle(self) -> Bundle:
+        model, state, parameters = self.world.model, self.world.state, self.world.parameters
+        return Bundle(
+            "TaskWorld",
+            model.dim,
+            state=Bundle(
+                "State",
+                model.dim,
+                world=per_world(state.worlds),
+                bodies=per_world(state.bodies),
+                joints=per_world(state.joints),
+                contacts=per_world(state.contacts),
+                control=per_world(state.control),
+            ),
+            parameters=Bundle(
+                "Parameters",
+                model.dim,
+                world=per_world(parameters.worlds),
+                bodies=per_world(parameters.bodies),
+                shapes=per_world(parameters.shapes),
+                joints=per_world(parameters.joints),
+                vertices=per_world(parameters.vertices) if model.needs_vertices else None,
+            ),
+            task=Bundle(
+                "Task",
+                model.dim,
+                state=per_world(self.task_state),
+                info=per_world(self.infos),
+                terms=per_world(self.terms),
+                observation=per_world(self.observation),
+                physics=per_world(self.physics),
+                rewards=self.reward,
+                terminated=self.terminated,
+                low=self.low,
+                high=self.high,
+            ),
+        ).seal()
+
+    @property
+    def reset_draws(self) -> int:
+        """Uniform numbers that a reset uses up in each world."""
+        return self.draw_count + len(self.quantities)
+
+    # ------------------------------------------------- what a task must say
+
+    @abstractmethod
+    def build_scene(self) -> Scene:
+        """The scene of one world."""
+
+    def solver_options(self) -> Options:
+        """How the world is stepped."""
+        return Options.preset(self.fidelity)
+
+    def check_options(self, options: Mapping[str, Any]) -> Mapping[str, Any]:
+        """Options of a reset, complete and valid.
+
+        Raises:
+            ValueError: an option that the task does not know or accept.
+        """
+        return check_options(options, self.arguments, self.settings)
+
+    @abstractmethod
+    def initialize_episode(self, worlds: Array, draws: Array, options: Mapping[str, Any]) -> None:
+        """Begin episodes in worlds that are back at the scene's initial state, and observe them.
+
+        Args:
+            worlds: int (chosen,), where episodes begin.
+            draws: (chosen, `draw_count`), uniform in [0, 1): the only source of chance.
+            options: of the reset, by name, checked.
+        """
+
+    def apply_action(self, actions: Array) -> int:
+        """Pass actions (world, action) on to the engine, before the physics.
+
+        By default action k drives actuator k, -1 to 1 being its range.
+
+        Returns:
+            -1, or the first world whose actions are not finite; nothing has changed then.
+        """
+        bad = ~np.isfinite(actions).all(axis=1)
+        if bad.any():
+            return int(bad.argmax())
+        ranges = self.world.model.actuators
+        share = 0.5 + 0.5 * np.clip(actions, -1.0, 1.0)
+        self.world.control = ranges["lower"] + share * (ranges["upper"] - ranges["lower"])
+        return -1
+
+    @abstractmethod
+    def evaluate(self) -> None:
+        """Fill `reward`, `terms`, `terminated`, `infos` and `observation` of all worlds, after the physics."""
+
+    def camera(self, world: int, width: int, height: int) -> Any:
+        """A gsenv.render camera for a picture of a world, or None for the renderer's own choice."""
+        return None
+
+    def captions(self, world: int) -> Sequence[str]:
+        """Lines of text in the corner of a picture."""
+        return ()
+
+    # ------------------------------------------------- stepping
+
+    def reset(self, worlds: Array, draws: Array, options: Mapping[str, Any]) -> None:
+        """New episodes in `worlds`; `options` as `check_options` returns them.
+
+        `draws` is (chosen world, `reset_draws`), uniform in [0, 1). Quantities take theirs whether or
+        not they are randomised: equal seeds give equal courses either way.
+        """
+        self.physics[worlds] = self._physics_low + self._physics_span * draws[:, self.draw_count :]
+        self.world.reset(worlds)
+        self.task_state[worlds] = np.zeros((), self.task_state.dtype)
+        self.terms[worlds] = np.zeros((), self.terms.dtype)
+        self.infos[worlds] = np.zeros((), self.infos.dtype)
+        self.reward[worlds] = 0.0
+        self.terminated[worlds] = False
+        self.diagnostics[worlds] = np.zeros((), DIAGNOSTICS_DTYPE)
+        self.initialize_episode(worlds, np.ascontiguousarray(draws[:, : self.draw_count]), options)
+
+    def step(self, actions: ArrayLike, ignored: Array | None = None) -> None:
+        """One control step of all worlds.
+
+        Args:
+            actions: (world, action), clipped to [-1, 1].
+            ignored: bool (world,), worlds whose actions count as zero, whatever they are.
+
+        Raises:
+            ValueError: actions of a wrong shape, or not finite; nothing has changed then.
+        """
+        buffer = self._actions
+        try:
+            given = np.asarray(actions, np.float32)
+        except (TypeError, ValueError):
+            raise ValueError(f"step: actions must be numbers, got {actions!r}.") from None
+        if given.shape != buffer.shape:
+            raise ValueError(f"step: actions must have the shape {buffer.shape}, got {given.shape}.")
+        buffer[:] = given
+        if ignored is not None:
+            buffer[ignored] = 0.0
+        bad = self.apply_action(buffer)
+        if bad >= 0:
+            raise ValueError(f"step: actions must be finite, got {buffer[bad]} in world {bad}.")
+        self.world.step(self.engine_steps)
+        if self.with_diagnostics:
+            read_diagnostics(self.world, self.diagnostics)
+        self.evaluate()
+
+    def info(self, world: int, agent: int | None = None) -> dict[str, Any]:
+        """Info of one world, or of one agent in it, in Python's own types."""
+        at = (world,) if agent is None else (world, agent)
+        info = dict(zip(self._info_names, self.infos.item(world), strict=True))
+        info["reward_terms"] = dict(zip(self._term_names, self.terms.item(*at), strict=True))
+        if self.with_diagnostics:
+            names = DIAGNOSTICS_DTYPE.names or ()
+            info["diagnostics"] = dict(zip(names, self.diagnostics.item(world), strict=True))
+        return info
+
+    # ------------------------------------------------- snapshots
+
+    _SAVED = (
+        "task_state", "physics", "observation", "reward", "terms", "infos", "terminated", "diagnostics",
+    )  # fmt: skip
+
+    def save(self, worlds: Any = None) -> TaskSnapshot:
+        chosen = slice(None) if worlds is None else worlds
+        arrays = {name: getattr(self, name)[chosen].copy() for name in self._SAVED}
+        return TaskSnapshot(self.world.save(worlds), arrays)
+
+    def restore(self, snapshot: TaskSnapshot, worlds: Any = None) -> None:
+        self.world.restore(snapshot.world, worlds)  # refuses a snapshot that does not fit
+        chosen = slice(None) if worlds is None else worlds
+        for name, array in snapshot.arrays.items():
+            getattr(self, name)[chosen] = array
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {
+            "arguments": (
+                self.world_count,
+                self.threads,
+                self.settings,
+                self.fidelity,
+                self.randomize,
+                self.with_diagnostics,
+            ),
+            "snapshot": self.save(),
+        }
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__init__(*state["arguments"])  # type: ignore[misc]
+        self.restore(state["snapshot"])
+
+
+_EnvClass = TypeVar("_EnvClass", bound="type[Any]")
+
+
+def documented(cls: _EnvClass) -> _EnvClass:
+    """Class decorator: the tables of an environment's docstring, from its task's definitions."""
+    task: type[Task] = cls.task_class
+    return fill_docstring(
+        cls,
+        action_table=entry_table("Action", task.actions),
+        observation_table=entry_table("Observation", task.observations),
+        reward_table=reward_table(task.reward_terms),
+        argument_table=argument_table(task.arguments),
+        quantity_table=quantity_table(task.quantities),
+        diagnostics_table=table(("Diagnostic", "Meaning"), DIAGNOSTICS),
+    )

@@ -1,0 +1,353 @@
+"""The native vector environment: all worlds of a task in one batch, in all autoreset modes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import gymnasium
+import numpy as np
+from gymnasium.error import ResetNeeded
+from gymnasium.utils import seeding
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+from numpy.typing import NDArray
+
+from gsenv.envs.core.arguments import add_settings
+from gsenv.envs.core.painter import Frame, Painter, check_render_mode
+from gsenv.envs.core.pixels import make_pixels
+from gsenv.envs.core.spec_tables import box_of
+from gsenv.envs.core.streams import Streams
+from gsenv.envs.core.task import Array, Task, TaskSnapshot
+
+Step = tuple[Array, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]
+
+
+@dataclass(frozen=True)
+class VectorSnapshot:
+    """A vector environment: its task, its random generators, and which worlds are done."""
+
+    task: TaskSnapshot
+    streams: Array
+    elapsed: Array
+    finished: Array
+    begun: Array
+    settings: dict[str, Any]  # defaults of later resets
+
+
+class TaskVectorEnv(VectorEnv[Array, NDArray[np.float32], Array]):
+    """N worlds of a task.
+
+    World i of `reset(seed=s)` equals the single environment's `reset(seed=s + i)`, bit for bit, for
+    every number of worlds, of threads, and in every autoreset mode.
+
+    Args:
+        num_envs: worlds.
+        render_mode: None or "rgb_array"; width, height: px of a frame, multiples of 16.
+        observation: "state" or "pixels".
+        max_episode_steps: truncates by itself; None never does.
+        autoreset_mode: one of Gymnasium's three.
+        threads: worlds are shared out over this many.
+        fidelity, randomize, diagnostics, settings: see TaskEnv; settings can be set
+            (`set_attr("blocks", 3)`) for episodes to come.
+    """
+
+    task_class: ClassVar[type[Task]]
+    metadata: dict[str, Any] = {  # noqa: RUF012
+        "render_modes": ["rgb_array"],
+        "render_fps": 30,
+        "autoreset_mode": AutoresetMode.NEXT_STEP,
+    }
+
+    def __init_subclass__(cls) -> None:
+        super().__init_subclass__()
+        add_settings(cls)
+
+    def __init__(
+        self,
+        num_envs: int = 1,
+        render_mode: str | None = None,
+        max_episode_steps: int | None = None,
+        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+        width: int = 640,
+        height: int = 480,
+        threads: int = 1,
+        observation: str = "state",
+        fidelity: str = "balanced",
+        randomize: Mapping[str, tuple[float, float]] | None = None,
+        diagnostics: bool = False,
+        **settings: Any,
+    ) -> None:
+        if not _is_positive(num_envs):
+            raise ValueError(f"num_envs must be a positive whole number, got {num_envs!r}.")
+        if max_episode_steps is not None and not _is_positive(max_episode_steps):
+            raise ValueError(f"max_episode_steps must be None or a positive whole number, got {max_episode_steps!r}.")
+        try:
+            self.autoreset_mode = AutoresetMode(autoreset_mode)
+        except ValueError:
+            known = [mode.value for mode in AutoresetMode]
+            raise ValueError(f"autoreset_mode must be one of {known}, got {autoreset_mode!r}.") from None
+        self.metadata = dict(type(self).metadata, autoreset_mode=self.autoreset_mode)
+        self.num_envs = int(num_envs)
+        self.max_episode_steps = max_episode_steps
+        self.render_mode = check_render_mode(render_mode, self.metadata["render_modes"])
+        self._painter = Painter(width, height)
+        agents = self.task_class.agents
+        self._pixels = make_pixels(observation, agents)
+        self.single_observation_space = (
+            box_of(self.task_class.observations, agents) if self._pixels is None else self._pixels.space
+        )
+        self.single_action_space = box_of(self.task_class.actions, agents)
+        self.observation_space = batch_space(self.single_observation_space, self.num_envs)
+        self.action_space = batch_space(self.single_action_space, self.num_envs)
+        self.task = self.task_class(self.num_envs, threads, settings, fidelity, randomize, diagnostics)
+        self._streams = Streams([seeding.np_random()[0] for _ in range(self.num_envs)])
+        self._seeds: list[int | None] = [None] * self.num_envs
+        self._elapsed = np.zeros(self.num_envs, np.int64)
+        self._finished = np.zeros(self.num_envs, np.bool_)
+        self._begun = np.zeros(self.num_envs, np.bool_)
+
+    # ------------------------------------------------- reset
+
+    def reset(
+        self,
+        *,
+        seed: int | Sequence[int | None] | None = None,
+        options: dict[str, Any] | None = None,
+    ) -> tuple[Array, dict[str, Any]]:
+        """Begin new episodes.
+
+        Args:
+            seed: an int s gives world i the seed s + i; or one for each world.
+            options: `reset_mask`, bool (num_envs,), chooses worlds; the rest goes to the task.
+
+        Raises:
+            ValueError: a bad option or number of seeds; nothing has changed then.
+        """
+        rest = {} if options is None else dict(options)
+        mask = self._reset_mask(rest.pop("reset_mask", None))
+        checked = self.task.check_options(rest)
+        self._seed(seed, mask)
+        self._begin(np.flatnonzero(mask), checked)
+        return self.observe(), self._infos(mask)
+
+    def _reset_mask(self, given: Any) -> NDArray[np.bool_]:
+        if given is None:
+            return np.ones(self.num_envs, np.bool_)
+        mask = np.asarray(given)
+        if mask.dtype != np.bool_ or mask.shape != (self.num_envs,) or not mask.any():
+            raise ValueError(
+                f"reset: reset_mask must be a bool array of the shape ({self.num_envs},) with at "
+                f"least one True, got {given!r}."
+            )
+        return mask
+
+    def _seed(self, seed: int | Sequence[int | None] | None, mask: NDArray[np.bool_]) -> None:
+        if seed is None:
+            return
+        if isinstance(seed, (int, np.integer)):
+            seed = [int(seed) + i for i in range(self.num_envs)]
+        if len(seed) != self.num_envs:
+            raise ValueError(f"reset: {self.num_envs} seeds are needed, got {len(seed)}.")
+        made = [None if s is None else seeding.np_random(int(s)) for s in seed]
+        for i, pair in enumerate(made):
+            if pair is not None and mask[i]:
+                self._streams.seed(i, pair[0])
+                self._seeds[i] = pair[1]
+
+    def _begin(self, worlds: Array, options: Mapping[str, Any]) -> None:
+        draws = np.empty((len(worlds), self.task.reset_draws))
+        self._streams.draw(worlds, draws)
+        self.task.reset(worlds, draws, options)
+        self._elapsed[worlds] = 0
+        self._finished[worlds] = False
+        self._begun[worlds] = True
+
+    # ------------------------------------------------- step
+
+    def step(self, actions: NDArray[np.float32]) -> Step:
+        """One control step of all worlds.
+
+        Raises:
+            ValueError: actions of a wrong shape, or not finite; nothing has changed then.
+            ResetNeeded: a world has not begun, or (autoreset disabled) is finished.
+        """
+        self._check_ready()
+        if self.autoreset_mode == AutoresetMode.NEXT_STEP and self._finished.any():
+            return self._step_and_begin(actions, self._finished.copy())
+        self.task.step(actions)
+        terminated, truncated = self._end()
+        if self.autoreset_mode == AutoresetMode.SAME_STEP and self._finished.any():
+            return self._end_and_begin(terminated, truncated)
+        infos = self._infos(np.ones(self.num_envs, np.bool_))
+        return self.observe(), self.task.reward.copy(), terminated, truncated, infos
+
+    def _check_ready(self) -> None:
+        if not self._begun.all():
+            raise ResetNeeded("step: not all worlds have begun, call reset first.")
+        if self.autoreset_mode == AutoresetMode.DISABLED and self._finished.any():
+            worlds = np.flatnonzero(self._finished).tolist()
+            raise ResetNeeded(f"step: worlds {worlds} are finished, reset them with options['reset_mask'] first.")
+
+    def _end(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+        """Which worlds have ended in this step: (terminated, truncated)."""
+        self._elapsed += 1
+        terminated = self.task.terminated.copy()
+        if self.max_episode_steps is None:
+            truncated = np.zeros(self.num_envs, np.bool_)
+        else:
+            truncated = self._elapsed >= self.max_episode_steps
+        self._finished = terminated | truncated
+        return terminated, truncated
+
+    def _step_and_begin(self, actions: NDArray[np.float32], begin: NDArray[np.bool_]) -> Step:
+        """NEXT_STEP: worlds that ended in the last step begin anew instead of acting."""
+        self.task.step(actions, ignored=begin)
+        terminated, truncated = self._end()
+        self._begin(np.flatnonzero(begin), self.task.check_options({}))
+        terminated[begin] = False
+        truncated[begin] = False
+        infos = self._infos(np.ones(self.num_envs, np.bool_))
+        return self.observe(), self.task.reward.copy(), terminated, truncated, infos
+
+    def _end_and_begin(self, terminated: NDArray[np.bool_], truncated: NDArray[np.bool_]) -> Step:
+        """SAME_STEP: worlds that ended begin anew at once; their last words go to final_*."""
+        ended = self._finished.copy()
+        reward = self.task.reward.copy()
+        last = np.full(self.num_envs, None, object)
+        rows = self._observe_worlds(np.flatnonzero(ended))
+        last[ended] = np.fromiter(rows, object, len(rows))
+        final_info = self._infos(ended)
+        self._begin(np.flatnonzero(ended), self.task.check_options({}))
+        infos = self._infos(np.ones(self.num_envs, np.bool_))
+        infos |= {"final_obs": last, "_final_obs": ended.copy()}
+        infos |= {"final_info": final_info, "_final_info": ended}
+        return self.observe(), reward, terminated, truncated, infos
+
+    def observe(self) -> Array:
+        """A copy of the present observations."""
+        return self.task.observation.copy() if self._pixels is None else self._pixels.draw_all(self.task)
+
+    def observe_world(self, world: int) -> Array:
+        """A copy of the present observation of one world."""
+        if self._pixels is None:
+            return self.task.observation[world].copy()
+        return self._pixels.draw(self.task, world)
+
+    def _observe_worlds(self, worlds: Array) -> Array:
+        if self._pixels is None:
+            return self.task.observation[worlds]
+        return np.stack([self._pixels.draw(self.task, w) for w in worlds.tolist()])
+
+    def _infos(self, mask: NDArray[np.bool_]) -> dict[str, Any]:
+        """Infos of the worlds of `mask`; zeros and a False mask elsewhere."""
+        infos: dict[str, Any] = {"reward_terms": _columns(self.task.terms, mask)}
+        infos["_reward_terms"] = mask.copy()
+        if self.task.with_diagnostics:
+            infos["diagnostics"] = _columns(self.task.diagnostics, mask)
+            infos["_diagnostics"] = mask.copy()
+        return infos | _columns(self.task.infos, mask)
+
+    @property
+    def finished(self) -> NDArray[np.bool_]:
+        """(world,) a copy: which episodes have ended and have not begun anew."""
+        return self._finished.copy()
+
+    # ------------------------------------------------- pictures and snapshots
+
+    def render(self) -> tuple[Frame, ...] | None:
+        """One frame for each world."""
+        if self.render_mode is None:
+            gymnasium.logger.warn("render: make the environment with render_mode='rgb_array'.")
+            return None
+        return tuple(self._painter.paint(self.task, w) for w in range(self.num_envs))
+
+    def save(self) -> VectorSnapshot:
+        """All that decides how the environment goes on, its random generators included."""
+        return VectorSnapshot(
+            self.task.save(),
+            self._streams.words.copy(),
+            self._elapsed.copy(),
+            self._finished.copy(),
+            self._begun.copy(),
+            dict(self.task.settings),
+        )
+
+    def restore(self, snapshot: VectorSnapshot) -> None:
+        """Go on bit for bit from a snapshot of this or an equal environment, in any process.
+
+        Raises:
+            ValueError: the snapshot is of another environment or number of worlds.
+        """
+        if len(snapshot.elapsed) != self.num_envs:
+            raise ValueError(f"restore: the snapshot has {len(snapshot.elapsed)} worlds, not {self.num_envs}.")
+        self.task.restore(snapshot.task)
+        self._streams.words[:] = snapshot.streams
+        self._elapsed[:] = snapshot.elapsed
+        self._finished[:] = snapshot.finished
+        self._begun[:] = snapshot.begun
+        self.task.settings.update(snapshot.settings)
+
+    # ------------------------------------------------- Gymnasium's other accessors
+
+    @property  # type: ignore[misc]
+    def np_random(self) -> tuple[np.random.Generator, ...]:  # type: ignore[override]
+        """Copies of the worlds' random generators."""
+        return tuple(map(self._streams.generator, range(self.num_envs)))
+
+    @property
+    def np_random_seed(self) -> tuple[int | None, ...]:  # type: ignore[override]
+        """The worlds' seeds; None where a world was never seeded."""
+        return tuple(self._seeds)
+
+    @property
+    def physics(self) -> dict[str, Array]:
+        """The task's quantities in the worlds' episodes, (world,) by name."""
+        names = [quantity.name for quantity in self.task.quantities]
+        return {name: self.task.physics[:, k].copy() for k, name in enumerate(names)}
+
+    def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
+        """A method's result, or an attribute, once for each world.
+
+        A tuple or an array with one value for each world is taken apart; anything else is the
+        same for all worlds.
+        """
+        value = getattr(self, name)
+        if callable(value):
+            value = value(*args, **kwargs)
+        per_world = isinstance(value, (tuple, np.ndarray)) and np.shape(value)[:1] == (self.num_envs,)
+        return tuple(value) if per_world else (value,) * self.num_envs
+
+    def get_attr(self, name: str) -> tuple[Any, ...]:
+        """An attribute, once for each world."""
+        return self.call(name)
+
+    def set_attr(self, name: str, values: Any) -> None:
+        """Set an attribute, to one value or to a list of equal ones: the worlds share it.
+
+        Raises:
+            AttributeError: there is no such attribute.
+            ValueError: different values, or not one for each world.
+        """
+        getattr(self, name)
+        if isinstance(values, (list, tuple)):
+            if len(values) != self.num_envs or any(value != values[0] for value in values):
+                raise ValueError(f"set_attr: {name!r} is shared; give one value, or {self.num_envs} equal ones.")
+            values = values[0]
+        setattr(self, name, values)
+
+
+def _is_positive(value: Any) -> bool:
+    """Whether it is a whole number of at least 1."""
+    return isinstance(value, (int, np.integer)) and not isinstance(value, bool) and int(value) >= 1
+
+
+def _columns(records: Array, mask: NDArray[np.bool_]) -> dict[str, Any]:
+    """Fields of (world, ...) records as arrays with `_name` masks beside them."""
+    columns: dict[str, Any] = {}
+    chosen = mask.reshape(-1, *(1,) * (records.ndim - 1))
+    for name in records.dtype.names or ():
+        columns[name] = np.where(chosen, records[name], np.zeros((), records.dtype[name]))
+        columns[f"_{name}"] = mask.copy()
+    return columns

@@ -1,0 +1,1 @@
+"""GStack-v0: a gripper builds a tower of blocks in 2D."""

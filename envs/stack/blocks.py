@@ -1,0 +1,265 @@
+"""Blocks in grippers and on towers: the jitted parts that GStack-v0 and tower_v0 share.
+
+`blocks` and `shapes` are records of the blocks alone; `order` says which block lies at which level,
+`levels` at which level a block lies. Levels are counted from the base, whose top is at the height `base`.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from gsenv.envs.core.kernels import active_contacts, between
+from gsenv.envs.stack import scene
+from gsenv.solver.core.edit import disable_joint, enable_body, enable_joint
+from gsenv.solver.core.trig import sin_cos
+from gsenv.solver.jit import njit
+from gsenv.solver.planar.edit import place_body, set_box
+
+CONTROL_TIME = 1.0 / 30.0  # s
+DRAWS_PER_BLOCK = 6
+ARRIVAL_MARGIN = 0.05  # m, free space around an arriving block
+
+REST_SPEED = 0.08  # m/s, and rad/s half as much again: what counts as standing
+TOUCH = 1e-3  # m, nearer counts as touching
+TIPPED = 0.5  # rad
+SUNK = 0.5  # of its half-height: a block this far below its level has fallen
+TILT_WEIGHT = 0.5  # m per rad, in the distance of the approach
+
+SETTING_FIELDS: list[tuple[Any, ...]] = [  # of the task state: settings of the episode
+    ("half_width", "f8", (2,)),  # m, lowest and highest
+    ("half_height", "f8", (2,)),  # m
+    ("mass", "f8", (2,)),  # kg
+    ("friction", "f8", (2,)),
+    ("grasp_offset", "f8"),  # of the half-width, at most
+    ("grasp_tilt", "f8"),  # rad, at most
+    ("stand_steps", "i8"),  # control steps that a whole tower must stand
+]
+
+UPRIGHT = (1.0, 0.0, 0.0)  # cos, sin, angle
+AT_REST = (0.0, 0.0, 0.0)  # velocity
+
+_LIFT = scene.MAGNET_RADIUS + scene.GAP
+_MAST_LENGTH = scene.MAST_HALF_LENGTH
+_SPEED = scene.SPEED
+_TURN_SPEED = scene.TURN_SPEED
+_LOW_Y, _HIGH_Y = scene.REACH_Y
+_REACH_ANGLE = scene.REACH_ANGLE
+_MAX_FORCE = scene.MAX_FORCE
+_MAX_TORQUE = scene.MAX_TORQUE
+
+
+# ---------------------------------------------------------------- initialize
+
+
+@njit
+def make_block(task, draws, body, shape, weld):  # type: ignore[no-untyped-def]
+    """Size, mass, friction and grasp of a block from its six draws; `task` is the task state, with the ranges."""
+    x = between(task.half_width[0], task.half_width[1], draws[0])
+    y = between(task.half_height[0], task.half_height[1], draws[1])
+    set_box(body, shape, x, y, between(task.mass[0], task.mass[1], draws[2]))
+    shape.friction = between(task.friction[0], task.friction[1], draws[3])
+    c, s = sin_cos(between(-task.grasp_tilt, task.grasp_tilt, draws[5]))
+    weld.reference[0] = c
+    weld.reference[1] = s
+    # The magnet is round: it meets the block's tilted top where the top's normal points at it.
+    weld.anchor_a[0] = _LIFT * s
+    weld.anchor_a[1] = -_LIFT * c
+    weld.anchor_b[0] = between(-task.grasp_offset, task.grasp_offset, draws[4]) * x
+    weld.anchor_b[1] = y
+
+
+@njit
+def grasp_pose(gripper, weld):  # type: ignore[no-untyped-def]
+    """(x, y, cos, sin) of a block in its gripper."""
+    gc, gs = gripper.rotation[0], gripper.rotation[1]
+    c = gc * weld.reference[0] - gs * weld.reference[1]
+    s = gs * weld.reference[0] + gc * weld.reference[1]
+    x = gripper.position[0] + gc * weld.anchor_a[0] - gs * weld.anchor_a[1]
+    y = gripper.position[1] + gs * weld.anchor_a[0] + gc * weld.anchor_a[1]
+    x -= c * weld.anchor_b[0] - s * weld.anchor_b[1]
+    y -= s * weld.anchor_b[0] + c * weld.anchor_b[1]
+    return x, y, c, s
+
+
+@njit
+def hand_over(world, gripper, block, weld):  # type: ignore[no-untyped-def]
+    """A block appears in a gripper and moves with it; both are numbers of bodies."""
+    bodies, parameters = world.state.bodies, world.parameters.bodies
+    holder = bodies[gripper]
+    joint = world.parameters.joints[weld]
+    x, y, c, s = grasp_pose(holder, joint)
+    turn = (c, s, holder.angle + math.asin(joint.reference[1]))
+    v = holder.velocity
+    velocity = (v[0] - v[2] * (y - holder.position[1]), v[1] + v[2] * (x - holder.position[0]), v[2])
+    place_body(block, bodies, parameters, active_contacts(world), (x, y), turn, velocity)
+    enable_body(parameters[block])
+    enable_joint(joint, holder, bodies[block])
+
+
+@njit
+def release(world, gripper, block, weld):  # type: ignore[no-untyped-def]
+    """The gripper lets go of a block."""
+    disable_joint(world.parameters.joints[weld], world.state.bodies[gripper], world.state.bodies[block])
+
+
+@njit
+def move_mast(world, mast, gripper):  # type: ignore[no-untyped-def]
+    """The mast is only to be seen: it stands on the gripper wherever that is."""
+    bodies = world.state.bodies
+    holder = bodies[gripper]
+    position = (holder.position[0], holder.position[1] + 0.1 + _MAST_LENGTH)
+    place_body(mast, bodies, world.parameters.bodies, active_contacts(world), position, UPRIGHT, AT_REST)
+
+
+# ---------------------------------------------------------------- apply actions
+
+
+@njit
+def _within(speed, limit, here, low, high):  # type: ignore[no-untyped-def]
+    """A speed that leaves the range [low, high] no further than it is already."""
+    speed = min(speed, max((high - here) / CONTROL_TIME, 0.0))
+    speed = max(speed, min((low - here) / CONTROL_TIME, 0.0))
+    return min(max(speed, -limit), limit)
+
+
+@njit
+def steer(control, drive, right, up, turn, low_x, high_x):  # type: ignore[no-untyped-def]
+    """Actions in [-1, 1] to the three actuators of a gripper, whose target stays in its reach."""
+    place = drive.target_position
+    control[0] = _within(_SPEED * right, _SPEED, place[0], low_x, high_x)
+    control[1] = _within(_SPEED * up, _SPEED, place[1], _LOW_Y, _HIGH_Y)
+    control[2] = _within(_TURN_SPEED * turn, _TURN_SPEED, drive.target_angle, -_REACH_ANGLE, _REACH_ANGLE)
+
+
+# ---------------------------------------------------------------- evaluate
+
+
+@njit
+def touches(contacts, levels, base, first_gripper, first_block):  # type: ignore[no-untyped-def]
+    """Bit masks of the blocks: (resting on the level below, touched by a gripper).
+
+    `base`, `first_gripper`, `first_block` are indices of bodies, in this order.
+    """
+    resting = 0
+    gripped = 0
+    for i in range(len(contacts)):
+        contact = contacts[i]
+        if contact.total_impulse[0] <= 0.0 and contact.separation > TOUCH:
+            continue
+        a = min(contact.body_a, contact.body_b)
+        b = max(contact.body_a, contact.body_b) - first_block
+        if b < 0:
+            continue
+        if a >= first_block:
+            a -= first_block
+            if levels[b] == levels[a] + 1:
+                resting |= 1 << b
+            elif levels[a] == levels[b] + 1:
+                resting |= 1 << a
+        elif a >= first_gripper:
+            gripped |= 1 << b
+        elif a == base and levels[b] == 0:
+            resting |= 1 << b
+    return resting, gripped
+
+
+@njit
+def _calm(body):  # type: ignore[no-untyped-def]
+    v = body.velocity
+    return v[0] * v[0] + v[1] * v[1] < REST_SPEED**2 and abs(v[2]) < 1.5 * REST_SPEED
+
+
+@njit
+def standing(first, last, order, resting, gripped, blocks):  # type: ignore[no-untyped-def]
+    """Whether levels first..last-1 rest on those below, slow, and no gripper on them."""
+    for level in range(first, last):
+        k = order[level]
+        bit = 1 << k
+        if resting & bit == 0 or gripped & bit != 0 or not _calm(blocks[k]):
+            return False
+    return True
+
+
+@njit
+def any_fallen(released, base, order, blocks, shapes):  # type: ignore[no-untyped-def]
+    """Whether a released block has tipped or sunk below its level."""
+    below = base
+    for level in range(released):
+        k = order[level]
+        half = shapes[k].size[1]
+        if abs(blocks[k].angle) > TIPPED or blocks[k].position[1] < below + half - SUNK * half:
+            return True
+        below += 2.0 * half
+    return False
+
+
+@njit
+def vertical_reach(block, shape):  # type: ignore[no-untyped-def]
+    """m, half the height that a block takes up as it is turned."""
+    return shape.size[0] * abs(block.rotation[1]) + shape.size[1] * abs(block.rotation[0])
+
+
+@njit
+def tower_top(released, base, order, blocks, shapes):  # type: ignore[no-untyped-def]
+    """m, highest point of the released blocks, or the base."""
+    top = base
+    for level in range(released):
+        k = order[level]
+        top = max(top, blocks[k].position[1] + vertical_reach(blocks[k], shapes[k]))
+    return top
+
+
+@njit
+def fastest(released, order, blocks):  # type: ignore[no-untyped-def]
+    """m/s, speed of the fastest released block."""
+    square = 0.0
+    for level in range(released):
+        v = blocks[order[level]].velocity
+        square = max(square, v[0] * v[0] + v[1] * v[1])
+    return math.sqrt(square)
+
+
+@njit
+def meets(x, y, reach, block, shape):  # type: ignore[no-untyped-def]
+    """Whether a circle meets a block."""
+    dx = x - block.position[0]
+    dy = y - block.position[1]
+    c, s = block.rotation[0], block.rotation[1]
+    u = max(abs(c * dx + s * dy) - shape.size[0], 0.0)
+    v = max(abs(c * dy - s * dx) - shape.size[1], 0.0)
+    return u * u + v * v < reach * reach
+
+
+# ---------------------------------------------------------------- observe
+
+
+@njit
+def observe_gripper(out, gripper, drive, time):  # type: ignore[no-untyped-def]
+    """Nine numbers: pose, velocity, and the drive's forces of their bounds."""
+    out[0] = gripper.position[0]
+    out[1] = gripper.position[1]
+    out[2] = gripper.angle
+    out[3] = gripper.velocity[0]
+    out[4] = gripper.velocity[1]
+    out[5] = gripper.velocity[2]
+    out[6] = drive.total_impulse[0] / (time * _MAX_FORCE)
+    out[7] = drive.total_impulse[1] / (time * _MAX_FORCE)
+    out[8] = drive.total_impulse[2] / (time * _MAX_TORQUE)
+
+
+@njit
+def observe_block(out, held, block, body, shape, gripper, x, top):  # type: ignore[no-untyped-def]
+    """Entries 9 to 20: a block against its support, whose middle is at x and whose top is at `top`."""
+    out[9] = 1.0 if held else 0.0
+    out[10] = block.position[0] - x
+    out[11] = block.position[1] - vertical_reach(block, shape) - top
+    out[12] = block.angle
+    out[13] = block.velocity[0]
+    out[14] = block.velocity[1]
+    out[15] = block.velocity[2]
+    out[16] = shape.size[0]
+    out[17] = shape.size[1]
+    out[18] = body.mass / 10.0
+    out[19] = shape.friction
+    out[20] = gripper.position[0] - block.position[0]

@@ -1,0 +1,195 @@
+"""GStack-v0: a force-limited gantry gripper builds a tower from blocks of all sizes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from gsenv.envs.core.env import TaskEnv
+from gsenv.envs.core.spec_tables import Entry, RewardTerm
+from gsenv.envs.core.task import Array, Task, documented
+from gsenv.envs.core.vector import TaskVectorEnv
+from gsenv.envs.stack import blocks, domain_randomization, rules, scene, start
+from gsenv.envs.stack.settings import REWARD_WEIGHTS, SETTINGS, write_settings
+from gsenv.solver import Scene
+
+MAX_BLOCKS = scene.MAX_BLOCKS
+_WEIGHTS = REWARD_WEIGHTS
+
+
+class StackTask(Task):
+    """The rules, over many worlds; `settings["blocks"]` is the default of a reset."""
+
+    actions = (
+        Entry(f"gripper velocity to the right, of {scene.SPEED} m/s", "move_x", -1, 1),
+        Entry(f"gripper velocity upwards, of {scene.SPEED} m/s", "move_y", -1, 1),
+        Entry(f"turning rate, of {scene.TURN_SPEED} rad/s", "turn", -1, 1),
+        Entry("let go of the block where positive", "release", -1, 1),
+    )
+    observations = (
+        Entry("gripper, position to the right", "gripper_x", -3, 3, "m"),
+        Entry("gripper, height", "gripper_y", -1, 6, "m"),
+        Entry("gripper, angle", "gripper_angle", -1.6, 1.6, "rad"),
+        Entry("gripper, velocity to the right", "gripper_vx", -5, 5, "m/s"),
+        Entry("gripper, velocity upwards", "gripper_vy", -5, 5, "m/s"),
+        Entry("gripper, turning rate", "gripper_w", -10, 10, "rad/s"),
+        Entry("drive, force to the right, of its bound", "drive_x", -1, 1),
+        Entry("drive, force upwards, of its bound", "drive_y", -1, 1),
+        Entry("drive, torque, of its bound", "drive_torque", -1, 1),
+        Entry("1 while a block is held", "holding", 0, 1),
+        Entry("block, right of the middle of its support", "block_dx", -5, 5, "m"),
+        Entry("block, lowest point above the top of its support", "block_gap", -5, 6, "m"),
+        Entry("block, angle", "block_angle", -3.2, 3.2, "rad"),
+        Entry("block, velocity to the right", "block_vx", -10, 10, "m/s"),
+        Entry("block, velocity upwards", "block_vy", -10, 10, "m/s"),
+        Entry("block, turning rate", "block_w", -20, 20, "rad/s"),
+        Entry("block, half-width", "block_half_width", 0, 0.5, "m"),
+        Entry("block, half-height", "block_half_height", 0, 0.5, "m"),
+        Entry("block, mass", "block_mass", 0, 2, "10 kg"),
+        Entry("block, friction coefficient", "block_friction", 0, 1),
+        Entry("gripper, right of the middle of the block", "grasp_dx", -5, 5, "m"),
+        Entry("support, half-width (ground: 1)", "support_half_width", 0, 1, "m"),
+        Entry("support, angle", "support_angle", -1, 1, "rad"),
+        Entry("block, right of the middle of the first block", "lean", -5, 5, "m"),
+        Entry("speed of the fastest released block", "tower_speed", 0, 10, "m/s"),
+        Entry("gripper, height above the released blocks", "clearance", -5, 6, "m"),
+        Entry("how much the gripper must rise for the next block", "rise", 0, 2, "m"),
+        Entry("blocks placed, of 8", "placed", 0, 1),
+        Entry("blocks to go, of 8", "to_go", 0, 1),
+        Entry("time that the released blocks have stood, of success_time", "stand_time", 0, 1),
+    )
+    reward_terms = (
+        RewardTerm(
+            "approach",
+            f"{_WEIGHTS['approach']:g} per m nearer: the held block to its place (across, "
+            f"down, and {blocks.TILT_WEIGHT:g} m per rad of tilt), the empty gripper to where "
+            "the next block comes",
+        ),
+        RewardTerm("placed", f"{_WEIGHTS['placed']:g} when a block first rests at its level"),
+        RewardTerm("success", f"{_WEIGHTS['success']:g} when the whole tower has stood for `success_time`"),
+        RewardTerm("fall", f"{_WEIGHTS['fall']:g} when a released block falls"),
+        RewardTerm("effort", f"{_WEIGHTS['effort']:g} times the mean square of the first 3 actions"),
+    )
+    task_state_fields = start.TASK_STATE_FIELDS
+    info_fields = (("success", "?"), ("is_success", "?"), ("placed", "i8"), ("stand_time", "f8"))
+    draw_count = start.DRAW_COUNT
+    arguments = SETTINGS
+    quantities = domain_randomization.QUANTITIES
+
+    def build_scene(self) -> Scene:
+        return scene.build_scene()
+
+    def initialize_episode(self, worlds: Array, draws: Array, options: Mapping[str, Any]) -> None:
+        write_settings(self.task_state, worlds, options)
+        rules.initialize_worlds(self.kernel_world, worlds, draws, self.world.timestep)
+
+    def apply_action(self, actions: Array) -> int:
+        return rules.apply_actions(self.kernel_world, actions)
+
+    def evaluate(self) -> None:
+        rules.evaluate_worlds(self.kernel_world, self.world.timestep)
+
+    def camera(self, world: int, width: int, height: int) -> Any:
+        from gsenv.render.camera import Bounds, Camera
+
+        state = self.task_state[world]
+        block_height = 2.0 * float(state["half_height"][1])
+        top = 2.7 + block_height * max(int(state["blocks"]) - 4, 0)
+        bounds = Bounds(-scene.REACH_X - 0.2, -0.25, scene.REACH_X + 0.2, top)
+        return Camera.fit(bounds, width, height, margin=0.0)
+
+    def captions(self, world: int) -> Sequence[str]:
+        state = self.task_state[world]
+        lines = [f"blocks {state['placed']} / {state['blocks']}"]
+        if state["placed"] == state["blocks"]:
+            lines.append(f"stands {self.infos['stand_time'][world]:.1f} s")
+        return lines
+
+
+@documented
+class StackEnv(TaskEnv):
+    """Build a tower: GStack-v0.
+
+    ## Description
+    A gripper hangs from a gantry and holds a block by a magnet. Set the block down, let go, rise,
+    and the next block appears in the gripper, until all blocks stand on one another. Blocks differ
+    in size, mass and friction; each is held off its middle and tilted, so it must be levelled and
+    centred. The gripper is a body of 10 kg that a drive moves by at most 400 N along each axis and
+    80 N m: it sags under heavy blocks, stops at obstacles and topples what it hits. Control runs at
+    30 Hz.
+
+    A block belongs on the one that came before it, the first on the ground wherever you like. It is
+    *placed* once it touches what it belongs on, moves slower than 0.08 m/s and 0.12 rad/s, and the
+    gripper is off it. The next one arrives when all released blocks have been placed and the circle
+    around its place in the gripper, 5 cm wider than the block, is clear of blocks and ground.
+
+    ## Action Space
+    `Box(-1, 1, (4,), float32)`. Values beyond are clipped; NaN and infinity are refused.
+
+    {action_table}
+
+    The drive's target stays within 1.8 m of the middle, between 0.15 and 4.4 m high, and within
+    0.6 rad.
+
+    ## Observation Space
+    `Box(low, high, (30,), float32)`, always within its bounds. "Block" is the one in the gripper,
+    or the last one that was; "support" is what it belongs on. With `observation="pixels"` it is
+    `Box(0, 255, (84, 84, 3), uint8)`: the picture of the world, without its captions.
+
+    {observation_table}
+
+    ## Rewards
+    The sum of these terms, which `info["reward_terms"]` lists by name:
+
+    {reward_table}
+
+    Each block can be placed once, and "approach" is a difference of distances within one phase, so
+    going to and fro earns nothing.
+
+    ## Starting State
+    The gripper is at rest with the first block, up to 1.2 m left or right of the middle and 1.8 to
+    2.2 m high. Uniform and independent for each block: half-width 0.15 to 0.30 m, half-height 0.12
+    to 0.20 m, mass 2 to 16 kg, friction 0.4 to 0.8, held up to 50 % of the half-width off its
+    middle and tilted by up to 0.4 rad. Equal seeds give equal blocks for any number of blocks.
+
+    ## Episode End
+    - Termination, success: all blocks have stood for `success_time`, each on the one below, the
+      gripper off them.
+    - Termination, failure: a released block is tilted by more than 0.5 rad, or its middle is more
+      than a quarter of its height below its level.
+    - Truncation: after 600 steps (20 s), by `gymnasium.make` and `gymnasium.make_vec`.
+
+    `info` has `success` and `is_success` (bool), `placed` (blocks), and `stand_time` (s that the
+    released blocks have stood).
+
+    ## Arguments
+    What stands in this table can also be set for one episode: `reset(options={"blocks": 3})`.
+
+    {argument_table}
+
+    - `observation`: "state" (default) or "pixels".
+    - `randomize`: domain randomisation, `dict(friction=(0.5, 1.5))`: at each reset each world draws
+      these quantities uniformly from (low, high), always from scratch; the others stay nominal.
+
+    {quantity_table}
+
+    - `fidelity`: "fast", "balanced" (default) or "accurate": the solver's effort.
+    - `diagnostics`: True adds `info["diagnostics"]`, of each step's last 1/60 s (0 after a reset):
+
+    {diagnostics_table}
+
+    - `render_mode`: None or "rgb_array"; `width`, `height`: of frames, multiples of 16 (640 x 480).
+
+    ## Version History
+    - v0: first version.
+    """
+
+    task_class = StackTask
+    blocks: int
+
+
+class StackVectorEnv(TaskVectorEnv):
+    """N worlds of GStack-v0 in one batch; see StackEnv for the task, TaskVectorEnv for the rest."""
+
+    task_class = StackTask
+    blocks: int

@@ -1,0 +1,77 @@
+"""A scripted builder for GStack-v0: pure feedback from the observation, without memory."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gsenv.envs.stack import scene
+from gsenv.envs.stack.env import StackTask
+
+_INDEX = {entry.name: k for k, entry in enumerate(StackTask.observations)}
+
+_CARRY_GAP = 0.10  # m, above the support until the block is centred and level
+_GAIN = 4.0  # 1/s: speed asked for, per m or rad of error
+_LANDING_SPEED = 0.10  # m/s, of the last centimetres
+_CENTRED = 0.012  # m
+_LEVEL = 0.02  # rad
+_CALM = 0.06  # m/s, for letting go
+_PARTING = 0.4  # m, above the finished tower
+_LEAN_SHARE = 0.5  # how much of the tower's lean the next block takes back
+
+Seen = dict[str, NDArray[Any]]
+
+
+def build_tower(observations: NDArray[np.float32]) -> NDArray[np.float32]:
+    """(..., entry) observations to (..., 4) actions.
+
+    With a block: level it and centre it over its support, come down, let go once it has landed.
+    Without: go straight up until the next block arrives.
+    """
+    seen = {name: np.asarray(observations)[..., k] for name, k in _INDEX.items()}
+    holding = seen["holding"] > 0.5
+    error_x = _target_x(seen) - seen["block_dx"]
+    error_angle = seen["support_angle"] - seen["block_angle"]
+    ready = (np.abs(error_x) < 2.0 * _CENTRED) & (np.abs(error_angle) < 2.0 * _LEVEL)
+    speed_x = np.where(holding, _GAIN * error_x, 0.0)
+    speed_y = np.where(holding, _descent(seen, ready), _ascent(seen))
+    # The block turns about the magnet: what it swings to the side is taken back at once.
+    turn = np.where(holding, _GAIN * error_angle, -2.0 * seen["gripper_angle"])
+    landed = holding & (seen["block_gap"] < 0.004) & ready & _slow(seen)
+    actions = np.stack(
+        [
+            speed_x / scene.SPEED,
+            speed_y / scene.SPEED,
+            turn / scene.TURN_SPEED,
+            np.where(landed, 1.0, -1.0),
+        ],
+        axis=-1,
+    )
+    return np.clip(actions, -1.0, 1.0).astype(np.float32)
+
+
+def _target_x(seen: Seen) -> NDArray[Any]:
+    """Where on its support the block belongs: a little back towards the first block."""
+    support_lean = seen["lean"] - seen["block_dx"]
+    return -_LEAN_SHARE * support_lean
+
+
+def _descent(seen: Seen, ready: NDArray[np.bool_]) -> NDArray[Any]:
+    """Vertical speed with a block: wait above the support until ready, then land softly."""
+    gap = seen["block_gap"]
+    high = _GAIN * (_CARRY_GAP - gap)
+    low = np.minimum(-_GAIN * gap, -_LANDING_SPEED)
+    return np.where(ready, low, high)
+
+
+def _ascent(seen: Seen) -> NDArray[Any]:
+    """Vertical speed without a block: up, gently at first, to where the next one comes."""
+    clearance = np.maximum(seen["clearance"], 0.0)
+    finished = (seen["rise"] == 0.0) & (clearance > _PARTING)
+    return np.where(finished, 0.0, np.minimum(0.3 + 8.0 * clearance, 1.5))
+
+
+def _slow(seen: Seen) -> NDArray[np.bool_]:
+    return np.hypot(seen["block_vx"], seen["block_vy"]) < _CALM

@@ -1,0 +1,128 @@
+"""Arguments of GStack and tower_v0: defaults, checks, and how they get into the task state that kernels read."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gsenv.envs.core.arguments import Setting
+from gsenv.envs.stack import scene
+
+CONTROL_RATE = 30.0  # Hz
+SUCCESS_TIME = 1.0  # s
+
+REWARD_WEIGHTS = {"approach": 0.5, "placed": 1.0, "success": 5.0, "fall": -2.0, "effort": -0.002}
+
+# What observations, the reach of the gantry and the strength of the drive allow.
+LIMITS = {
+    "half_width": (0.1, 0.4),
+    "half_height": (0.05, 0.25),
+    "mass": (0.5, 20.0),
+    "friction": (0.0, 1.0),
+    "grasp_offset": (0.0, 0.8),
+    "grasp_tilt": (0.0, 0.5),
+    "success_time": (0.1, 10.0),
+}
+
+Range = tuple[float, float]
+Limits = tuple[float, float]
+
+
+def blocks_setting(default: int, least: int, most: int) -> Setting:
+    """`blocks`, a whole number."""
+
+    def check(blocks: Any) -> int:
+        whole = isinstance(blocks, (int, np.integer)) and not isinstance(blocks, bool)
+        if not whole or not least <= blocks <= most:
+            raise ValueError(f"blocks must be a whole number from {least} to {most}, got {blocks!r}.")
+        return int(blocks)
+
+    return Setting("blocks", default, check, f"levels of the tower, {least} to {most}")
+
+
+def _number(value: Any) -> float | None:
+    """A finite float, or None."""
+    real = isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
+    return float(value) if real and math.isfinite(value) else None
+
+
+def number_setting(name: str, default: float, text: str, limits: Limits) -> Setting:
+    """A number within limits."""
+    low, high = limits
+
+    def check(given: Any) -> float:
+        value = _number(given)
+        if value is None or not low <= value <= high:
+            raise ValueError(f"{name} must be a number from {low:g} to {high:g}, got {given!r}.")
+        return value
+
+    return Setting(name, default, check, f"{text}, within {low:g} to {high:g}")
+
+
+def range_setting(name: str, default: Range, text: str, limits: Limits) -> Setting:
+    """Two numbers within limits, the lower first."""
+    least, most = limits
+
+    def check(given: Any) -> Range:
+        values = [_number(value) for value in given] if isinstance(given, (tuple, list, np.ndarray)) else []
+        if len(values) == 2 and values[0] is not None and values[1] is not None:
+            low, high = values[0], values[1]
+            if least <= low <= high <= most:
+                return low, high
+        raise ValueError(f"{name} must be two numbers from {least:g} to {most:g}, lowest first, got {given!r}.")
+
+    return Setting(name, default, check, f"{text}: (lowest, highest), within {least:g} to {most:g}")
+
+
+def weights_setting(defaults: Mapping[str, float]) -> Setting:
+    """`reward_weights`: all weights, the given ones and the defaults of the others."""
+
+    def check(given: Any) -> dict[str, float]:
+        weights = dict(defaults)
+        if not isinstance(given, Mapping):
+            raise ValueError(f"reward_weights must map names of reward terms to numbers, got {given!r}.")
+        for name, weight in given.items():
+            value = _number(weight)
+            if name not in weights:
+                raise ValueError(f"reward_weights: unknown term {name!r}; known are {', '.join(weights)}.")
+            if value is None:
+                raise ValueError(f"reward_weights: {name} must be a finite number, got {weight!r}.")
+            weights[name] = value
+        return weights
+
+    return Setting("reward_weights", {}, check, "weights of reward terms by name, instead of the table's")
+
+
+BLOCK_SETTINGS = (
+    range_setting("half_width", scene.HALF_WIDTH, "m, of blocks", LIMITS["half_width"]),
+    range_setting("half_height", scene.HALF_HEIGHT, "m, of blocks", LIMITS["half_height"]),
+    range_setting("mass", scene.MASS, "kg, of blocks", LIMITS["mass"]),
+    range_setting("friction", scene.FRICTION, "coefficient, of blocks", LIMITS["friction"]),
+    number_setting(
+        "grasp_offset", scene.GRASP_OFFSET, "how far off its middle a block is held, of its half-width",
+        LIMITS["grasp_offset"],
+    ),
+    number_setting(
+        "grasp_tilt", scene.GRASP_TILT, "rad, how far a block is tilted in the gripper", LIMITS["grasp_tilt"]
+    ),
+    number_setting("success_time", SUCCESS_TIME, "s that the whole tower must stand", LIMITS["success_time"]),
+)  # fmt: skip
+
+SETTINGS = (blocks_setting(5, 1, scene.MAX_BLOCKS), *BLOCK_SETTINGS, weights_setting(REWARD_WEIGHTS))
+
+_ELSEWHERE = ("success_time", "reward_weights")
+
+
+def write_settings(task_states: NDArray[Any], worlds: NDArray[Any], settings: Mapping[str, Any]) -> None:
+    """Checked settings into the task state of worlds whose episodes begin."""
+    for name, value in settings.items():
+        if name not in _ELSEWHERE:
+            task_states[name][worlds] = value
+    # 1e-9: one second is 30 steps, whatever the last bit says
+    task_states["stand_steps"][worlds] = math.ceil(settings["success_time"] * CONTROL_RATE - 1e-9)
+    for name, weight in settings["reward_weights"].items():
+        task_states[f"{name}_weight"][worlds] = weight

@@ -1,0 +1,273 @@
+"""Blocks in a gripper and on a tower in space: the jitted parts of GStack3D-v0's rules.
+
+`blocks` and `shapes` are records of the blocks alone; block k belongs at level k, the first one on the ground.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from gsenv.envs.core.kernels import active_contacts, between
+from gsenv.envs.stack.blocks import CONTROL_TIME, REST_SPEED, SUNK, TIPPED, TOUCH
+from gsenv.envs.stack3d import scene
+from gsenv.solver.core.edit import disable_joint, enable_body, enable_joint
+from gsenv.solver.core.trig import atan2
+from gsenv.solver.jit import njit
+from gsenv.solver.spatial.edit import place_body, set_box
+from gsenv.solver.spatial.math import (
+    add,
+    conjugate,
+    cross,
+    multiply,
+    norm,
+    normalised,
+    quaternion,
+    sub,
+    turn_of,
+    turned,
+    vec,
+)
+
+DRAWS_PER_BLOCK = 8
+TWISTED = 0.3  # rad, against the sides of the block below
+TWIST_WEIGHT = 0.3  # m per rad, in the distance of the approach
+
+SETTING_FIELDS: list[tuple[Any, ...]] = [  # of the task state: settings of the episode
+    ("half_width", "f8", (2,)),  # m, lowest and highest
+    ("half_height", "f8", (2,)),  # m
+    ("mass", "f8", (2,)),  # kg
+    ("friction", "f8", (2,)),
+    ("grasp_offset", "f8"),  # of the half-widths, at most
+    ("grasp_turn", "f8"),  # rad, at most
+    ("stand_steps", "i8"),  # control steps that a whole tower must stand
+]
+
+LIFT = scene.PAD_HEIGHT + scene.GAP
+UPRIGHT = (1.0, 0.0, 0.0, 0.0)  # quaternion
+AT_REST = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)  # velocity
+
+_LIFT = LIFT
+_MAST_RISE = scene.MAST_FOOT + scene.MAST_HALF_LENGTH
+_SPEED = scene.SPEED
+_TURN_SPEED = scene.TURN_SPEED
+_REACH = scene.REACH
+_LOW_Z, _HIGH_Z = scene.REACH_Z
+_REACH_ANGLE = scene.REACH_ANGLE
+_BLOCK = scene.FIRST_BLOCK
+_GRIPPER = scene.GRIPPER_BODY
+_GROUND = scene.GROUND_BODY
+_LEAST_UP = math.cos(TIPPED)
+_QUARTER = 0.5 * math.pi
+
+
+# ---------------------------------------------------------------- rotations
+
+
+@njit
+def heading(q):  # type: ignore[no-untyped-def]
+    """rad, how far a rotation (4,) turns about the vertical."""
+    return atan2(2.0 * (q[0] * q[3] + q[1] * q[2]), 1.0 - 2.0 * (q[2] * q[2] + q[3] * q[3]))
+
+
+@njit
+def upwards(q):  # type: ignore[no-untyped-def]
+    """The body's own z axis in the world."""
+    return 2.0 * (q[1] * q[3] + q[0] * q[2]), 2.0 * (q[2] * q[3] - q[0] * q[1]), 1.0 - 2.0 * (q[1] * q[1] + q[2] * q[2])
+
+
+@njit
+def to_sides(angle):  # type: ignore[no-untyped-def]
+    """An angle against the nearest of four sides, -pi/4 to pi/4."""
+    return angle - _QUARTER * math.floor(angle / _QUARTER + 0.5)
+
+
+# ---------------------------------------------------------------- initialize
+
+
+@njit
+def make_block(task, draws, body, shape, weld):  # type: ignore[no-untyped-def]
+    """Size, mass, friction and grasp of a block from its eight draws; `task` is the task state, with the ranges."""
+    x = between(task.half_width[0], task.half_width[1], draws[0])
+    y = between(task.half_width[0], task.half_width[1], draws[1])
+    z = between(task.half_height[0], task.half_height[1], draws[2])
+    set_box(body, shape, x, y, z, between(task.mass[0], task.mass[1], draws[3]))
+    shape.friction = between(task.friction[0], task.friction[1], draws[4])
+    offset = task.grasp_offset
+    weld.anchor_a[0] = 0.0
+    weld.anchor_a[1] = 0.0
+    weld.anchor_a[2] = -_LIFT
+    weld.anchor_b[0] = between(-offset, offset, draws[5]) * x
+    weld.anchor_b[1] = between(-offset, offset, draws[6]) * y
+    weld.anchor_b[2] = z
+    q = turn_of((0.0, 0.0, between(-task.grasp_turn, task.grasp_turn, draws[7])))
+    for d in range(4):
+        weld.reference[d] = q[d]
+
+
+@njit
+def grasp_pose(gripper, weld):  # type: ignore[no-untyped-def]
+    """(position, rotation) of a block in the gripper."""
+    own = quaternion(gripper.rotation)
+    q = multiply(own, quaternion(weld.reference))
+    anchor = add(vec(gripper.position), turned(own, vec(weld.anchor_a)))
+    return sub(anchor, turned(q, vec(weld.anchor_b))), q
+
+
+@njit
+def hand_over(world, gripper, block, weld):  # type: ignore[no-untyped-def]
+    """A block appears in the gripper and moves with it; both are numbers of bodies."""
+    bodies, parameters = world.state.bodies, world.parameters.bodies
+    holder = bodies[gripper]
+    joint = world.parameters.joints[weld]
+    at, q = grasp_pose(holder, joint)
+    v = holder.velocity
+    spin = (v[3], v[4], v[5])
+    swing = cross(spin, sub(at, vec(holder.position)))
+    velocity = (v[0] + swing[0], v[1] + swing[1], v[2] + swing[2], v[3], v[4], v[5])
+    place_body(block, bodies, parameters, active_contacts(world), at, normalised(q), velocity)
+    enable_body(parameters[block])
+    enable_joint(joint, holder, bodies[block])
+
+
+@njit
+def release(world, gripper, block, weld):  # type: ignore[no-untyped-def]
+    """The gripper lets go of a block."""
+    disable_joint(world.parameters.joints[weld], world.state.bodies[gripper], world.state.bodies[block])
+
+
+@njit
+def move_mast(world, mast, gripper):  # type: ignore[no-untyped-def]
+    """The mast is only to be seen: it stands on the gripper wherever that is."""
+    bodies = world.state.bodies
+    holder = bodies[gripper].position
+    position = (holder[0], holder[1], holder[2] + _MAST_RISE)
+    place_body(mast, bodies, world.parameters.bodies, active_contacts(world), position, UPRIGHT, AT_REST)
+
+
+# ---------------------------------------------------------------- apply actions
+
+
+@njit
+def _within(speed, limit, here, low, high):  # type: ignore[no-untyped-def]
+    """A speed that leaves the range [low, high] no further than it is already."""
+    speed = min(speed, max((high - here) / CONTROL_TIME, 0.0))
+    speed = max(speed, min((low - here) / CONTROL_TIME, 0.0))
+    return min(max(speed, -limit), limit)
+
+
+@njit
+def steer(control, drive, action):  # type: ignore[no-untyped-def]
+    """Actions in [-1, 1] to the four actuators of the gripper, whose target stays in its reach and upright."""
+    place = drive.target_position
+    control[0] = _within(_SPEED * action[0], _SPEED, place[0], -_REACH, _REACH)
+    control[1] = _within(_SPEED * action[1], _SPEED, place[1], -_REACH, _REACH)
+    control[2] = _within(_SPEED * action[2], _SPEED, place[2], _LOW_Z, _HIGH_Z)
+    angle = heading(drive.target_rotation)
+    control[3] = _within(_TURN_SPEED * action[3], _TURN_SPEED, angle, -_REACH_ANGLE, _REACH_ANGLE)
+    # where the gripper is pushed over, the target has gone with it
+    q = turn_of((0.0, 0.0, angle))
+    for d in range(4):
+        drive.target_rotation[d] = q[d]
+
+
+# ---------------------------------------------------------------- evaluate
+
+
+@njit
+def touches(contacts):  # type: ignore[no-untyped-def]
+    """Bit masks of the blocks: (resting on the level below, touched by the gripper)."""
+    resting = 0
+    gripped = 0
+    for i in range(len(contacts)):
+        contact = contacts[i]
+        if contact.total_impulse[0] <= 0.0 and contact.separation > TOUCH:
+            continue
+        a = min(contact.body_a, contact.body_b)
+        b = max(contact.body_a, contact.body_b) - _BLOCK
+        if b < 0:
+            continue
+        if a == _GRIPPER:
+            gripped |= 1 << b
+        elif (a == _GROUND and b == 0) or a - _BLOCK == b - 1 >= 0:
+            resting |= 1 << b
+    return resting, gripped
+
+
+@njit
+def _calm(body):  # type: ignore[no-untyped-def]
+    v = body.velocity
+    slow = v[0] * v[0] + v[1] * v[1] + v[2] * v[2] < REST_SPEED**2
+    return slow and v[3] * v[3] + v[4] * v[4] + v[5] * v[5] < (1.5 * REST_SPEED) ** 2
+
+
+@njit
+def standing(first, last, resting, gripped, blocks):  # type: ignore[no-untyped-def]
+    """Whether blocks first..last-1 rest on those below, slow, and no gripper on them."""
+    for k in range(first, last):
+        bit = 1 << k
+        if resting & bit == 0 or gripped & bit != 0 or not _calm(blocks[k]):
+            return False
+    return True
+
+
+@njit
+def twist(k, blocks):  # type: ignore[no-untyped-def]
+    """rad, of block k against the sides of the one below; 0 of the first, which lies as it likes."""
+    if k == 0:
+        return 0.0
+    return to_sides(heading(blocks[k].rotation) - heading(blocks[k - 1].rotation))
+
+
+@njit
+def any_fallen(released, blocks, shapes):  # type: ignore[no-untyped-def]
+    """Whether a released block has tipped, sunk below its level or lies across the one below."""
+    below = 0.0
+    for k in range(released):
+        half = shapes[k].size[2]
+        if blocks[k].position[2] < below + half - SUNK * half or upwards(blocks[k].rotation)[2] < _LEAST_UP:
+            return True
+        if abs(twist(k, blocks)) > TWISTED:
+            return True
+        below += 2.0 * half
+    return False
+
+
+@njit
+def vertical_reach(block, shape):  # type: ignore[no-untyped-def]
+    """m, half the height that a block takes up as it is turned."""
+    q = block.rotation
+    x = 2.0 * (q[1] * q[3] - q[0] * q[2])
+    y = 2.0 * (q[2] * q[3] + q[0] * q[1])
+    z = 1.0 - 2.0 * (q[1] * q[1] + q[2] * q[2])
+    return shape.size[0] * abs(x) + shape.size[1] * abs(y) + shape.size[2] * abs(z)
+
+
+@njit
+def tower_top(released, blocks, shapes):  # type: ignore[no-untyped-def]
+    """m, highest point of the released blocks, or the ground."""
+    top = 0.0
+    for k in range(released):
+        top = max(top, blocks[k].position[2] + vertical_reach(blocks[k], shapes[k]))
+    return top
+
+
+@njit
+def fastest(released, blocks):  # type: ignore[no-untyped-def]
+    """m/s, speed of the fastest released block."""
+    speed = 0.0
+    for k in range(released):
+        v = blocks[k].velocity
+        speed = max(speed, norm((v[0], v[1], v[2])))
+    return speed
+
+
+@njit
+def meets(at, reach, block, shape):  # type: ignore[no-untyped-def]
+    """Whether a ball meets a block."""
+    local = turned(conjugate(quaternion(block.rotation)), sub(at, vec(block.position)))
+    square = 0.0
+    for d in range(3):
+        out = max(abs(local[d]) - shape.size[d], 0.0)
+        square += out * out
+    return square < reach * reach

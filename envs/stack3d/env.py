@@ -1,0 +1,223 @@
+"""GStack3D-v0: a force-limited gantry gripper builds a tower from blocks of all sizes, in space."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from gsenv.envs.core.env import TaskEnv
+from gsenv.envs.core.spec_tables import Entry, RewardTerm
+from gsenv.envs.core.task import Array, Task, documented
+from gsenv.envs.core.vector import TaskVectorEnv
+from gsenv.envs.stack.domain_randomization import QUANTITIES
+from gsenv.envs.stack.settings import REWARD_WEIGHTS, write_settings
+from gsenv.envs.stack3d import blocks as parts
+from gsenv.envs.stack3d import rules, scene, start
+from gsenv.envs.stack3d.settings import SETTINGS
+from gsenv.solver import Scene
+
+MAX_BLOCKS = scene.MAX_BLOCKS
+_WEIGHTS = REWARD_WEIGHTS
+_SPEED = scene.SPEED
+
+
+class Stack3DTask(Task):
+    """The rules, over many worlds; `settings["blocks"]` is the default of a reset."""
+
+    actions = (
+        Entry(f"gripper velocity along x, of {_SPEED} m/s", "move_x", -1, 1),
+        Entry(f"gripper velocity along y, of {_SPEED} m/s", "move_y", -1, 1),
+        Entry(f"gripper velocity upwards, of {_SPEED} m/s", "move_z", -1, 1),
+        Entry(f"turning rate about the vertical, of {scene.TURN_SPEED} rad/s", "turn", -1, 1),
+        Entry("let go of the block where positive", "release", -1, 1),
+    )
+    observations = (
+        Entry("gripper, position along x", "gripper_x", -3, 3, "m"),
+        Entry("gripper, position along y", "gripper_y", -3, 3, "m"),
+        Entry("gripper, height", "gripper_z", -1, 5, "m"),
+        Entry("gripper, heading", "gripper_heading", -3.2, 3.2, "rad"),
+        Entry("gripper, its upright axis along x", "gripper_tilt_x", -1, 1),
+        Entry("gripper, its upright axis along y", "gripper_tilt_y", -1, 1),
+        Entry("gripper, velocity along x", "gripper_vx", -5, 5, "m/s"),
+        Entry("gripper, velocity along y", "gripper_vy", -5, 5, "m/s"),
+        Entry("gripper, velocity upwards", "gripper_vz", -5, 5, "m/s"),
+        Entry("gripper, turning rate about the vertical", "gripper_wz", -10, 10, "rad/s"),
+        Entry("drive, force along x, of its bound", "drive_x", -1, 1),
+        Entry("drive, force along y, of its bound", "drive_y", -1, 1),
+        Entry("drive, force upwards, of its bound", "drive_z", -1, 1),
+        Entry("drive, torque about x, of its bound", "drive_turn_x", -1, 1),
+        Entry("drive, torque about y, of its bound", "drive_turn_y", -1, 1),
+        Entry("drive, torque about the vertical, of its bound", "drive_turn_z", -1, 1),
+        Entry("1 while a block is held", "holding", 0, 1),
+        Entry("block, along x from the middle of its support", "block_dx", -5, 5, "m"),
+        Entry("block, along y from the middle of its support", "block_dy", -5, 5, "m"),
+        Entry("block, lowest point above the top of its support", "block_gap", -5, 6, "m"),
+        Entry("block, heading against the nearest sides of its support", "block_twist", -0.8, 0.8, "rad"),
+        Entry("block, its upright axis along x", "block_tilt_x", -1, 1),
+        Entry("block, its upright axis along y", "block_tilt_y", -1, 1),
+        Entry("block, velocity along x", "block_vx", -10, 10, "m/s"),
+        Entry("block, velocity along y", "block_vy", -10, 10, "m/s"),
+        Entry("block, velocity upwards", "block_vz", -10, 10, "m/s"),
+        Entry("block, turning rate about x", "block_wx", -20, 20, "rad/s"),
+        Entry("block, turning rate about y", "block_wy", -20, 20, "rad/s"),
+        Entry("block, turning rate about the vertical", "block_wz", -20, 20, "rad/s"),
+        Entry("block, half-width along its own x", "block_half_x", 0, 0.5, "m"),
+        Entry("block, half-width along its own y", "block_half_y", 0, 0.5, "m"),
+        Entry("block, half-height", "block_half_height", 0, 0.5, "m"),
+        Entry("block, mass", "block_mass", 0, 2, "10 kg"),
+        Entry("block, friction coefficient", "block_friction", 0, 1),
+        Entry("gripper, along x from the middle of the block", "grasp_dx", -5, 5, "m"),
+        Entry("gripper, along y from the middle of the block", "grasp_dy", -5, 5, "m"),
+        Entry("support, half-width along its own x (ground: 1)", "support_half_x", 0, 1, "m"),
+        Entry("support, half-width along its own y (ground: 1)", "support_half_y", 0, 1, "m"),
+        Entry("support, heading of its nearest sides (ground: 0)", "support_heading", -0.8, 0.8, "rad"),
+        Entry("support, its upright axis along x", "support_tilt_x", -1, 1),
+        Entry("support, its upright axis along y", "support_tilt_y", -1, 1),
+        Entry("block, along x from the middle of the first block", "lean_x", -5, 5, "m"),
+        Entry("block, along y from the middle of the first block", "lean_y", -5, 5, "m"),
+        Entry("speed of the fastest released block", "tower_speed", 0, 10, "m/s"),
+        Entry("gripper, height above the released blocks", "clearance", -5, 6, "m"),
+        Entry("how much the gripper must rise for the next block", "rise", 0, 2, "m"),
+        Entry(f"blocks placed, of {MAX_BLOCKS}", "placed", 0, 1),
+        Entry(f"blocks to go, of {MAX_BLOCKS}", "to_go", 0, 1),
+        Entry("time that the released blocks have stood, of success_time", "stand_time", 0, 1),
+    )
+    reward_terms = (
+        RewardTerm(
+            "approach",
+            f"{_WEIGHTS['approach']:g} per m nearer: the held block to its place (across, down, and "
+            f"{parts.TWIST_WEIGHT:g} m per rad of twist), the empty gripper to where the next block comes",
+        ),
+        RewardTerm("placed", f"{_WEIGHTS['placed']:g} when a block first rests at its level"),
+        RewardTerm("success", f"{_WEIGHTS['success']:g} when the whole tower has stood for `success_time`"),
+        RewardTerm("fall", f"{_WEIGHTS['fall']:g} when a released block falls or lies across"),
+        RewardTerm("effort", f"{_WEIGHTS['effort']:g} times the mean square of the first 4 actions"),
+    )
+    task_state_fields = start.TASK_STATE_FIELDS
+    info_fields = (("success", "?"), ("is_success", "?"), ("placed", "i8"), ("stand_time", "f8"))
+    draw_count = start.DRAW_COUNT
+    arguments = SETTINGS
+    quantities = QUANTITIES
+
+    def build_scene(self) -> Scene:
+        return scene.build_scene()
+
+    def initialize_episode(self, worlds: Array, draws: Array, options: Mapping[str, Any]) -> None:
+        write_settings(self.task_state, worlds, options)
+        rules.initialize_worlds(self.kernel_world, worlds, draws, self.world.timestep)
+
+    def apply_action(self, actions: Array) -> int:
+        return rules.apply_actions(self.kernel_world, actions)
+
+    def evaluate(self) -> None:
+        rules.evaluate_worlds(self.kernel_world, self.world.timestep)
+
+    def camera(self, world: int, width: int, height: int) -> Any:
+        """Three quarters from above; higher and farther away for towers of more than three blocks."""
+        from gsenv.render.spatial import SpatialCamera
+
+        state = self.task_state[world]
+        top = 1.75 + 2.0 * float(state["half_height"][1]) * max(int(state["blocks"]) - 3, 0)
+        middle = 0.42 * top
+        away = 1.2 + 1.30 * top
+        eye = (0.62 * away, -0.78 * away, middle + 0.40 * away)
+        return SpatialCamera(eye, (0.0, 0.0, middle), width=width, height=height)
+
+    def captions(self, world: int) -> Sequence[str]:
+        state = self.task_state[world]
+        lines = [f"blocks {state['placed']} / {state['blocks']}"]
+        if state["placed"] == state["blocks"]:
+            lines.append(f"stands {self.infos['stand_time'][world]:.1f} s")
+        return lines
+
+
+@documented
+class Stack3DEnv(TaskEnv):
+    """Build a tower in space: GStack3D-v0.
+
+    ## Description
+    A gripper hangs from a gantry and holds a block by a magnet. Set the block down, let go, rise,
+    and the next block appears in the gripper, until all blocks stand on one another. Blocks differ
+    in width, depth, height, mass and friction; each is held off its middle and turned about the
+    vertical, so it must be centred and its sides brought in line with those of the block below. The
+    gripper is a body of 10 kg that a drive moves by at most 400 N along each axis and holds upright
+    and turns by at most 80 N m: it sags under heavy blocks, tilts where they hang far off, stops at
+    obstacles and topples what it hits. Control runs at 30 Hz. x and y are level, z points up.
+
+    A block belongs on the one that came before it, the first on the ground wherever you like. It is
+    *placed* once it touches what it belongs on, moves slower than 0.08 m/s and 0.12 rad/s, and the
+    gripper is off it. The next one arrives when all released blocks have been placed and the ball
+    around its place in the gripper, 5 cm wider than the block, is clear of blocks and ground.
+
+    ## Action Space
+    `Box(-1, 1, (5,), float32)`. Values beyond are clipped; NaN and infinity are refused.
+
+    {action_table}
+
+    The drive's target stays within 1.2 m of the middle along x and y, between 0.15 and 3.6 m high,
+    and within 1.6 rad.
+
+    ## Observation Space
+    `Box(low, high, (49,), float32)`, always within its bounds. "Block" is the one in the gripper,
+    or the last one that was; "support" is what it belongs on. An upright axis is the body's own z
+    axis, seen from above. With `observation="pixels"` it is `Box(0, 255, (84, 84, 3), uint8)`: the
+    picture of the world, without its captions.
+
+    {observation_table}
+
+    ## Rewards
+    The sum of these terms, which `info["reward_terms"]` lists by name:
+
+    {reward_table}
+
+    Each block can be placed once, and "approach" is a difference of distances within one phase, so
+    going to and fro earns nothing. Twist is the angle between the sides of a block and the nearest
+    sides of the one below; the first block has none.
+
+    ## Starting State
+    The gripper is at rest with the first block, up to 0.6 m from the middle along x and y, and 1.0
+    to 1.4 m high. Uniform and independent for each block: half-widths 0.15 to 0.25 m, half-height
+    0.10 to 0.18 m, mass 2 to 16 kg, friction 0.4 to 0.8, held up to 40 % of the half-widths off its
+    middle and turned by up to 0.6 rad. Equal seeds give equal blocks for any number of blocks.
+
+    ## Episode End
+    - Termination, success: all blocks have stood for `success_time`, each on the one below, the
+      gripper off them.
+    - Termination, failure: a released block is tilted by more than 0.5 rad, is twisted by more than
+      0.3 rad, or its middle is more than a quarter of its height below its level.
+    - Truncation: after 600 steps (20 s), by `gymnasium.make` and `gymnasium.make_vec`.
+
+    `info` has `success` and `is_success` (bool), `placed` (blocks), and `stand_time` (s that the
+    released blocks have stood).
+
+    ## Arguments
+    What stands in this table can also be set for one episode: `reset(options={"blocks": 4})`.
+
+    {argument_table}
+
+    - `observation`: "state" (default) or "pixels".
+    - `randomize`: domain randomisation, `dict(friction=(0.5, 1.5))`: at each reset each world draws
+      these quantities uniformly from (low, high), always from scratch; the others stay nominal.
+
+    {quantity_table}
+
+    - `fidelity`: "fast", "balanced" (default) or "accurate": the solver's effort.
+    - `diagnostics`: True adds `info["diagnostics"]`, of each step's last 1/60 s (0 after a reset):
+
+    {diagnostics_table}
+
+    - `render_mode`: None or "rgb_array"; `width`, `height`: of frames, multiples of 16 (640 x 480).
+
+    ## Version History
+    - v0: first version.
+    """
+
+    task_class = Stack3DTask
+    blocks: int
+
+
+class Stack3DVectorEnv(TaskVectorEnv):
+    """N worlds of GStack3D-v0 in one batch; see Stack3DEnv for the task, TaskVectorEnv for the rest."""
+
+    task_class = Stack3DTask
+    blocks: int

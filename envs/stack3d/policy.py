@@ -1,0 +1,66 @@
+"""A scripted builder for GStack3D-v0: pure feedback from the observation, without memory."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gsenv.envs.stack3d import scene
+from gsenv.envs.stack3d.env import Stack3DTask
+
+_INDEX = {entry.name: k for k, entry in enumerate(Stack3DTask.observations)}
+
+_CARRY_GAP = 0.10  # m, above the support until the block is centred and straight
+_GAIN = 4.0  # 1/s: speed asked for, per m or rad of error
+_LANDING_SPEED = 0.10  # m/s, of the last centimetres
+_CENTRED = 0.012  # m
+_STRAIGHT = 0.03  # rad
+_CALM = 0.06  # m/s, for letting go
+_PARTING = 0.4  # m, above the finished tower
+_LEAN_SHARE = 0.5  # how much of the tower's lean the next block takes back
+
+Seen = dict[str, NDArray[Any]]
+
+
+def build_tower(observations: NDArray[np.float32]) -> NDArray[np.float32]:
+    """(..., entry) observations to (..., 5) actions.
+
+    With a block: turn it in line and centre it over its support, come down, let go once it has landed.
+    Without: go straight up until the next block arrives.
+    """
+    seen = {name: np.asarray(observations, np.float64)[..., k] for name, k in _INDEX.items()}
+    holding = seen["holding"] > 0.5
+    # of the tower's lean, the support's part: the block's own is still to come
+    error_x = -_LEAN_SHARE * (seen["lean_x"] - seen["block_dx"]) - seen["block_dx"]
+    error_y = -_LEAN_SHARE * (seen["lean_y"] - seen["block_dy"]) - seen["block_dy"]
+    centred = np.hypot(error_x, error_y) < 2.0 * _CENTRED
+    ready = centred & (np.abs(seen["block_twist"]) < _STRAIGHT)
+    turn = np.where(holding, -_GAIN * seen["block_twist"], -2.0 * seen["gripper_heading"])
+    speed = np.sqrt(seen["block_vx"] ** 2 + seen["block_vy"] ** 2 + seen["block_vz"] ** 2)
+    landed = holding & (seen["block_gap"] < 0.004) & ready & (speed < _CALM)
+    actions = np.stack(
+        [
+            np.where(holding, _GAIN * error_x, 0.0) / scene.SPEED,
+            np.where(holding, _GAIN * error_y, 0.0) / scene.SPEED,
+            np.where(holding, _descent(seen, ready), _ascent(seen)) / scene.SPEED,
+            turn / scene.TURN_SPEED,
+            np.where(landed, 1.0, -1.0),
+        ],
+        axis=-1,
+    )
+    return np.clip(actions, -1.0, 1.0).astype(np.float32)
+
+
+def _descent(seen: Seen, ready: NDArray[np.bool_]) -> NDArray[Any]:
+    """Vertical speed with a block: wait above the support until ready, then land softly."""
+    gap = seen["block_gap"]
+    return np.where(ready, np.minimum(-_GAIN * gap, -_LANDING_SPEED), _GAIN * (_CARRY_GAP - gap))
+
+
+def _ascent(seen: Seen) -> NDArray[Any]:
+    """Vertical speed without a block: up, gently at first, to where the next one comes."""
+    clearance = np.maximum(seen["clearance"], 0.0)
+    finished = (seen["rise"] == 0.0) & (clearance > _PARTING)
+    return np.where(finished, 0.0, np.minimum(0.3 + 8.0 * clearance, 1.5))

@@ -1,0 +1,279 @@
+"""GStack3D's kernels: apply actions, evaluate, observe. The docstring of Stack3DEnv states the rules."""
+
+from __future__ import annotations
+
+import math
+
+from gsenv.envs.core.kernels import active_contacts, clip, first_not_finite
+from gsenv.envs.stack.blocks import ARRIVAL_MARGIN, CONTROL_TIME
+from gsenv.envs.stack.domain_randomization import apply_physics
+from gsenv.envs.stack3d import blocks as parts
+from gsenv.envs.stack3d import scene
+from gsenv.envs.stack3d.start import hand_over, initialize_world
+from gsenv.solver.jit import njit
+from gsenv.solver.records.bundle import select_world
+
+_BLOCK = scene.FIRST_BLOCK
+_SHAPE = scene.FIRST_BLOCK_SHAPE
+_GRIPPER = scene.GRIPPER_BODY
+_MAST = scene.MAST_BODY
+_DRIVE = scene.DRIVE_JOINT
+_WELD = scene.FIRST_WELD
+_MAX_BLOCKS = scene.MAX_BLOCKS
+_LIFT = parts.LIFT
+_MAX_FORCE = scene.MAX_FORCE
+_MAX_TORQUE = scene.MAX_TORQUE
+_TWIST_WEIGHT = parts.TWIST_WEIGHT
+
+
+# ---------------------------------------------------------------- apply actions
+
+
+@njit
+def apply_actions(world, actions):  # type: ignore[no-untyped-def]
+    """Actions to the drive and the pad; -1, or the first world whose actions are not finite."""
+    bad = first_not_finite(actions)
+    if bad >= 0:
+        return bad
+    for w in range(len(actions)):
+        select_world(world, w)
+        _apply_action(world, actions[w])
+    return -1
+
+
+@njit
+def _apply_action(world, action):  # type: ignore[no-untyped-def]
+    task = world.task.state
+    task.effort = 0.0
+    for a in range(5):
+        action[a] = min(max(action[a], -1.0), 1.0)
+        if a < 4:
+            task.effort += action[a] * action[a] / 4.0
+    parts.steer(world.state.control, world.state.joints[_DRIVE], action)
+    if action[4] > 0.0 and task.held >= 0:
+        parts.release(world, _GRIPPER, _BLOCK + task.held, _WELD + task.held)
+        task.held = -1
+        task.stand = 0
+        task.distance = -1.0
+
+
+# ---------------------------------------------------------------- evaluate
+
+
+@njit
+def _is_free(world, k):  # type: ignore[no-untyped-def]
+    """Whether the ball around block k's place in the gripper is clear of blocks and ground."""
+    bodies, parameters = world.state.bodies, world.parameters
+    at, _ = parts.grasp_pose(bodies[_GRIPPER], parameters.joints[_WELD + k])
+    reach = parameters.bodies[_BLOCK + k].radius + ARRIVAL_MARGIN
+    if at[2] < reach:
+        return False
+    shapes = parameters.shapes
+    for j in range(k):
+        if parts.meets(at, reach, bodies[_BLOCK + j], shapes[_SHAPE + j]):
+            return False
+    return True
+
+
+@njit
+def _top(world, released):  # type: ignore[no-untyped-def]
+    return parts.tower_top(released, world.state.bodies[_BLOCK:], world.parameters.shapes[_SHAPE:])
+
+
+@njit
+def _rise(world):  # type: ignore[no-untyped-def]
+    """m, how much higher the gripper must be for the next block, were it above the tower."""
+    task = world.task.state
+    k = task.arrived
+    if task.held >= 0 or k >= task.blocks:
+        return 0.0
+    at, _ = parts.grasp_pose(world.state.bodies[_GRIPPER], world.parameters.joints[_WELD + k])
+    return max(_top(world, k) + world.parameters.bodies[_BLOCK + k].radius + ARRIVAL_MARGIN - at[2], 0.0)
+
+
+@njit
+def _support(world, k):  # type: ignore[no-untyped-def]
+    """(x, y, top) of what block k belongs on; the ground lies right below it."""
+    bodies = world.state.bodies
+    if k == 0:
+        return bodies[_BLOCK].position[0], bodies[_BLOCK].position[1], 0.0
+    below = bodies[_BLOCK + k - 1]
+    top = below.position[2] + parts.vertical_reach(below, world.parameters.shapes[_SHAPE + k - 1])
+    return below.position[0], below.position[1], top
+
+
+@njit
+def _distance(world):  # type: ignore[no-untyped-def]
+    """m to go: of the held block to its place, or of the gripper to where the next one comes."""
+    k = world.task.state.held
+    if k < 0:
+        return _rise(world)
+    bodies = world.state.bodies
+    block = bodies[_BLOCK + k]
+    x, y, top = _support(world, k)
+    gap = block.position[2] - parts.vertical_reach(block, world.parameters.shapes[_SHAPE + k]) - top
+    dx = block.position[0] - x
+    dy = block.position[1] - y
+    return math.sqrt(dx * dx + dy * dy) + abs(gap) + _TWIST_WEIGHT * abs(parts.twist(k, bodies[_BLOCK:]))
+
+
+@njit
+def _approach(world):  # type: ignore[no-untyped-def]
+    """m nearer since the last step; 0 in the first one of a phase, so nothing is paid twice."""
+    task = world.task.state
+    before = task.distance
+    task.distance = _distance(world)
+    return before - task.distance if before >= 0.0 else 0.0
+
+
+@njit
+def _evaluate_tower(world):  # type: ignore[no-untyped-def]
+    """What stands and what has fallen, in task state and info; returns (newly placed, fallen, success)."""
+    task, info = world.task.state, world.task.info
+    blocks = world.state.bodies[_BLOCK:]
+    resting, gripped = parts.touches(active_contacts(world))
+    released = task.arrived if task.held < 0 else task.held
+    fallen = parts.any_fallen(released, blocks, world.parameters.shapes[_SHAPE:])
+    placed = False
+    if released > task.placed and not fallen:
+        placed = parts.standing(task.placed, released, resting, gripped, blocks)
+        if placed:
+            task.placed = released
+    stands = released > 0 and not fallen and parts.standing(0, released, resting, gripped, blocks)
+    task.stand = task.stand + 1 if stands else 0
+    success = task.placed == task.blocks and task.stand >= task.stand_steps
+    info.success = success
+    info.is_success = success
+    info.placed = task.placed
+    info.stand_time = task.stand * CONTROL_TIME
+    return placed, fallen, success
+
+
+@njit
+def evaluate_world(world):  # type: ignore[no-untyped-def]
+    """Rewards and info of one world after a control step; returns (reward, terminated)."""
+    task, term = world.task.state, world.task.terms
+    term.approach = task.approach_weight * _approach(world)
+    placed, fallen, success = _evaluate_tower(world)
+    term.placed = task.placed_weight if placed else 0.0
+    term.success = task.success_weight if success else 0.0
+    term.fall = task.fall_weight if fallen else 0.0
+    term.effort = task.effort_weight * task.effort
+    k = task.arrived
+    if task.held < 0 and task.placed == k and k < task.blocks and not fallen and _is_free(world, k):
+        hand_over(world, k)
+    parts.move_mast(world, _MAST, _GRIPPER)
+    return term.approach + term.placed + term.success + term.fall + term.effort, fallen or success
+
+
+# ---------------------------------------------------------------- observe
+
+
+@njit
+def _observe_gripper(out, gripper, drive, timestep):  # type: ignore[no-untyped-def]
+    """Entries 0 to 15: pose, velocity, and the drive's forces of their bounds."""
+    v = gripper.velocity
+    up = parts.upwards(gripper.rotation)
+    for d in range(3):
+        out[d] = gripper.position[d]
+        out[6 + d] = v[d]
+        out[10 + d] = drive.total_impulse[d] / (timestep * _MAX_FORCE)
+        out[13 + d] = drive.total_impulse[3 + d] / (timestep * _MAX_TORQUE)
+    out[3] = parts.heading(gripper.rotation)
+    out[4] = up[0]
+    out[5] = up[1]
+    out[9] = v[5]
+
+
+@njit
+def _observe_block(world, out, k, held):  # type: ignore[no-untyped-def]
+    """Entries 16 to 35, 41 and 42: the block in the gripper, or the last one that was, against its support."""
+    bodies = world.state.bodies
+    block = bodies[_BLOCK + k]
+    shape = world.parameters.shapes[_SHAPE + k]
+    x, y, top = _support(world, k)
+    up = parts.upwards(block.rotation)
+    out[16] = 1.0 if held else 0.0
+    out[17] = block.position[0] - x
+    out[18] = block.position[1] - y
+    out[19] = block.position[2] - parts.vertical_reach(block, shape) - top
+    out[20] = parts.twist(k, bodies[_BLOCK:])
+    out[21] = up[0]
+    out[22] = up[1]
+    for d in range(6):
+        out[23 + d] = block.velocity[d]
+    for d in range(3):
+        out[29 + d] = shape.size[d]
+    out[32] = world.parameters.bodies[_BLOCK + k].mass / 10.0
+    out[33] = shape.friction
+    out[34] = bodies[_GRIPPER].position[0] - block.position[0]
+    out[35] = bodies[_GRIPPER].position[1] - block.position[1]
+    out[41] = block.position[0] - bodies[_BLOCK].position[0]
+    out[42] = block.position[1] - bodies[_BLOCK].position[1]
+
+
+@njit
+def _observe_support(world, out, k):  # type: ignore[no-untyped-def]
+    """Entries 36 to 40."""
+    out[36] = 1.0
+    out[37] = 1.0
+    out[38] = 0.0
+    out[39] = 0.0
+    out[40] = 0.0
+    if k > 0:
+        below = world.state.bodies[_BLOCK + k - 1]
+        shape = world.parameters.shapes[_SHAPE + k - 1]
+        up = parts.upwards(below.rotation)
+        out[36] = shape.size[0]
+        out[37] = shape.size[1]
+        out[38] = parts.to_sides(parts.heading(below.rotation))
+        out[39] = up[0]
+        out[40] = up[1]
+
+
+@njit
+def _observe_tower(world, out, released):  # type: ignore[no-untyped-def]
+    """Entries 43 to 48."""
+    task, bodies = world.task.state, world.state.bodies
+    out[43] = parts.fastest(released, bodies[_BLOCK:])
+    out[44] = bodies[_GRIPPER].position[2] - _LIFT - _top(world, released)
+    out[45] = _rise(world)
+    out[46] = task.placed / _MAX_BLOCKS
+    out[47] = (task.blocks - task.placed) / _MAX_BLOCKS
+    out[48] = min(task.stand / task.stand_steps, 1.0)
+
+
+@njit
+def observe_world(world, timestep):  # type: ignore[no-untyped-def]
+    """All observations of a world, within their bounds."""
+    task, out = world.task.state, world.task.observation
+    held = task.held >= 0
+    k = task.arrived - 1
+    _observe_gripper(out, world.state.bodies[_GRIPPER], world.state.joints[_DRIVE], timestep)
+    _observe_block(world, out, k, held)
+    _observe_support(world, out, k)
+    _observe_tower(world, out, task.held if held else task.arrived)
+    clip(out, world.task.low, world.task.high)
+
+
+# ---------------------------------------------------------------- all worlds
+
+
+@njit
+def initialize_worlds(world, worlds, draws, timestep):  # type: ignore[no-untyped-def]
+    """Episodes begin in chosen worlds; draws (chosen, number)."""
+    for i in range(len(worlds)):
+        select_world(world, worlds[i])
+        initialize_world(world, draws[i])
+        apply_physics(world.task.physics, world.parameters, _BLOCK, _SHAPE, _MAX_BLOCKS, 1)
+        observe_world(world, timestep)
+
+
+@njit
+def evaluate_worlds(world, timestep):  # type: ignore[no-untyped-def]
+    """Rewards, ends and observations of all worlds."""
+    rewards, terminated = world.task.rewards, world.task.terminated
+    for w in range(len(rewards)):
+        select_world(world, w)
+        rewards[w], terminated[w] = evaluate_world(world)
+        observe_world(world, timestep)

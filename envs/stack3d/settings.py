@@ -1,0 +1,41 @@
+"""Arguments of GStack3D: defaults and what they may be."""
+
+from __future__ import annotations
+
+from gsenv.envs.stack.settings import (
+    REWARD_WEIGHTS,
+    SUCCESS_TIME,
+    blocks_setting,
+    number_setting,
+    range_setting,
+    weights_setting,
+)
+from gsenv.envs.stack3d import scene
+
+# What observations, the reach of the gantry and the strength of the drive allow.
+LIMITS = {
+    "half_width": (0.1, 0.3),
+    "half_height": (0.05, 0.22),
+    "mass": (0.5, 20.0),
+    "friction": (0.0, 1.0),
+    "grasp_offset": (0.0, 0.8),
+    "grasp_turn": (0.0, 0.75),
+    "success_time": (0.1, 10.0),
+}
+
+SETTINGS = (
+    blocks_setting(3, 2, scene.MAX_BLOCKS),
+    range_setting("half_width", scene.HALF_WIDTH, "m, of blocks along x and y", LIMITS["half_width"]),
+    range_setting("half_height", scene.HALF_HEIGHT, "m, of blocks", LIMITS["half_height"]),
+    range_setting("mass", scene.MASS, "kg, of blocks", LIMITS["mass"]),
+    range_setting("friction", scene.FRICTION, "coefficient, of blocks", LIMITS["friction"]),
+    number_setting(
+        "grasp_offset", scene.GRASP_OFFSET, "how far off its middle a block is held, of its half-widths",
+        LIMITS["grasp_offset"],
+    ),
+    number_setting(
+        "grasp_turn", scene.GRASP_TURN, "rad, how far a block is turned in the gripper", LIMITS["grasp_turn"]
+    ),
+    number_setting("success_time", SUCCESS_TIME, "s that the whole tower must stand", LIMITS["success_time"]),
+    weights_setting(REWARD_WEIGHTS),
+)  # fmt: skip

@@ -1,0 +1,1 @@
+"""tower_v0: two grippers build one tower together in 2D."""

@@ -1,0 +1,148 @@
+"""tower_v0's rules over many worlds, and its native vector environment; tower_v0.py is the PettingZoo side."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from gsenv.envs.core.arguments import Setting
+from gsenv.envs.core.spec_tables import Entry, RewardTerm
+from gsenv.envs.core.task import Array, Task
+from gsenv.envs.core.vector import TaskVectorEnv
+from gsenv.envs.stack import domain_randomization
+from gsenv.envs.stack import scene as stack
+from gsenv.envs.stack.blocks import TILT_WEIGHT
+from gsenv.envs.stack.settings import BLOCK_SETTINGS, weights_setting, write_settings
+from gsenv.envs.tower import rules, scene, start
+from gsenv.solver import Scene
+
+REWARD_WEIGHTS = {
+    "approach": 0.5, "placed": 1.0, "partner": 0.5, "success": 5.0, "fall": -2.0, "bump": -0.02, "effort": -0.002,
+}  # fmt: skip
+_WEIGHTS = REWARD_WEIGHTS
+
+
+def check_blocks(blocks: Any) -> int:
+    """2, 4, 6 or 8, or ValueError."""
+    if isinstance(blocks, bool) or blocks not in range(2, scene.MAX_BLOCKS + 1, 2):
+        raise ValueError(f"blocks must be 2, 4, 6 or {scene.MAX_BLOCKS}, got {blocks!r}.")
+    return int(blocks)
+
+
+class TowerTask(Task):
+    """The rules, over many worlds with two agents each."""
+
+    agents = ("gripper_0", "gripper_1")
+    actions = (
+        Entry(f"gripper velocity inwards, of {stack.SPEED} m/s", "move_x", -1, 1),
+        Entry(f"gripper velocity upwards, of {stack.SPEED} m/s", "move_y", -1, 1),
+        Entry(f"turning rate inwards, of {stack.TURN_SPEED} rad/s", "turn", -1, 1),
+        Entry("let go of the block where positive", "release", -1, 1),
+    )
+    observations = (
+        Entry("gripper, position inwards of the middle", "gripper_x", -3, 3, "m"),
+        Entry("gripper, height", "gripper_y", -1, 6, "m"),
+        Entry("gripper, angle", "gripper_angle", -1.6, 1.6, "rad"),
+        Entry("gripper, velocity inwards", "gripper_vx", -5, 5, "m/s"),
+        Entry("gripper, velocity upwards", "gripper_vy", -5, 5, "m/s"),
+        Entry("gripper, turning rate", "gripper_w", -10, 10, "rad/s"),
+        Entry("drive, force inwards, of its bound", "drive_x", -1, 1),
+        Entry("drive, force upwards, of its bound", "drive_y", -1, 1),
+        Entry("drive, torque, of its bound", "drive_torque", -1, 1),
+        Entry("1 while a block is held", "holding", 0, 1),
+        Entry("block, inwards of the middle of its support", "block_dx", -5, 5, "m"),
+        Entry("block, lowest point above the top of its support", "block_gap", -5, 6, "m"),
+        Entry("block, angle", "block_angle", -3.2, 3.2, "rad"),
+        Entry("block, velocity inwards", "block_vx", -10, 10, "m/s"),
+        Entry("block, velocity upwards", "block_vy", -10, 10, "m/s"),
+        Entry("block, turning rate", "block_w", -20, 20, "rad/s"),
+        Entry("block, half-width", "block_half_width", 0, 0.5, "m"),
+        Entry("block, half-height", "block_half_height", 0, 0.5, "m"),
+        Entry("block, mass", "block_mass", 0, 2, "10 kg"),
+        Entry("block, friction coefficient", "block_friction", 0, 1),
+        Entry("gripper, inwards of the middle of the block", "grasp_dx", -5, 5, "m"),
+        Entry("support, half-width", "support_half_width", 0, 1, "m"),
+        Entry("support, angle", "support_angle", -3.2, 3.2, "rad"),
+        Entry("support, inwards of the middle of the plinth", "lean", -5, 5, "m"),
+        Entry("speed of the fastest released block", "tower_speed", 0, 10, "m/s"),
+        Entry("gripper, height above the tower", "clearance", -5, 6, "m"),
+        Entry("way out to where blocks arrive", "to_depot", 0, 5, "m"),
+        Entry("how much the gripper must rise for its next block", "rise", 0, 2, "m"),
+        Entry("other gripper, inwards of this one", "other_dx", -5, 5, "m"),
+        Entry("other gripper, above this one", "other_dy", -5, 5, "m"),
+        Entry("other gripper, velocity inwards less this one's", "other_vx", -5, 5, "m/s"),
+        Entry("other gripper, velocity upwards less this one's", "other_vy", -5, 5, "m/s"),
+        Entry("other gripper, angle", "other_angle", -1.6, 1.6, "rad"),
+        Entry("1 while the other gripper holds a block", "other_holding", 0, 1),
+        Entry("other's block, inwards of the middle of its support", "other_block_dx", -5, 5, "m"),
+        Entry("other's block, lowest point above the top of its support", "other_block_gap", -5, 6, "m"),
+        Entry("other's block, half-width", "other_half_width", 0, 0.5, "m"),
+        Entry("other's block, half-height", "other_half_height", 0, 0.5, "m"),
+        Entry("blocks placed, of 8", "placed", 0, 1),
+        Entry("own blocks to let go, of 4", "to_go", 0, 1),
+        Entry("other's blocks to let go, of 4", "other_to_go", 0, 1),
+        Entry("time that the released blocks have stood, of success_time", "stand_time", 0, 1),
+    )
+    reward_terms = (
+        RewardTerm(
+            "approach",
+            f"{_WEIGHTS['approach']:g} per m nearer: the held block to the tower's top (across, down, and "
+            f"{TILT_WEIGHT:g} m per rad of tilt), the empty gripper to where its blocks arrive",
+        ),
+        RewardTerm("placed", f"{_WEIGHTS['placed']:g} when an own block first rests at its level"),
+        RewardTerm("partner", f"{_WEIGHTS['partner']:g} when one of the other's does"),
+        RewardTerm("success", f"{_WEIGHTS['success']:g} to both when the whole tower has stood for `success_time`"),
+        RewardTerm("fall", f"{_WEIGHTS['fall']:g} to both when a released block falls"),
+        RewardTerm("bump", f"{_WEIGHTS['bump']:g} to both in each step in which grippers, or what they hold, touch"),
+        RewardTerm("effort", f"{_WEIGHTS['effort']:g} times the mean square of the first 3 own actions"),
+    )
+    task_state_fields = start.TASK_STATE_FIELDS
+    info_fields = (("success", "?"), ("is_success", "?"), ("placed", "i8"), ("stand_time", "f8"), ("bump", "?"))
+    draw_count = start.DRAW_COUNT
+    arguments = (
+        Setting("blocks", 4, check_blocks, f"levels of the tower: 2, 4, 6 or {scene.MAX_BLOCKS}"),
+        *BLOCK_SETTINGS,
+        weights_setting(REWARD_WEIGHTS),
+    )
+    quantities = domain_randomization.QUANTITIES
+
+    def build_scene(self) -> Scene:
+        return scene.build_scene()
+
+    def initialize_episode(self, worlds: Array, draws: Array, options: Mapping[str, Any]) -> None:
+        write_settings(self.task_state, worlds, options)
+        rules.initialize_worlds(self.kernel_world, worlds, draws, self.world.timestep)
+
+    def apply_action(self, actions: Array) -> int:
+        return rules.apply_actions(self.kernel_world, actions)
+
+    def evaluate(self) -> None:
+        rules.evaluate_worlds(self.kernel_world, self.world.timestep)
+
+    def camera(self, world: int, width: int, height: int) -> Any:
+        from gsenv.render.camera import Bounds, Camera
+
+        state = self.task_state[world]
+        block_height = 2.0 * float(state["half_height"][1])
+        top = 2.7 + block_height * max(int(state["blocks"]) - 4, 0)
+        reach = 0.35 - scene.REACH_X[0]
+        return Camera.fit(Bounds(-reach, -0.25, reach, top), width, height, margin=0.0)
+
+    def captions(self, world: int) -> Sequence[str]:
+        state = self.task_state[world]
+        lines = [f"blocks {state['placed']} / {state['blocks']}"]
+        if state["placed"] == state["blocks"]:
+            lines.append(f"stands {self.infos['stand_time'][world]:.1f} s")
+        return lines
+
+
+class TowerVectorEnv(TaskVectorEnv):
+    """N worlds of tower_v0 in one batch, a Gymnasium vector environment whose worlds have two agents.
+
+    Observations are (world, agent, entry), actions (world, agent, 4), rewards (world, agent); worlds end
+    for both agents at once, so terminated and truncated are (world,). World i of `reset(seed=s)` equals
+    `tower_v0.parallel_env().reset(seed=s + i)`, bit for bit. See tower_v0.TowerParallelEnv for the task.
+    """
+
+    task_class = TowerTask
+    blocks: int

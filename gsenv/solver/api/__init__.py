@@ -1,0 +1,1 @@
+"""The public classes of a running simulation: World, Options, Parameters."""

@@ -1,0 +1,98 @@
+"""Options of the simulation, and the named sets of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..records.options import OPTIONS_DTYPE, SOLVERS
+from ..specification import check
+
+
+@dataclass(frozen=True)
+class Options:
+    """Options of the simulation. The defaults suit stacks, ropes and mass ratios up to 1000.
+
+    Attributes:
+        timestep: s, one ``World.step``.
+        substeps: solves per step; contacts are found once per step.
+        max_substeps: largest number of substeps of an island whose taut joints need more than ``substeps``.
+        solver: ``"pgs"`` (plain projected Gauss-Seidel) or ``"nncg"`` (the same sweeps,
+            accelerated as a conjugate gradient method) or ``"subspace"`` (these with direct
+            steps on the active rows of towers and chains) or ``"newton"``
+            (a guarded Newton method for islands of up to 30 bodies, nncg for larger ones) or
+            ``"soft"`` (sweeps with soft rows before positions move and with rigid ones after;
+            made for ``substeps=4, sweeps=1``: cheap, but light bodies sag under heavy ones).
+        sweeps: largest number of sweeps per island and substep; of soft, in each of its two solves.
+        tolerance: natural-map residual at which an island's sweeps stop.
+        position_sweeps: sweeps of the position pass; soft has no position pass.
+        warm_start: start from the impulses of the last substep.
+        sleep: put islands at rest to sleep.
+        sleep_speed: m/s, largest speed of a body's fastest point that counts as rest.
+        sleep_time: s at rest before an island sleeps.
+        slop: overlap that is not corrected, as a fraction of the bodies' extent.
+        push_speed: extents per second, largest speed at which an overlap is corrected.
+        correction_rate: fraction of a position error that is corrected per substep, 0 to 1.
+    """
+
+    timestep: float = 1.0 / 60.0
+    substeps: int = 2
+    max_substeps: int = 8
+    solver: str = "subspace"
+    sweeps: int = 30
+    tolerance: float = 1e-4
+    position_sweeps: int = 2
+    warm_start: bool = True
+    sleep: bool = True
+    sleep_speed: float = 0.003
+    sleep_time: float = 0.5
+    slop: float = 1e-4
+    push_speed: float = 3.0
+    correction_rate: float = 0.2
+
+    def __post_init__(self) -> None:
+        check.positive(self.timestep, "Options: timestep")
+        for name in ("tolerance", "sleep_speed", "sleep_time", "slop", "push_speed", "correction_rate"):
+            check.not_negative(getattr(self, name), f"Options: {name}")
+        if self.correction_rate > 1.0:
+            raise ValueError(f"Options: correction_rate must not exceed 1, got {self.correction_rate!r}.")
+        for name, least in (("substeps", 1), ("max_substeps", 1), ("sweeps", 1), ("position_sweeps", 0)):
+            check.whole(getattr(self, name), least, f"Options: {name}")
+        for name in ("warm_start", "sleep"):
+            if not isinstance(getattr(self, name), (bool, np.bool_)):
+                raise ValueError(f"Options: {name} must be True or False, got {getattr(self, name)!r}.")
+        if self.solver not in SOLVERS:
+            names = ", ".join(SOLVERS)
+            raise ValueError(f"Options: unknown solver {self.solver!r}; known are {names}.")
+
+    @classmethod
+    def preset(cls, fidelity: str, **changes: Any) -> Options:
+        """Return the options of a named fidelity, with changes.
+
+        Args:
+            fidelity: "fast" (half the cost, errors of some 1e-3; no mass ratios above 30), "balanced"
+                (the default) or "accurate" (twice the cost, errors of some 1e-6).
+
+        Raises:
+            ValueError: an unknown fidelity, or a bad option.
+        """
+        check.choice(fidelity, FIDELITIES, "Options: fidelity")
+        return cls(**{**FIDELITIES[fidelity], **changes})
+
+    def record(self) -> NDArray[Any]:
+        """Return the options as a record () of OPTIONS_DTYPE for kernels."""
+        record = np.zeros((), OPTIONS_DTYPE)
+        for name in OPTIONS_DTYPE.names or ():
+            value = getattr(self, name)
+            record[name] = int(SOLVERS[value]) if name == "solver" else value
+        return record
+
+
+FIDELITIES: dict[str, dict[str, Any]] = {
+    "fast": {"substeps": 2, "sweeps": 8, "tolerance": 1e-3, "position_sweeps": 1},
+    "balanced": {},
+    "accurate": {"substeps": 8, "sweeps": 40, "tolerance": 1e-6, "position_sweeps": 4},
+}

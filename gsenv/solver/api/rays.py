@@ -1,0 +1,43 @@
+"""Checks of the arguments of ``World.cast_rays``."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..records.model import Array
+from ..specification import check
+
+
+def checked_rays(origin: Any, direction: Any, length: Any, worlds: int) -> tuple[Array, Array, Array]:
+    """Return origin (world, ray, 2) m, direction (world, ray, 2) unit and length (world, ray) m.
+
+    Raises:
+        ValueError: no numbers, shapes that do not fit, a length that is not positive, a direction of zero.
+    """
+    parts = {"origin": origin, "direction": direction, "length": length}
+    given = {name: check.numbers(value, f"cast_rays: {name}") for name, value in parts.items()}
+    shapes = (given["origin"].shape, given["direction"].shape, (*given["length"].shape, 1))
+    try:
+        shape = np.broadcast_shapes((worlds, 1, 2), *shapes)
+    except ValueError:
+        shape = ()
+    if len(shape) != 3 or shape[0] != worlds or shape[2] != 2:
+        got = ", ".join(str(array.shape) for array in given.values())
+        raise ValueError(
+            f"cast_rays: origin, direction and length must fit ({worlds}, rays, 2), ({worlds}, rays, 2) and "
+            f"({worlds}, rays), got arrays of shape {got}."
+        )
+    if (given["length"] <= 0.0).any():
+        raise ValueError(f"cast_rays: length must be positive, got {given['length'].min()!r}.")
+    largest = np.abs(given["direction"]).max(-1, initial=0.0, keepdims=True)
+    if (largest == 0.0).any():
+        raise ValueError("cast_rays: direction must not be zero.")
+    way = given["direction"] / largest  # squares of large numbers might overflow
+    unit = way / np.sqrt((way * way).sum(-1, keepdims=True))
+    return (
+        np.broadcast_to(given["origin"], shape),
+        np.broadcast_to(unit, shape),
+        np.broadcast_to(given["length"], shape[:2]),
+    )

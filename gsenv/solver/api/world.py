@@ -1,0 +1,372 @@
+"""World: N worlds of one scene, stepped together. The only stateful class of the solver."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from ..core.status import BAD_CONTROL, MORE_CONTACTS, MORE_PAIRS, OK
+from ..core.step import step_worlds
+from ..dimension import dimension
+from ..jit import entry
+from ..readings.diagnostics import Contacts, Diagnostics, contacts_of, diagnose
+from ..readings.rays import RayHits, cast_rays
+from ..readings.sensors import read_sensors
+from ..records.bundle import Bundle
+from ..records.kernel_variants import kernel_variant_of
+from ..records.kernel_world import has_restitution, kernel_world
+from ..records.model import Array, Model
+from ..records.scratch import Scratch, first_contact_capacity
+from ..records.state import Snapshot, State, take_snapshot
+from ..specification import check
+from ..specification.check import ALL_BITS
+from ..specification.handles import Reference, find
+from ..specification.scene import Scene
+from . import threads
+from .actions import Actions
+from .options import Options
+from .parameters import Parameters
+from .rays import checked_rays
+
+_Call = tuple[Callable[..., tuple[int, int]], Bundle, int, int]  # the kernel and its arguments except the count
+
+
+class World(Actions):
+    """``world_count`` copies of a scene, stepped together.
+
+    Args:
+        scene: a Scene, or a Model that ``Scene.compile`` made.
+        world_count: number of worlds.
+        threads: number of threads that share the worlds; results do not depend on it, to the last bit.
+        options: Options; or fidelity: "fast", "balanced" (the default) or "accurate".
+
+    Attributes:
+        control: float64 (world, actuator), read at each step; out-of-range values are clipped.
+        parameters: quantities that may differ from world to world.
+        state: structured arrays of all that changes in a step.
+        model: the compiled scene, shared by all worlds.
+
+    Raises:
+        ValueError: bad arguments of any method, in one sentence; nothing is changed then.
+    """
+
+    def __init__(
+        self,
+        scene: Scene | Model,
+        world_count: int = 1,
+        threads: int = 1,
+        options: Options | None = None,
+        fidelity: str | None = None,
+    ) -> None:
+        if options is not None and fidelity is not None:
+            raise ValueError("World: give options or a fidelity, not both; Options.preset has both.")
+        self.world_count = check.whole(world_count, 1, "World: world_count")
+        self.threads = min(check.whole(threads, 1, "World: threads"), self.world_count)
+        if not isinstance(scene, (Scene, Model)):
+            raise ValueError(f"World needs a Scene or a Model, got {scene!r}.")
+        self.model = scene.compile() if isinstance(scene, Scene) else scene
+        self._dimension = dimension(self.model.dim)
+        self._variant = kernel_variant_of(self.model)
+        self.parameters = Parameters(self.model, self.world_count, self._changed)
+        capacity = first_contact_capacity(self.model)
+        self.state = State(self.model, self.world_count, capacity)
+        self.options = Options.preset(fidelity or "balanced") if options is None else options
+        self._scratches: list[Scratch] = []
+        self._until = np.zeros(self.world_count, np.int64)
+        self._restitution = False  # what the prepared calls were compiled for
+
+    # ------------------------------------------------------------- stepping
+
+    @property
+    def options(self) -> Options:
+        """The options of the simulation, which may be replaced between steps."""
+        return self._options
+
+    @options.setter
+    def options(self, options: Options) -> None:
+        if not isinstance(options, Options):
+            raise ValueError(f"World: options must be an Options, got {options!r}.")
+        if options.solver == "newton" and self.model.dim == 3:
+            raise ValueError("World: the newton solver is there in 2D only; 3D has pgs, nncg, subspace and soft.")
+        self._options = options
+        self._options_record = options.record()
+        self._calls: list[_Call] = []
+        self._entries: dict[Any, Callable[..., tuple[int, int]]] = {}
+
+    @property
+    def control(self) -> Array:
+        """float64 (world, actuator), writable; see the class."""
+        return self.state.control
+
+    @control.setter
+    def control(self, values: Any) -> None:
+        self.state.control[:] = check.values(values, self.state.control.shape, "World: control")
+
+    @property
+    def timestep(self) -> float:
+        """Duration of a step in s."""
+        return self._options.timestep
+
+    def step(self, count: int = 1) -> None:
+        """Advance all worlds by ``count`` timesteps.
+
+        Raises:
+            ValueError: a control is NaN or infinite, or a bad count; no world has been stepped.
+            MemoryError: the contacts of a step do not fit into memory.
+        """
+        count = check.whole(count, 0, "step: count")
+        if not self.model.updates:
+            self._advance(count)
+            return
+        self._check_control()
+        for _ in range(count):
+            self._update_constraints()
+            self._advance(1)
+
+    def _check_control(self) -> None:
+        if not np.isfinite(self.control).all():
+            w, k = np.argwhere(~np.isfinite(self.control))[0]
+            raise ValueError(
+                f"control of actuator {self.model.actuator_names[k]!r} in world {w} must be "
+                f"finite, got {self.control[w, k]!r}."
+            )
+
+    def _update_constraints(self) -> None:
+        """Write the rows that update functions of constraints return; changes nothing if one is invalid."""
+        refreshed = [(j, update(self)) for j, update in self.model.updates]
+        checked = [self.parameters.checked_rows(j, values) for j, values in refreshed]
+        for rows, values in checked:
+            self.parameters.write_rows(rows, values)
+
+    def _advance(self, count: int) -> None:
+        calls = self._calls or self._prepare_calls()
+        while True:
+            if len(calls) == 1:
+                step, world, first, last = calls[0]
+                result = step(world, first, last, count)
+                if result[0] == OK:
+                    return
+                results = [result]
+            else:
+                results = threads.run([partial(step, *arguments, count) for step, *arguments in calls])
+                if all(status == OK for status, _ in results):
+                    return
+            if any(status == BAD_CONTROL for status, _ in results):
+                self._check_control()
+            self._grow(results)
+            calls = self._prepare_calls()
+            count = -1  # continue
+
+    def _prepare_calls(self) -> list[_Call]:
+        """Return the kernel and its arguments for each thread, which steps a range of worlds."""
+        parts = threads.ranges(self.world_count, self.threads)
+        while len(self._scratches) < len(parts):
+            self._scratches.append(Scratch(self.model, self._variant, self.state.contacts.shape[1]))
+        self._calls = []
+        self._restitution = has_restitution(self._variant, self.parameters)
+        for (first, last), scratch in zip(parts, self._scratches, strict=False):
+            world = kernel_world(
+                self.model,
+                self.parameters,
+                self.state,
+                scratch,
+                self._options_record,
+                self._variant,
+                self._restitution,
+                self._options.solver,
+                self._until,
+            )
+            kind = world.numba_type
+            if kind not in self._entries:
+                self._entries[kind] = entry(step_worlds, world, first, last, 0)
+            self._calls.append((self._entries[kind], world, first, last))
+        return self._calls
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "_calls": [], "_entries": {}}  # compiled code and pointers: made again when needed
+
+    def _grow(self, results: list[tuple[int, int]]) -> None:
+        """Enlarge the buffers for the step that did not fit and is then repeated."""
+        for (status, needed), scratch in zip(results, self._scratches, strict=False):
+            if status == MORE_PAIRS:
+                scratch.grow_pairs(2 * needed)
+        contacts = max((n for s, n in results if s == MORE_CONTACTS), default=0)
+        if contacts:
+            self._grow_contacts(contacts + contacts // 2)
+
+    def _grow_contacts(self, capacity: int) -> None:
+        self.state.grow_contacts(capacity)
+        for scratch in self._scratches:
+            scratch.grow_contacts(capacity)
+        self._calls = []
+
+    def _changed(self, chosen: Array) -> None:
+        """Wake worlds whose parameters have changed."""
+        self._wake(chosen)
+        self._choose_kernel()
+
+    def _choose_kernel(self) -> None:
+        """Prepare the calls again where changed parameters need another kernel."""
+        if self._calls and has_restitution(self._variant, self.parameters) != self._restitution:
+            self._calls = []
+
+    def reset(self, worlds: Any = None, *, parameters: bool = True) -> None:
+        """Set the chosen worlds to the initial state.
+
+        Args:
+            worlds: None for all, an int, ints or a bool mask.
+            parameters: whether to set the parameters to their nominal values as well.
+        """
+        chosen = check.worlds(worlds, self.world_count, "reset: worlds")
+        if parameters:
+            self.parameters.reset(chosen)
+            self._choose_kernel()
+        self.state.reset(self.model, chosen)
+
+    # ------------------------------------------------------------- reading
+
+    @property
+    def position(self) -> Array:
+        """(world, body, dim) m, of the bodies' own frames; like all of these a copy."""
+        bodies = self.state.bodies
+        turned = self._dimension.joint_readings.rotated(bodies["rotation"], self.parameters.bodies["center"])
+        return np.asarray(bodies["position"] - turned)
+
+    @property
+    def center_of_mass(self) -> Array:
+        """(world, body, dim) m."""
+        return self.state.bodies["position"].copy()
+
+    @property
+    def angle(self) -> Array:
+        """(world, body) rad, not wrapped; in 2D."""
+        if self.model.dim == 3:
+            raise AttributeError("World: bodies in 3D have no angle; World.orientation has their quaternions.")
+        return self.state.bodies["angle"].copy()
+
+    @property
+    def orientation(self) -> Array:
+        """(world, body, 4) unit quaternions (w, x, y, z); in 3D."""
+        if self.model.dim == 2:
+            raise AttributeError("World: bodies in 2D have no orientation; World.angle has their angles.")
+        return self.state.bodies["rotation"].copy()
+
+    @property
+    def linear_velocity(self) -> Array:
+        """(world, body, dim) m/s, of the centres of mass."""
+        return self.state.bodies["velocity"][..., : self.model.dim].copy()
+
+    @property
+    def angular_velocity(self) -> Array:
+        """rad/s: (world, body), in 3D (world, body, 3) in the world's axes."""
+        velocity = self.state.bodies["velocity"]
+        return (velocity[..., 2] if self.model.dim == 2 else velocity[..., 3:]).copy()
+
+    @property
+    def asleep(self) -> Array:
+        """(world, body) bool."""
+        return self.state.bodies["asleep"] != 0
+
+    @property
+    def time(self) -> Array:
+        """(world,) s since the last reset, computed with the present timestep."""
+        return self.state.worlds["step"] * self._options.timestep
+
+    def contacts(self, world: int = 0) -> Contacts:
+        """Return the contacts of a world's last step; see Contacts."""
+        index = check.worlds(check.whole(world, 0, "contacts: world"), self.world_count, "contacts: world")[0]
+        return contacts_of(self.state, index)
+
+    def diagnostics(self) -> Diagnostics:
+        """Return errors, energies and counters of the last step; see Diagnostics."""
+        return diagnose(self.model, self.parameters, self.state)
+
+    def sensor(self, sensor: Reference) -> Array:
+        """Return the reading (world, number) of a sensor; see Scene.add_sensor."""
+        index = find(sensor, "sensor", self.model.sensor_names, "sensor")
+        return self._read_sensors(index, index + 1)
+
+    def sensors(self) -> Array:
+        """Return the readings (world, number) of all sensors in columns, which Model.sensor_slices gives."""
+        return self._read_sensors(0, len(self.model.sensors))
+
+    def _read_sensors(self, first: int, last: int) -> Array:
+        return read_sensors(self.model, self.parameters, self.state, self.timestep, first, last)
+
+    def cast_rays(
+        self,
+        origin: Any,
+        direction: Any,
+        length: Any,
+        *,
+        worlds: Any = None,
+        mask: int = ALL_BITS,
+        exclude: Reference | None = None,
+    ) -> RayHits:
+        """Return the first hits of rays with the shapes at their present poses; see RayHits.
+
+        Rays pass disabled and sensor shapes, and shapes that they only touch. A terrain is hit only from
+        its outside, but a start behind it by at most the extent (smallest half-width) of body ``exclude``
+        counts as inside it.
+
+        Args:
+            origin: m, (2,), (ray, 2) or (chosen world, ray, 2).
+            direction: likewise, of any length but 0.
+            length: m, of the rays: one number, (ray,) or (chosen world, ray).
+            worlds: None for all, an int, ints or a bool mask.
+            mask: bits of the categories that rays can hit.
+            exclude: a body that rays pass, such as the one that they start from.
+        """
+        if self.model.dim == 3:
+            raise ValueError("cast_rays: rays are there in 2D only.")
+        chosen = check.worlds(worlds, self.world_count, "cast_rays: worlds")
+        carrier = -1 if exclude is None else find(exclude, "body", self.model.body_names, "cast_rays: exclude")
+        bits = check.bits(mask, "cast_rays: mask")
+        rays = checked_rays(origin, direction, length, len(chosen))
+        return cast_rays(self.model, self.parameters, self.state, chosen, *rays, bits, carrier)
+
+    def joint_coordinate(self, joint: Reference) -> Array:
+        """Return the coordinate (world,): rad since the initial pose (revolute), m along the axis (prismatic,
+        wheel), m between the anchors (distance), or the error of a gear.
+
+        Raises:
+            ValueError: an unknown joint, or one without a coordinate.
+        """
+        j = self._joint(joint, "joint_coordinate")
+        return np.asarray(self._dimension.joint_readings.coordinate(self.model, self.parameters, self.state, j))
+
+    def joint_rate(self, joint: Reference) -> Array:
+        """Return the rate of change of the coordinate (world,), rad/s or m/s."""
+        j = self._joint(joint, "joint_rate")
+        return np.asarray(self._dimension.joint_readings.rate(self.model, self.parameters, self.state, j))
+
+    def joint_reaction(self, joint: Reference) -> Array:
+        """Return (world, ndof) the mean force in N and torque in N m on body_b at its anchor in the last step,
+        motors, springs and limits included."""
+        j = self._joint(joint, "joint_reaction")
+        return np.asarray(self.state.joints["reaction"][:, j] / self._options.timestep)
+
+    # ------------------------------------------------------------- snapshots
+
+    def save(self, worlds: Any = None) -> Snapshot:
+        """Return a bit-exact copy of the chosen worlds' State and Parameters, which can be pickled."""
+        chosen = check.worlds(worlds, self.world_count)
+        return take_snapshot(self.model, self.parameters, self.state, chosen)
+
+    def restore(self, snapshot: Snapshot, worlds: Any = None) -> None:
+        """Copy saved worlds to the chosen ones, or one saved world to all of them.
+
+        Raises:
+            ValueError: the snapshot is of another scene, or the counts do not match.
+        """
+        if not isinstance(snapshot, Snapshot):
+            raise ValueError(f"restore needs a snapshot from save(), got {type(snapshot).__name__}.")
+        chosen = check.worlds(worlds, self.world_count)
+        snapshot.check(self.model, len(chosen))
+        if snapshot.contact_capacity > self.state.contacts.shape[1]:
+            self._grow_contacts(snapshot.contact_capacity)
+        snapshot.write(self.parameters, self.state, chosen)
+        self._choose_kernel()

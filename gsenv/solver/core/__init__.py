@@ -1,0 +1,1 @@
+"""Shared by both dimensions: what knows rows, bodies and time, but no geometry."""

@@ -1,0 +1,124 @@
+"""Contacts from step to step: impulses are inherited, contacts of sleeping pairs stay in place.
+
+All lists are sorted by (shape_a, shape_b); the few contacts of a pair are compared each with each.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from numpy.typing import NDArray
+
+from ..jit import inline_njit, njit
+
+Array = NDArray[Any]
+
+
+@inline_njit
+def pair_order(a: Any, b: Any) -> int:
+    """Return a negative, zero or positive number as contact a's pair is before, equal to or after b's."""
+    if a.shape_a != b.shape_a:
+        return a.shape_a - b.shape_a
+    return a.shape_b - b.shape_b
+
+
+@inline_njit
+def is_kept(contact: Any, geometry: Array) -> bool:
+    """Whether the contact of a pair that was not searched stays: both shapes are active, neither is awake."""
+    a = geometry[contact.shape_a]
+    b = geometry[contact.shape_b]
+    return a.active != 0 and b.active != 0 and a.awake == 0 and b.awake == 0
+
+
+@njit
+def match_pair(old: Array, first: int, last: int, found: Array, start: int, found_count: int) -> int:
+    """Copy `impulse` from the contacts old[first:last] of one pair to found ones of the same feature.
+
+    Searches from found[start] on; returns the index of the first found contact after the pair.
+    """
+    k = start
+    while k < found_count and pair_order(found[k], old[first]) < 0:
+        k += 1
+    while k < found_count and pair_order(found[k], old[first]) == 0:
+        for i in range(first, last):
+            if old[i].feature == found[k].feature:
+                for axis in range(len(found[k].impulse)):
+                    found[k].impulse[axis] = old[i].impulse[axis]
+                break
+        k += 1
+    return k
+
+
+@njit
+def match_until_kept(
+    old: Array, start: int, count: int, found: Array, matched: int, found_count: int, geometry: Array
+) -> tuple[int, int]:
+    """Call match_pair from old[start] on, up to a contact that is kept; returns (its index, first found after)."""
+    while start < count and not is_kept(old[start], geometry):
+        last = start + 1
+        while last < count and pair_order(old[last], old[start]) == 0:
+            last += 1
+        matched = match_pair(old, start, last, found, matched, found_count)
+        start = last
+    return start, matched
+
+
+@njit
+def update_contacts(
+    contacts: Array,
+    count: int,
+    found: Array,
+    found_count: int,
+    geometry: Array,
+    displaced: Array,
+    places: Array,
+) -> int:
+    """Replace the first `count` contacts by the `found` ones, but leave those of pairs asleep.
+
+    `contacts`, `found` (contact,) of contact_dtype(dim), sorted by pair before and after; found ones
+    inherit the impulse of the contact of the same shapes and feature.  Returns the number of contacts;
+    if it exceeds len(contacts), none was changed.  `places` (int,) receives the new indices of the found
+    ones.  `displaced` (contact,) is scratch.  A sleeping contact is copied only if its index changes, so
+    a few awake contacts among thousands of sleeping ones cost little.
+    """
+    if count + found_count > len(contacts):
+        needed = found_count
+        for i in range(count):
+            if is_kept(contacts[i], geometry):
+                needed += 1
+        if needed > len(contacts):
+            return needed
+    # contacts[i] is the first kept contact that was not read yet; displaced[head:tail] were read, but
+    # are not at their new index yet
+    i, matched = match_until_kept(contacts, 0, count, found, 0, found_count, geometry)
+    k = 0
+    head = 0
+    tail = 0
+    place = 0
+    while k < found_count or i < count or head < tail:
+        waiting = head < tail
+        take = k < found_count
+        if take and waiting:
+            take = pair_order(found[k], displaced[head]) < 0
+        elif take and i < count:
+            take = pair_order(found[k], contacts[i]) < 0
+        read = i < count and (i == place or not (take or waiting))
+        if take or waiting:
+            if read:
+                displaced[tail] = contacts[i]
+                tail += 1
+            if take:
+                contacts[place] = found[k]
+                places[k] = place
+                k += 1
+            else:
+                contacts[place] = displaced[head]
+                head += 1
+        elif i != place:
+            contacts[place] = contacts[i]
+        if read:
+            i += 1
+            if i < count and not is_kept(contacts[i], geometry):
+                i, matched = match_until_kept(contacts, i, count, found, matched, found_count, geometry)
+        place += 1
+    return place

@@ -1,0 +1,144 @@
+"""Contact rows in a substep: their errors and biases, and their impulses from substep to substep.
+
+The rows of a contact and their Jacobians are in planar/contact_rows.py and spatial/contact_rows.py.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..jit import njit
+from .dispatch import by_dimension
+from .rows import BOUNDED, GROUNDED, NO_CORRECTION, UNILATERAL
+from .slices import part
+
+set_contact_rows = by_dimension("contact_rows", "set_contact_rows")
+contact_span = by_dimension("contact_rows", "contact_span")
+slot_of = by_dimension("contact_rows", "slot_of")
+
+_INFINITY = float("inf")
+
+
+@njit
+def bounces(world: Any, island: Any) -> Any:
+    """Whether a contact of the island has a restitution."""
+    contacts = world.state.contacts
+    island_contacts = part(world.scratch.island_contacts, island.contact_first, island.contact_count)
+    for k in range(len(island_contacts)):
+        if contacts[island_contacts[k]].restitution > 0.0:
+            return True
+    return False
+
+
+@njit
+def add_contact_rows(world: Any, island: Any) -> Any:
+    """Write the rows of the island's contacts after those of its joints; returns the number of all rows."""
+    rows = world.scratch.rows
+    contacts = world.state.contacts
+    bodies = world.state.bodies
+    substep_bodies = world.scratch.substep_bodies
+    island_contacts = part(world.scratch.island_contacts, island.contact_first, island.contact_count)
+    row = island.joint_rows
+    for k in range(len(island_contacts)):
+        contact = contacts[island_contacts[k]]
+        span = contact_span(contact)
+        for r in range(row, row + span):
+            rows[r].body_a = contact.body_a
+            rows[r].body_b = contact.body_b
+            rows[r].source = island_contacts[k]
+            rows[r].correction = NO_CORRECTION
+            rows[r].bias = 0.0
+            rows[r].softness = 0.0
+        normal = rows[row]
+        normal.kind = BOUNDED
+        normal.correction = UNILATERAL
+        normal.lower = 0.0
+        normal.upper = _INFINITY
+        normal.flight = GROUNDED
+        normal.span = span
+        set_contact_rows(rows, row, contact, bodies, substep_bodies, island.warm_start)
+        for d in range(len(contact.total_impulse)):
+            contact.total_impulse[d] = 0.0
+        row += span
+    return row
+
+
+@njit
+def moved(row: Any, substep_bodies: Any) -> Any:
+    """Return the change of a row's error by the displacements of this step so far, J dx."""
+    s = 0.0
+    a = substep_bodies[row.body_a]
+    b = substep_bodies[row.body_b]
+    for i in range(len(row.jacobian_a)):
+        s += row.jacobian_a[i] * (a.displacement[i] + a.shift[i])
+        s += row.jacobian_b[i] * (b.displacement[i] + b.shift[i])
+    return s
+
+
+@njit
+def refresh_contact_rows(world: Any, island: Any) -> None:
+    """Set errors and biases for the substep: a gap may close within it, an overlap may not grow.
+
+    A gap within the slop counts as closed: falling through a micrometre within h would remove
+    1e-6 / (g h^2) of the load of a resting contact, in every step again.
+    A contact that is in flight after the impact phase gets the exact bound of the parabola,
+    separation + h v - h^2/2 a >= 0, so that it slows nothing down before its impact.
+    """
+    rows = world.scratch.rows
+    contacts = world.state.contacts
+    substep_bodies = world.scratch.substep_bodies
+    slop = world.options.slop
+    h = island.h
+    r = island.joint_rows
+    while r < island.rows:
+        row = rows[r]
+        r += int(row.span)
+        error = contacts[row.source].separation + moved(row, substep_bodies)
+        row.error = error
+        if row.flight != GROUNDED:
+            row.bias = max(error - 0.5 * h * h * row.flight, 0.0) / h
+            row.error = max(error, 0.0)  # a bounce within the substep may start below the surface
+        else:
+            gap = error - slop * contacts[row.source].extent
+            row.bias = gap / h if gap > 0.0 else 0.0
+
+
+@njit
+def store_contact_impulses(world: Any, island: Any, last: Any) -> None:
+    """Store the impulses of a substep for the next one, and add them to the sums of the step.
+
+    After the ``last`` substep, set the separations to those at the end of the step.
+    """
+    rows = world.scratch.rows
+    contacts = world.state.contacts
+    substep_bodies = world.scratch.substep_bodies
+    scale = island.stored_scale
+    r = island.joint_rows
+    while r < island.rows:
+        span = int(rows[r].span)
+        contact = contacts[rows[r].source]
+        for i in range(span):
+            slot = slot_of(rows[r + i], contact, i)
+            contact.impulse[slot] = scale * rows[r + i].impulse
+            contact.total_impulse[slot] += rows[r + i].impulse
+        if last:
+            contact.separation += moved(rows[r], substep_bodies)
+        r += span
+
+
+@njit
+def forget_contact_impulses(world: Any, island: Any) -> None:
+    """Set the impulses of a solve that did not converge to 0, so that they start no other.
+
+    Between a press and the ground no impulse is large enough; with warm starts it would grow in each step.
+    """
+    rows = world.scratch.rows
+    contacts = world.state.contacts
+    r = island.joint_rows
+    while r < island.rows:
+        span = int(rows[r].span)
+        contact = contacts[rows[r].source]
+        for i in range(span):
+            contact.impulse[slot_of(rows[r + i], contact, i)] = 0.0
+            rows[r + i].impulse = 0.0
+        r += span

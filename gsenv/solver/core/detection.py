@@ -1,0 +1,76 @@
+"""Contacts of all pairs of shapes that the broadphase has found."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import int64
+
+from ..jit import inline_njit, njit
+from .dispatch import by_dimension
+from .geometry import MovingShape, PlacedShape
+
+TOUCHING = 0.005  # of the extent: a predicted pair with a gap up to this is in contact
+
+pair_scale = by_dimension("narrowphase.find", "pair_scale")
+collide_pair = by_dimension("narrowphase.find", "collide_pair")
+motion_of = by_dimension("narrowphase.motion", "motion_of")
+
+
+@njit
+def collide_pairs(world: Any, pair_count: int) -> int:
+    """Write the contacts of the first `pair_count` pairs to `world.scratch.found`, in the order of the pairs.
+
+    Returns their number; where it exceeds the length of that array, only the first ones were written.
+    """
+    bodies = world.state.bodies
+    models = world.shapes.models
+    parameters = world.shapes.parameters
+    geometry = world.scratch.geometry
+    pairs = world.scratch.pairs
+    found = world.scratch.found
+    timestep = world.options.timestep
+    count = int64(0)  # not a literal: callees would be compiled for that as well
+    for p in range(pair_count):
+        a = int64(pairs[p].shape_a)
+        b = int64(pairs[p].shape_b)
+        extent, margin = pair_scale(
+            geometry[a], geometry[b], bodies[models[a].body], bodies[models[b].body],
+            models[a].sensor | models[b].sensor, timestep,
+        )  # fmt: skip
+        start = count
+        count = collide_pair(world, a, b, extent, margin, count)
+        for k in range(start, min(count, len(found))):
+            found[k].shape_a = a
+            found[k].shape_b = b
+            label_contact(found[k], models[a], models[b], parameters[a], parameters[b], extent)
+    return count
+
+
+@inline_njit
+def label_contact(contact: Any, model_a: Any, model_b: Any, one: Any, other: Any, extent: float) -> None:
+    """Set what all contacts of a pair share: bodies, material, length scale; and clear the impulses.
+
+    `one`, `other` are the parameters of shapes a and b.
+    """
+    contact.body_a = model_a.body
+    contact.body_b = model_b.body
+    contact.sensor = model_a.sensor | model_b.sensor
+    contact.friction = np.sqrt(one.friction * other.friction)
+    contact.restitution = max(one.restitution, other.restitution)
+    contact.extent = extent
+    for k in range(len(contact.impulse)):
+        contact.impulse[k] = 0.0
+        contact.total_impulse[k] = 0.0
+
+
+@njit
+def with_motion(world: Any, shape: PlacedShape) -> MovingShape:
+    """Return a shape with the motion that its body will have at the end of the step if it hits nothing."""
+    b = world.shapes.models[shape.number].body
+    parameter = world.parameters.bodies[b]
+    kind = world.model.bodies[b].kind
+    gravity = world.parameters.world.gravity
+    motion = motion_of(world.state.bodies[b], parameter, kind, gravity, world.options.timestep)
+    return MovingShape(shape.number, shape.pose, motion, parameter.inv_mass)

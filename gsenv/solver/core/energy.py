@@ -1,0 +1,187 @@
+"""Measures of the solve of an island: the scale of its residual, the natural-map residual, the energy guard."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..jit import njit
+from .dispatch import by_dimension
+from .rows import DISC, DISC_END, EQUATION, FRICTION, UNILATERAL, apply_impulse, on_disc, row_velocities
+from .slices import part
+
+cone_span = by_dimension("friction_cone", "cone_span")
+cone_residual = by_dimension("friction_cone", "cone_residual")
+
+ROTATION_GAIN = (
+    0.02  # of the kinetic energy, gained in one substep: more than what rotating joints add, which is of third order
+)
+
+
+@njit
+def apply_warm_start(world: Any, island: Any) -> Any:
+    """Apply the impulses that the rows start from; returns the scale of the squared residual.
+
+    The scale is sum ((g h)^2 + u^2) / A_rr, u = J v + bias before any impulse.  For unilateral rows only the
+    approach speed counts, and slip counts up to what friction can stop: otherwise a far limit or a fast slide
+    would dominate the sum.  The two tangents of a disc count as one slip.
+
+    The scale is one of velocities, not of impulses: under a mass of 1000 kg the load is 1000 times the gravity
+    on the 1 kg box that carries it, and its sinking speed would appear a thousand times too small.
+    """
+    rows = world.scratch.rows
+    solver_bodies = world.scratch.solver_bodies
+    gravity_norm = island.gravity_norm
+    h = island.h
+    s = 1e-300
+    approach = 0.0
+    slip = 0.0
+    for r in range(island.rows):
+        row = rows[r]
+        a = solver_bodies[row.body_a]
+        b = solver_bodies[row.body_b]
+        u = 0.0
+        for i in range(len(row.jacobian_a)):
+            u += row.jacobian_a[i] * a.start[i] + row.jacobian_b[i] * b.start[i]
+        u += row.bias
+        if row.correction == UNILATERAL:
+            u = min(u, 0.0)
+            approach = gravity_norm * h - u
+        elif row.kind == FRICTION:
+            u = min(abs(u), row.friction * approach)
+        elif row.kind == DISC:
+            slip = u
+            u = min(abs(u), row.friction * approach)
+        elif row.kind == DISC_END:
+            left = (row.friction * approach) ** 2 - slip * slip
+            u = min(abs(u), max(left, 0.0) ** 0.5)
+        s += (gravity_norm * gravity_norm * h * h + u * u) * row.effective_mass
+        if row.impulse != 0.0:
+            apply_impulse(row, a, b, row.impulse)
+    return s
+
+
+@njit
+def guard_energy(world: Any, island: Any) -> Any:
+    """Scale impulses back where an unfinished solve of passive contacts increased the kinetic energy.
+
+    The kinetic energy along the impulses, T(s) = |v_free + s dv|^2_M / 2, is least at s*; an exact
+    solve has s* >= 1, and s* < 1/2 means T(1) > T(0).  Friction cones contain all scaled impulses.
+    Returns whether it scaled any.
+    """
+    rows = world.scratch.rows
+    bodies = world.state.bodies
+    substep_bodies = world.scratch.substep_bodies
+    island_bodies = part(world.scratch.island_bodies, island.body_first, island.body_count)
+    slope = 0.0
+    curve = 0.0
+    for k in range(len(island_bodies)):
+        i = island_bodies[k]
+        for d in range(len(bodies[i].velocity)):
+            m = substep_bodies[i].mass_matrix[d, d]
+            free = substep_bodies[i].free_velocity[d]
+            dv = bodies[i].velocity[d] - free
+            slope += m * dv * free
+            curve += m * dv * dv
+    if curve <= 0.0 or slope <= -0.5 * curve:
+        return False
+    s = max(-slope / curve, 0.0)
+    for r in range(island.rows):
+        rows[r].impulse *= s
+    for k in range(len(island_bodies)):
+        i = island_bodies[k]
+        for d in range(len(bodies[i].velocity)):
+            free = substep_bodies[i].free_velocity[d]
+            bodies[i].velocity[d] = free + s * (bodies[i].velocity[d] - free)
+    return True
+
+
+@njit
+def gains_energy(world: Any, island: Any) -> Any:
+    """Whether impulses of joints increased the kinetic energy by more than rotation about them does."""
+    bodies = world.state.bodies
+    substep_bodies = world.scratch.substep_bodies
+    island_bodies = part(world.scratch.island_bodies, island.body_first, island.body_count)
+    before = 0.0
+    gain = 0.0
+    for k in range(len(island_bodies)):
+        i = island_bodies[k]
+        for d in range(len(bodies[i].velocity)):
+            m = substep_bodies[i].mass_matrix[d, d]
+            free = substep_bodies[i].free_velocity[d]
+            v = bodies[i].velocity[d]
+            before += m * free * free
+            gain += m * (v - free) * (v + free)
+    return gain > ROTATION_GAIN * before
+
+
+@njit
+def clear_equation_biases(rows: Any, end: Any) -> None:
+    """Set the biases of equations to 0; their solution is then a projection, which cannot increase the energy."""
+    for r in range(end):
+        if rows[r].kind == EQUATION:
+            rows[r].bias = 0.0
+
+
+@njit
+def natural_residual(world: Any, island: Any) -> Any:
+    """Return the squared natural-map residual of the island: (sum |e|^2, sum |q/s|^2, sum |s r|^2).
+
+    e = s r - P(s r - w / s) for each bounded row and each contact's cone, with s = sqrt(A_rr) (for a cone
+    the mean of its rows), q = w before the impulses, and De Saxce's w_n + mu |w_t| in the normal direction.
+    """
+    rows = world.scratch.rows
+    bodies = world.state.bodies
+    substep_bodies = world.scratch.substep_bodies
+    error = 0.0
+    load = 0.0
+    size = 0.0
+    normal = 0.0
+    r = 0
+    while r < island.rows:
+        row = rows[r]
+        count = 1
+        if r >= island.joint_rows and row.correction == UNILATERAL:
+            normal = row.impulse
+            count = cone_span(rows, r)
+            if count > 1:
+                e, q, s = cone_residual(rows, r, bodies, substep_bodies)
+            else:
+                e, q, s = _row_residual(row, 0.0, row.upper, bodies, substep_bodies)
+        elif row.kind == FRICTION:
+            bound = row.friction * normal
+            e, q, s = _row_residual(row, -bound, bound, bodies, substep_bodies)
+        elif row.kind == DISC:
+            e, q, s = _disc_residual(rows, r, row.friction * normal, bodies, substep_bodies)
+            count = 2
+        else:
+            e, q, s = _row_residual(row, row.lower, row.upper, bodies, substep_bodies)
+        error += e
+        load += q
+        size += s
+        r += count
+    return error, load, size
+
+
+@njit
+def _row_residual(row: Any, lower: Any, upper: Any, bodies: Any, substep_bodies: Any) -> Any:
+    if row.diagonal <= 0.0:
+        return 0.0, 0.0, 0.0
+    w, q = row_velocities(row, bodies, substep_bodies)
+    s = row.diagonal**0.5
+    x = s * row.impulse
+    e = x - min(max(x - w / s, s * lower), s * upper)
+    return e * e, q * q / row.diagonal, x * x
+
+
+@njit
+def _disc_residual(rows: Any, r: Any, bound: Any, bodies: Any, substep_bodies: Any) -> Any:
+    w, q = row_velocities(rows[r], bodies, substep_bodies)
+    u, p = row_velocities(rows[r + 1], bodies, substep_bodies)
+    d = 0.5 * (rows[r].diagonal + rows[r + 1].diagonal)
+    if d <= 0.0:
+        return 0.0, 0.0, 0.0
+    s = d**0.5
+    x = s * rows[r].impulse
+    y = s * rows[r + 1].impulse
+    px, py = on_disc(x - w / s, y - u / s, s * bound)
+    return (x - px) ** 2 + (y - py) ** 2, (q * q + p * p) / d, x * x + y * y

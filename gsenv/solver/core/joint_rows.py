@@ -1,0 +1,153 @@
+"""The parts that joints build rows from: rigid, soft, one-sided and driven rows along a direction."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..jit import njit
+from .dispatch import by_dimension
+from .rows import BILATERAL, BOUNDED, EQUATION, LIMIT_SLOP, NO_CORRECTION, UNILATERAL, start_rate
+from .springs import set_spring
+
+set_effective_mass = by_dimension("contact_rows", "set_effective_mass")
+
+_INFINITY = float("inf")
+
+
+@njit
+def finish_row(row: Any, slot: Any, error: Any, substep_bodies: Any) -> None:
+    """Make a row whose Jacobian is set rigid and two-sided; it may be made soft, one-sided or driven afterwards."""
+    row.kind = EQUATION
+    row.correction = BILATERAL
+    row.slot = slot
+    row.error = error
+    row.lower = -_INFINITY
+    row.upper = _INFINITY
+    row.bias = 0.0
+    row.drive = 0.0
+    row.softness = 0.0
+    set_effective_mass(row, substep_bodies)
+
+
+@njit
+def has_limit(parameters: Any) -> Any:
+    """Whether the coordinate of a joint is limited."""
+    return parameters.lower > -_INFINITY or parameters.upper < _INFINITY
+
+
+@njit
+def has_motor(parameters: Any) -> Any:
+    """Whether a joint has a motor."""
+    return parameters.motor_effort > 0.0
+
+
+@njit
+def soften(row: Any, parameters: Any, speed: Any, substep_bodies: Any, h: Any) -> None:
+    """Turn a rigid row into a spring and damper on its error; ``speed``, m/s or rad/s, is that of the rest point."""
+    set_spring(row, parameters, speed, substep_bodies, h)
+    set_effective_mass(row, substep_bodies)
+
+
+@njit
+def bound_row(row: Any, bound: Any) -> None:
+    """Limit the impulse of a row: |impulse| <= bound, in N s or N m s."""
+    row.kind = BOUNDED
+    row.lower = -bound
+    row.upper = bound
+
+
+@njit
+def copy_direction(row: Any, other: Any, sign: Any) -> None:
+    """Set the Jacobian to that of another row, times ``sign``."""
+    for i in range(len(row.jacobian_a)):
+        row.jacobian_a[i] = sign * other.jacobian_a[i]
+        row.jacobian_b[i] = sign * other.jacobian_b[i]
+
+
+@njit
+def set_spring_row(row: Any, slot: Any, error: Any, parameters: Any, substep_bodies: Any, h: Any) -> None:
+    """Make a row whose Jacobian is set a spring."""
+    finish_row(row, slot, error, substep_bodies)
+    soften(row, parameters, 0.0, substep_bodies, h)
+    if parameters.spring_effort < _INFINITY:
+        bound_row(row, h * parameters.spring_effort)
+
+
+@njit
+def set_limit_row(
+    row: Any, slot: Any, coordinate: Any, curve: Any, parameters: Any, substep_bodies: Any, h: Any
+) -> None:
+    """Make a row whose Jacobian is set the nearer of the two limits of a coordinate.
+
+    ``curve``, m/s or rad/s: the change of J v by the end of the substep, h/2 dJ/dt v.
+    """
+    below = coordinate - parameters.lower
+    above = parameters.upper - coordinate
+    if parameters.lower == parameters.upper:
+        finish_row(row, slot, below, substep_bodies)
+        row.bias = curve
+        return
+    gap = below
+    ahead = h * start_rate(row, substep_bodies)  # a narrow range may be crossed within the substep
+    if above - ahead < below + ahead:
+        gap = above
+        curve = -curve
+        slot = -1 - slot
+        copy_direction(row, row, -1.0)
+    finish_row(row, slot, gap, substep_bodies)
+    row.kind = BOUNDED
+    row.correction = UNILATERAL
+    row.lower = 0.0
+    row.bias = curve + (gap / h if gap > LIMIT_SLOP else 0.0)
+
+
+@njit
+def speeds_within(coordinate: Any, curve: Any, parameters: Any, h: Any) -> Any:
+    """Return (slowest, fastest) speed of a motor without a bound, which limits cannot stop; ``curve`` as for limits."""
+    if parameters.motor_effort < _INFINITY:
+        return -_INFINITY, _INFINITY
+    below = max(coordinate - parameters.lower, 0.0)
+    above = max(parameters.upper - coordinate, 0.0)
+    return -below / h - curve, above / h - curve
+
+
+@njit
+def set_motor_row(row: Any, slot: Any, joint: Any, speeds: Any, substep_bodies: Any, h: Any) -> None:
+    """Make a row whose Jacobian is set a motor: one that keeps a speed with a bounded effort, or a given effort."""
+    effort = joint.parameters.motor_effort
+    finish_row(row, slot, 0.0, substep_bodies)
+    row.correction = NO_CORRECTION
+    row.bias = -min(max(joint.state.motor_speed, speeds[0]), speeds[1])
+    bound_row(row, h * effort)
+    if joint.model.torque:
+        row.lower = h * min(max(joint.state.effort, -effort), effort)
+        row.upper = row.lower
+
+
+@njit
+def bound_user_row(row: Any, given: Any, substep_bodies: Any, h: Any) -> None:
+    """Set the bounds and the softness of a row of a user constraint."""
+    if not (given.lower > -_INFINITY or given.upper < _INFINITY or given.softness > 0.0):
+        return
+    row.kind = BOUNDED
+    row.correction = NO_CORRECTION
+    row.lower = h * given.lower
+    row.upper = h * given.upper
+    row.softness = given.softness
+    set_effective_mass(row, substep_bodies)
+    if given.lower == 0.0 and given.upper == _INFINITY:
+        row.correction = UNILATERAL
+    elif given.lower == -_INFINITY and given.upper == 0.0 and given.error != 0.0:
+        _reverse(row)
+
+
+@njit
+def _reverse(row: Any) -> None:
+    """Reverse the sign of a row that only pulls, so that the position pass corrects it as a unilateral row."""
+    copy_direction(row, row, -1.0)
+    row.slot = -1 - row.slot
+    row.bias = -row.bias
+    row.error = -row.error
+    row.correction = UNILATERAL
+    row.lower = 0.0
+    row.upper = _INFINITY

@@ -1,0 +1,293 @@
+"""Joints in a step: rows, impulses, drives and substeps of all kinds, in 2D and 3D.
+
+Which rows a kind adds: planar/joints/ and spatial/joints/.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..jit import njit
+from ..records.model import ActuatorMode, JointKind
+from .dispatch import by_dimension
+from .joint_rows import has_limit, has_motor
+from .pose_joints import add_target_rows, add_weld_rows
+from .rows import EQUATION, UNILATERAL
+from .slices import part
+from .springs import has_spring
+
+add_user_constraint_rows = by_dimension("joints.user_constraint", "add_user_constraint_rows")
+add_linked_rows = by_dimension("joints", "add_linked_rows")
+add_reaction = by_dimension("joints", "add_reaction")
+move_target = by_dimension("joints.target", "move_target")
+set_target = by_dimension("joints.target", "set_target")
+keep_near = by_dimension("joints.target", "keep_near")
+swing_of_side = by_dimension("joints", "swing_of_side")
+tension_of = by_dimension("joints", "tension_of")
+
+_ROWS = int(JointKind.ROWS)
+_WELD = int(JointKind.WELD)
+_TARGET = int(JointKind.TARGET)
+_DISTANCE = int(JointKind.DISTANCE)
+_LAST_UNLINKED = _TARGET  # kinds after it need the joint factor
+_VELOCITY = int(ActuatorMode.VELOCITY)
+_POSITION = int(ActuatorMode.POSITION)
+SWING_PER_SUBSTEP = 1.5  # rad: largest swing of a taut link in a substep
+TURN_PER_SUBSTEP = 0.15  # rad: largest rotation in a substep of a body whose anchor is off its centre
+OFF_CENTER = (
+    0.1  # of the radius: anchors nearer to the centre count as at the centre, as of wheels, and need no more substeps
+)
+NUTATION_PER_SUBSTEP = (
+    0.85  # rad: largest angle by which a top's own inertia rotates the velocity of its arm in two substeps
+)
+
+
+class Joint(NamedTuple):
+    """The records of one joint."""
+
+    model: Any
+    parameters: Any
+    state: Any
+
+
+@njit
+def joint_row_count(model: Any, parameters: Any) -> Any:
+    """Return the number of rows of a joint, which its parameters alone determine."""
+    if model.kind <= _LAST_UNLINKED:
+        return model.row_count
+    count = model.row_count + int(has_limit(parameters)) + int(has_motor(parameters))
+    if model.kind == _DISTANCE:
+        return count + int(has_spring(parameters) or parameters.rigid != 0)
+    return count + int(has_spring(parameters))
+
+
+@njit
+def count_joint_rows(island_joints: Any, joint_models: Any, joint_parameters: Any) -> Any:
+    """Return the number of rows of all joints of an island."""
+    count = 0
+    for k in range(len(island_joints)):
+        count += joint_row_count(joint_models[island_joints[k]], joint_parameters[island_joints[k]])
+    return count
+
+
+@njit
+def add_joint_rows(world: Any, island: Any, joints: Any, linked: Any, scale: Any) -> None:
+    """Write the rows of the island's joints, which come before those of its contacts.
+
+    ``joints``: states, None in a scene without joints; ``linked``: None in a scene that has only user
+    constraints, welds and targets.  ``scale``: factor of the stored impulses, 0 for a cold start.
+    """
+    if joints is None:
+        return
+    rows = world.scratch.rows
+    joint_models = world.model.joints
+    joint_parameters = world.parameters.joints
+    island_joints = part(world.scratch.island_joints, island.joint_first, island.joint_count)
+    row = 0
+    for k in range(len(island_joints)):
+        j = island_joints[k]
+        joint = Joint(joint_models[j], joint_parameters[j], joints[j])
+        end = row + joint_row_count(joint.model, joint.parameters)
+        for r in range(row, end):
+            rows[r].body_a = joint.model.body_a
+            rows[r].body_b = joint.model.body_b
+            rows[r].source = j
+        _add_rows(world, row, joint, linked, island.h)
+        for r in range(row, end):
+            slot = rows[r].slot
+            impulse = joint.state.impulse
+            rows[r].impulse = max(-scale * impulse[-1 - slot], 0.0) if slot < 0 else scale * impulse[slot]
+            if rows[r].correction == UNILATERAL and slot >= 0:
+                rows[r].impulse = max(rows[r].impulse, 0.0)
+        row = end
+
+
+@njit
+def _add_rows(world: Any, row: Any, joint: Any, linked: Any, h: Any) -> None:
+    """Write the rows of one joint, from ``rows[row]`` on."""
+    rows = world.scratch.rows
+    bodies = world.state.bodies
+    body_parameters = world.parameters.bodies
+    substep_bodies = world.scratch.substep_bodies
+    kind = joint.model.kind
+    if kind == _ROWS:
+        add_user_constraint_rows(rows, row, joint.model, world.parameters.rows, bodies, substep_bodies, h)
+    elif kind == _WELD:
+        add_weld_rows(rows, row, joint.parameters, bodies, body_parameters, substep_bodies, h)
+    elif kind == _TARGET:
+        add_target_rows(rows, row, joint, bodies, body_parameters, substep_bodies, h)
+    elif linked is not None:
+        add_linked_rows(world, rows, row, joint, bodies, body_parameters, substep_bodies, h)
+
+
+@njit
+def store_joint_impulses(world: Any, island: Any, joints: Any) -> None:
+    """Store the impulses of a substep for the next one, and add them to the reactions of the step."""
+    rows = world.scratch.rows
+    joint_models = world.model.joints
+    joint_parameters = world.parameters.joints
+    bodies = world.state.bodies
+    body_parameters = world.parameters.bodies
+    substep_bodies = world.scratch.substep_bodies
+    scale = island.stored_scale
+    for r in range(island.joint_rows):
+        row = rows[r]
+        j = row.source
+        state = joints[j]
+        if row.slot < 0:
+            state.impulse[-1 - row.slot] = -scale * row.impulse
+            state.total_impulse[-1 - row.slot] -= row.impulse
+        else:
+            state.impulse[row.slot] = scale * row.impulse
+            state.total_impulse[row.slot] += row.impulse
+        ahead = 0.0  # s: rows are of the pose at the start of the substep, or half a substep ahead
+        if joint_models[j].kind > _LAST_UNLINKED or joint_models[j].kind == _WELD:
+            ahead = 0.5 * island.h
+        i = row.body_b
+        add_reaction(row, joint_parameters[j], bodies[i], body_parameters[i], substep_bodies[i], state, ahead)
+
+
+@njit
+def forget_joint_impulses(rows: Any, end: Any, joints: Any) -> None:
+    """Set the stored impulses of rows that contradict each other to 0: with warm starts they would grow."""
+    for r in range(end):
+        for d in range(len(joints[rows[r].source].impulse)):
+            joints[rows[r].source].impulse[d] = 0.0
+
+
+@njit
+def any_driven(island_joints: Any, joint_models: Any, joint_parameters: Any) -> Any:
+    """Whether a joint may do work on the island, so that the energy guard must not act."""
+    for k in range(len(island_joints)):
+        kind = joint_models[island_joints[k]].kind
+        parameters = joint_parameters[island_joints[k]]
+        if kind == _ROWS or kind == _TARGET or has_motor(parameters):
+            return True
+    return False
+
+
+@njit
+def any_equation(rows: Any, end: Any) -> Any:
+    """Whether a row is an equation."""
+    for r in range(end):
+        if rows[r].kind == EQUATION:
+            return True
+    return False
+
+
+@njit
+def start_joints(joints: Any, joint_parameters: Any) -> None:
+    """Set the impulses and reactions of disabled joints to 0."""
+    for j in range(len(joints)):
+        if joint_parameters[j].enabled == 0:
+            state = joints[j]
+            for d in range(len(state.impulse)):
+                state.impulse[d] = 0.0
+                state.total_impulse[d] = 0.0
+            for d in range(len(state.reaction)):
+                state.reaction[d] = 0.0
+
+
+@njit
+def clear_totals(island_joints: Any, joints: Any) -> None:
+    """Set the sums over the step to 0; joints of sleeping islands keep theirs."""
+    for k in range(len(island_joints)):
+        state = joints[island_joints[k]]
+        for d in range(len(state.total_impulse)):
+            state.total_impulse[d] = 0.0
+        for d in range(len(state.reaction)):
+            state.reaction[d] = 0.0
+
+
+@njit
+def drive_joints(world: Any, joints: Any) -> None:
+    """Apply the control, clipped to the range of each actuator."""
+    if joints is None:
+        return
+    actuators = world.model.actuators
+    joint_models = world.model.joints
+    joint_parameters = world.parameters.joints
+    control = world.state.control
+    bodies = world.state.bodies
+    body_parameters = world.parameters.bodies
+    for k in range(len(actuators)):
+        actuator = actuators[k]
+        value = min(max(control[k], actuator.lower), actuator.upper)
+        j = actuator.joint
+        state = joints[j]
+        if joint_models[j].kind == _TARGET:
+            i = actuator.body
+            _drive_target(actuator, value, state, joint_parameters[j], bodies[i], body_parameters[i])
+        elif actuator.mode == _VELOCITY:
+            state.motor_speed = value
+        elif actuator.mode == _POSITION:
+            state.rest = value
+        else:
+            state.effort = value
+
+
+@njit
+def _drive_target(actuator: Any, value: Any, state: Any, parameters: Any, body: Any, masses: Any) -> None:
+    """Set the target's velocity or position from an actuator's value.
+
+    A target driven by velocity waits for a body that cannot follow: it stays within the distance at
+    which its spring reaches the force bound, which prevents windup.
+    """
+    if actuator.mode == _VELOCITY:
+        state.target_velocity[actuator.axis] = value
+        keep_near(state, actuator.axis, parameters, body, masses)
+    else:
+        set_target(state, actuator.axis, value)
+
+
+@njit
+def move_targets(island_joints: Any, joint_models: Any, joints: Any, h: Any) -> None:
+    """Move the target poses by ``h`` s at the velocities of the targets."""
+    for k in range(len(island_joints)):
+        if joint_models[island_joints[k]].wakes:
+            move_target(joints[island_joints[k]], h)
+
+
+@njit
+def substeps_for(world: Any, island: Any, joints: Any) -> Any:
+    """Return the number of substeps that keeps taut joints stable and rotating bodies accurate.
+
+    The tension T is that of the last step.
+
+    A link under tension swings at omega^2 = T (r_a / I_a + r_b / I_b), and a rod's ends at
+    T / L (1/m_a + 1/m_b); the explicit step follows it for omega h < 2.
+    """
+    joint_models = world.model.joints
+    joint_parameters = world.parameters.joints
+    bodies = world.state.bodies
+    body_parameters = world.parameters.bodies
+    island_joints = part(world.scratch.island_joints, island.joint_first, island.joint_count)
+    dt = world.options.timestep
+    least = island.substeps
+    most = world.options.max_substeps
+    fastest = 0.0
+    spin = 0.0
+    nutation = 0.0
+    for k in range(len(island_joints)):
+        j = island_joints[k]
+        model = joint_models[j]
+        if model.kind == _ROWS or model.kind == _TARGET:
+            continue
+        tension = tension_of(joints[j]) / dt
+        a = body_parameters[model.body_a]
+        b = body_parameters[model.body_b]
+        parameters = joint_parameters[j]
+        square, turn_a, top_a = swing_of_side(bodies[model.body_a], a, parameters.anchor_a)
+        more, turn_b, top_b = swing_of_side(bodies[model.body_b], b, parameters.anchor_b)
+        square += more
+        spin = max(spin, max(turn_a, turn_b))
+        nutation = max(nutation, max(top_a, top_b))
+        if model.kind == _DISTANCE and parameters.length > 0.0:
+            square += (a.inv_mass + b.inv_mass) / parameters.length
+        fastest = max(fastest, tension * square)
+    needed = max(dt * fastest**0.5 / SWING_PER_SUBSTEP, dt * spin / TURN_PER_SUBSTEP)
+    count = min(max(least, int(np.ceil(min(needed, 1e6)))), max(least, most))
+    tops = 0.5 * least * dt * nutation / NUTATION_PER_SUBSTEP  # more where the options ask for more substeps
+    return max(count, min(int(np.ceil(min(tops, 1e6))), max(most, 2 * least)))

@@ -1,0 +1,66 @@
+"""Sleeping: an island whose bodies have all been slow for a while stops being simulated."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..jit import njit
+
+
+@njit
+def any_awake(bodies: Any, body_models: Any, body_parameters: Any) -> Any:
+    """Whether a body may move in this step: an awake dynamic or a moving kinematic body."""
+    for i in range(len(bodies)):
+        if body_parameters[i].enabled == 0:
+            continue
+        if body_models[i].kind == 2:
+            if bodies[i].asleep == 0:
+                return True
+        elif body_models[i].kind == 1:
+            for d in range(len(bodies[i].velocity)):
+                if bodies[i].velocity[d] != 0.0:
+                    return True
+    return False
+
+
+@njit
+def _speed(v: Any, radius: Any) -> Any:
+    """Return a bound of the speed of a body's fastest point, in m/s.
+
+    ``v`` (3,) or (6,): linear and angular components; ``radius``: m.
+    """
+    linear = 0.0
+    angular = 0.0
+    for d in range(len(v)):
+        if d < (len(v) + 1) // 2:
+            linear += v[d] * v[d]
+        else:
+            angular += v[d] * v[d]
+    return linear**0.5 + angular**0.5 * radius
+
+
+@njit
+def update_sleep(
+    island_bodies: Any, bodies: Any, body_parameters: Any, substep_bodies: Any, options: Any, restless: Any
+) -> None:
+    """Update the time at rest of an awake island's bodies, and put them to sleep once all have rested long enough."""
+    least = options.sleep_time
+    for k in range(len(island_bodies)):
+        body = bodies[island_bodies[k]]
+        radius = body_parameters[island_bodies[k]].radius
+        speed = _speed(body.velocity, radius)
+        # the position pass moves bodies at rest as well
+        speed = max(speed, _speed(substep_bodies[island_bodies[k]].displacement, radius) / options.timestep)
+        body.asleep = 0
+        if restless or speed > options.sleep_speed:
+            body.sleep_time = 0.0
+        else:
+            body.sleep_time += options.timestep
+        least = min(least, body.sleep_time)
+    if least < options.sleep_time or options.sleep == 0 or restless:
+        return
+    for k in range(len(island_bodies)):
+        body = bodies[island_bodies[k]]
+        body.asleep = 1
+        for d in range(len(body.velocity)):
+            body.velocity[d] = 0.0

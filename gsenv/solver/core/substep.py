@@ -1,0 +1,294 @@
+"""The substeps of one island, stage by stage: rows, impacts, solve, positions.
+
+``joints`` is None in a scene without joints; ``joint_factor`` is None in a scene whose joints need no factor.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..jit import njit
+from ..methods import solve_rows
+from ..methods.cholesky import forget_factor
+from ..methods.joint_factor import factorise_equations
+from ..methods.soft import keep_pseudo_velocities, solve_biased
+from .contact_rows import (
+    add_contact_rows,
+    bounces,
+    forget_contact_impulses,
+    refresh_contact_rows,
+    store_contact_impulses,
+)
+from .dispatch import by_dimension, never, nothing
+from .energy import apply_warm_start, clear_equation_biases, gains_energy, guard_energy, natural_residual
+from .impacts import resolve_impacts, set_paths
+from .integrate import copy_velocities, integrate_positions, integrate_velocities, keep_velocities, move_kinematic
+from .islands import AWAKE, KINEMATIC_CONTACT
+from .joints import (
+    add_joint_rows,
+    any_driven,
+    any_equation,
+    clear_totals,
+    count_joint_rows,
+    forget_joint_impulses,
+    move_targets,
+    store_joint_impulses,
+    substeps_for,
+)
+from .position_pass import correct_positions, smooth_fraction
+from .slices import part
+from .springs import any_sprung, guard_springs, release_springs
+
+rotate_contact_rows = by_dimension("contact_rows", "rotate_contact_rows", otherwise=nothing)
+enter_frames = by_dimension("rotation", "enter_frames", otherwise=nothing)
+any_tilted = by_dimension("rotation", "any_tilted", otherwise=never)
+flies_freely = by_dimension("rotation", "flies_freely", otherwise=never)
+has_single_pivot = by_dimension("single_pivot", "has_single_pivot", otherwise=never)
+swing_about_pivot = by_dimension("single_pivot", "swing_about_pivot", otherwise=nothing)
+set_gyroscopic_biases = by_dimension("joints.gyroscopic", "set_gyroscopic_biases", otherwise=nothing)
+set_gyroscopic_errors = by_dimension("joints.gyroscopic", "set_gyroscopic_errors", otherwise=nothing)
+
+CONTRADICTED = 0.1  # residual above which the rows contradict each other; their impulses would grow in each step
+
+
+@njit
+def step_island(world: Any, island: Any, joints: Any, joint_factor: Any) -> None:
+    """Advance the bodies of one island by one timestep."""
+    island.error = 0.0
+    island.load = 0.0
+    island.size = 0.0
+    if step_exactly(world, island, joint_factor):
+        return
+    start_island(world, island, joints, joint_factor)
+    for s in range(island.substeps):
+        substep(world, island, s, joints, joint_factor)
+
+
+@njit
+def step_exactly(world: Any, island: Any, joint_factor: Any) -> Any:
+    """Step an island that is one body on one ball joint, without rows; False for any other island."""
+    if joint_factor is None:
+        return False
+    if not has_single_pivot(world, island):
+        return False
+    swing_about_pivot(world, island)
+    return True
+
+
+@njit
+def start_island(world: Any, island: Any, joints: Any, joint_factor: Any) -> None:
+    """Set the number of substeps of the island and what is constant over them."""
+    options = world.options
+    island.substeps = options.substeps
+    island.driven = island.activity != AWAKE
+    island.sprung = False
+    island.joint_rows = 0
+    island.residual = 0.0
+    start_island_joints(world, island, joints, joint_factor)
+    if flies_freely(world, island):
+        island.substeps = 1
+    island.h = options.timestep / island.substeps
+    island.stored_scale = island.substeps / options.substeps
+    island.warm_start = options.warm_start / island.stored_scale
+    enter_frames(world, island)
+    island.rows = add_contact_rows(world, island)
+    island.tilted = any_tilted(world, island)
+    island.bounces = bounces(world, island)
+    world.state.world.row_count += island.rows
+
+
+@njit
+def start_island_joints(world: Any, island: Any, joints: Any, joint_factor: Any) -> None:
+    """Set the number of joint rows and what follows from the joints: driven, sprung, the number of substeps."""
+    if joints is None:
+        return
+    joint_models = world.model.joints
+    joint_parameters = world.parameters.joints
+    island_joints = part(world.scratch.island_joints, island.joint_first, island.joint_count)
+    island.joint_rows = count_joint_rows(island_joints, joint_models, joint_parameters)
+    island.driven = island.driven or any_driven(island_joints, joint_models, joint_parameters)
+    island.sprung = any_sprung(island_joints, joint_parameters)
+    if joint_factor is not None:
+        if joint_factor.plan.used:
+            island.substeps = substeps_for(world, island, joints)
+    clear_totals(island_joints, joints)
+
+
+@njit
+def substep(world: Any, island: Any, s: Any, joints: Any, joint_factor: Any) -> None:
+    """Take substep number ``s`` of the island."""
+    variant = world.variant
+    last = s == island.substeps - 1
+    clear_factor(joint_factor)
+    move_surroundings(world, island, s)
+    refresh_contact_rows(world, island)
+    impact_phase(world, island, joints, joint_factor, variant.restitution)
+    integrate_velocities(world, island)
+    add_joint_rows(world, island, joints, joint_factor, island.warm_start)
+    factorise_joints(world, island, joint_factor, variant.soft)
+    island.scale = apply_warm_start(world, island)
+    add_gyroscopic_biases(world, island, joint_factor)
+    if island.rows > 0:
+        solve(world, island, joint_factor, variant.soft, variant.newton)
+        if last:
+            island.error, island.load, island.size = natural_residual(world, island)
+    island.smooth = smooth_fraction(world, island)
+    if island.rows > 0:
+        position_phase(world, island, joint_factor, variant.soft)
+    integrate_positions(world, island)
+    forget_joint_factor(world, island, joint_factor)
+    store_impulses(world, island, last, joints)
+
+
+@njit
+def clear_factor(joint_factor: Any) -> None:
+    """Mark the joint factor as not computed."""
+    if joint_factor is not None:
+        joint_factor.plan.size = 0
+
+
+@njit
+def move_surroundings(world: Any, island: Any, s: Any) -> None:
+    """Move kinematic bodies and the frames of tilted bodies to the start of substep ``s``."""
+    if island.kinematic:
+        move_kinematic(world, s * island.h)
+    if s > 0:
+        enter_frames(world, island)
+        if island.tilted:
+            rotate_contact_rows(world, island)
+
+
+@njit
+def impact_phase(world: Any, island: Any, joints: Any, joint_factor: Any, restitution: Any) -> None:
+    """Resolve impacts before the solve; ``restitution`` is None in a scene without restitution."""
+    if restitution is None:
+        return
+    if not island.bounces:
+        return
+    factorise_for_impacts(world, island, joints, joint_factor)
+    world.state.world.impacts += resolve_impacts(world, island, joint_factor)
+    forget_joint_factor(world, island, joint_factor)
+    refresh_contact_rows(world, island)
+
+
+@njit
+def factorise_for_impacts(world: Any, island: Any, joints: Any, joint_factor: Any) -> None:
+    """Factorise the joints, through which impacts propagate, and set the accelerations of their bodies."""
+    if joint_factor is None:
+        return
+    if island.joint_rows == 0 or not joint_factor.plan.used:
+        return
+    island_bodies = part(world.scratch.island_bodies, island.body_first, island.body_count)
+    keep_velocities(island_bodies, world.state.bodies, world.scratch.substep_bodies)
+    add_joint_rows(world, island, joints, joint_factor, 0.0)
+    release_springs(world.scratch.rows, island.joint_rows)
+    factorise_joints(world, island, joint_factor, None)
+    set_paths(world, island, joint_factor)
+
+
+@njit
+def factorise_joints(world: Any, island: Any, joint_factor: Any, soft: Any) -> None:
+    """Factorise the equations of the joints; the soft method, ``soft`` not None, uses sweeps alone."""
+    if joint_factor is None:
+        return
+    if not joint_factor.plan.used:
+        return
+    if soft is None:
+        rows = world.scratch.rows
+        substep_bodies = world.scratch.substep_bodies
+        island_bodies = part(world.scratch.island_bodies, island.body_first, island.body_count)
+        entries = joint_factor.entries
+        end = island.joint_rows
+        joint_factor.plan.row_end = end
+        joint_factor.plan.size = factorise_equations(
+            rows, end, island_bodies, substep_bodies, entries, joint_factor.edges, joint_factor.blocks
+        )
+
+
+@njit
+def forget_joint_factor(world: Any, island: Any, joint_factor: Any) -> None:
+    """Remove the bodies of the island from the factor."""
+    if joint_factor is not None:
+        island_bodies = part(world.scratch.island_bodies, island.body_first, island.body_count)
+        forget_factor(island_bodies, joint_factor.entries)
+
+
+@njit
+def add_gyroscopic_biases(world: Any, island: Any, joint_factor: Any) -> None:
+    """Set the gyroscopic biases of the joint rows of tilted 3D bodies."""
+    if joint_factor is not None:
+        if island.tilted and joint_factor.plan.used:
+            set_gyroscopic_biases(world, island)
+
+
+@njit
+def add_gyroscopic_errors(world: Any, island: Any, joint_factor: Any) -> None:
+    """Set the position errors that these rows will have at the end of the substep."""
+    if joint_factor is not None:
+        if island.tilted and island.smooth > 0.0 and joint_factor.plan.used:
+            set_gyroscopic_errors(world, island)
+
+
+@njit
+def solve(world: Any, island: Any, joint_factor: Any, soft: Any, newton: Any) -> None:
+    """Make all rows true, and guard the energy of what did not converge."""
+    counters = world.state.world
+    rows = world.scratch.rows
+    tolerance = world.options.tolerance
+    if soft is not None:
+        clear_factor(joint_factor)
+        counters.sweeps += solve_biased(world, island)
+    island_bodies = part(world.scratch.island_bodies, island.body_first, island.body_count)
+    jointed = any_equation(rows, island.joint_rows)
+    passive = not island.driven and not island.sprung
+    residual = 0.0
+    for attempt in range(2):
+        sweeps, residual = solve_rows(world, island, joint_factor, soft, newton)
+        copy_velocities(island_bodies, world.state.bodies, world.scratch.solver_bodies)
+        counters.sweeps += sweeps
+        if attempt > 0 or not passive or not jointed or residual > tolerance:
+            break
+        if not gains_energy(world, island):
+            break
+        clear_equation_biases(rows, island.joint_rows)
+    island.residual = residual
+    counters.residual = max(counters.residual, residual)
+    if residual > tolerance:
+        counters.unconverged += 1
+    # converged joints of rotating bodies change the energy to third order only: the guard must not act on that
+    if passive and (residual > tolerance or not jointed):
+        guard_energy(world, island)
+    guard_stiff_springs(world, island, joint_factor)
+
+
+@njit
+def guard_stiff_springs(world: Any, island: Any, joint_factor: Any) -> None:
+    """Limit the energy that an unfinished solve may have added by stiff springs."""
+    if joint_factor is not None:
+        unfinished = island.residual > world.options.tolerance
+        if island.sprung and not island.driven and joint_factor.plan.size > 0 and unfinished:
+            guard_springs(world, island, joint_factor)
+
+
+@njit
+def position_phase(world: Any, island: Any, joint_factor: Any, soft: Any) -> None:
+    """Compute the pseudo-velocities that correct position errors; ``soft`` has them from its first solve."""
+    if soft is not None:
+        keep_pseudo_velocities(world, island)
+    else:
+        add_gyroscopic_errors(world, island, joint_factor)
+        correct_positions(world, island, joint_factor)
+
+
+@njit
+def store_impulses(world: Any, island: Any, last: Any, joints: Any) -> None:
+    """Store the impulses that the next substep or step starts from, and move the targets."""
+    store_contact_impulses(world, island, last)
+    if island.activity == KINEMATIC_CONTACT and island.residual > world.options.tolerance:
+        forget_contact_impulses(world, island)
+    if joints is not None:
+        store_joint_impulses(world, island, joints)
+        if island.residual > CONTRADICTED:
+            forget_joint_impulses(world.scratch.rows, island.joint_rows, joints)
+        island_joints = part(world.scratch.island_joints, island.joint_first, island.joint_count)
+        move_targets(island_joints, world.model.joints, joints, island.h)

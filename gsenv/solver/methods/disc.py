@@ -1,0 +1,84 @@
+"""The two tangent rows of a 3D contact, solved as one block on Coulomb's disc.
+
+With A the 2x2 block of J M^-1 J^T and g the row velocities without t, the impulse t minimises
+t.A t/2 + g.t on |t| <= R.  Where the unbounded minimum is outside the disc, t = -(A + s I)^-1 g with
+|t| = R; s > 0 is found by Newton's method on 1/|t(s)| - 1/R, which is nearly linear in s (More,
+Sorensen, "Computing a trust region step", SIAM J. Sci. Stat. Comput. 4 (1983)).  So friction opposes
+the slip in any direction of the tangent plane.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..core.rows import apply_impulse, push_row, relative_velocity
+from ..jit import njit
+
+NEWTON_STEPS = 12
+TINY = 1e-140  # N s and m/s
+ROUND = 1e-12  # of R: tolerance of |t|
+
+
+@njit
+def minimise_on_disc(a: Any, c: Any, d: Any, g: Any, h: Any, bound: Any) -> Any:
+    """Return t for A = [[a, c], [c, d]], g = (g, h) and R = ``bound``; 0 where A is singular and g is 0."""
+    det = a * d - c * c
+    if det > 1e-12 * a * d:
+        x = (c * h - d * g) / det
+        y = (c * g - a * h) / det
+        if x * x + y * y <= bound * bound:
+            return x, y
+    length = (g * g + h * h) ** 0.5
+    if bound <= TINY or length <= TINY:  # squares would underflow
+        return 0.0, 0.0
+    # a lower bound of s, from the stiffest direction: |t| >= R
+    s = max(length / bound - 0.5 * (a + d) - (0.25 * (a - d) ** 2 + c * c) ** 0.5, 0.0)
+    x = 0.0
+    y = 0.0
+    for _ in range(NEWTON_STEPS):
+        p = a + s
+        q = d + s
+        det = p * q - c * c
+        if det <= 1e-14 * p * q:
+            s += 1e-9 * (a + d)
+            continue
+        x = (c * h - q * g) / det
+        y = (c * g - p * h) / det
+        square = x * x + y * y
+        size = square**0.5
+        if abs(size - bound) <= ROUND * bound:
+            break
+        slope = (q * x * x - 2.0 * c * x * y + p * y * y) / det  # t (A + s)^-1 t
+        s = max(s + square / slope * (size - bound) / bound, 0.0)
+    size = (x * x + y * y) ** 0.5
+    if size <= bound:
+        return x, y
+    return x * bound / size, y * bound / size
+
+
+@njit
+def sweep_disc(rows: Any, r: Any, bodies: Any, normal: Any, push: Any) -> Any:
+    """Solve rows r and r + 1 under the ``normal`` impulse; returns sum d^2 A_rr."""
+    one = rows[r]
+    two = rows[r + 1]
+    if push is not None:
+        push_row(one, push)
+        push_row(two, push)
+    a = bodies[one.body_a]
+    b = bodies[one.body_b]
+    x = one.impulse
+    y = two.impulse
+    u = one.bias + relative_velocity(one, a, b)
+    v = two.bias + relative_velocity(two, a, b)
+    c = one.coupling
+    s, t = minimise_on_disc(
+        one.diagonal, c, two.diagonal, u - one.diagonal * x - c * y, v - c * x - two.diagonal * y,
+        one.friction * max(normal, 0.0),
+    )  # fmt: skip
+    dx = s - x
+    dy = t - y
+    one.impulse = s
+    two.impulse = t
+    apply_impulse(one, a, b, dx)
+    apply_impulse(two, a, b, dy)
+    return dx * dx * one.diagonal + dy * dy * two.diagonal

@@ -1,0 +1,92 @@
+"""Direct solve of joints: all equations of an island at once, in linear time if the joints form trees.
+
+With E their Jacobian and s = epsilon diag(E M^-1 E^T), or a softness above that, H = M + E^T s^-1 E is
+factorised once per substep; one solve H x = -E^T s^-1 w changes the velocities by x and the impulses by
+-(w + E x) / s.  Closed loops and redundant joints make E M^-1 E^T singular, but never H.
+
+Baraff, "Linear-time dynamics using Lagrange multipliers", SIGGRAPH 1996, factorises the saddle matrix
+as L D L^T; eliminating the multipliers first keeps H positive definite with redundant rows.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..core.rows import EQUATION, push_row
+from ..jit import njit
+from .cholesky import (
+    add_force,
+    add_stiffness,
+    change_of,
+    clear_sides,
+    factorise,
+    load_masses,
+    plan_factor,
+    substitute,
+)
+
+EPSILON = 1e-7  # softness of a rigid equation, as a fraction of A_rr
+
+
+@njit
+def compliance(row: Any) -> Any:
+    """Return s of an equation: its own softness, or the value that makes H regular."""
+    return max(row.softness, EPSILON * (row.diagonal - row.softness))
+
+
+@njit
+def factorise_equations(
+    rows: Any, end: Any, island_bodies: Any, substep_bodies: Any, entries: Any, edges: Any, blocks: Any
+) -> Any:
+    """Factorise the equations among ``rows[:end]``; returns the size, 0 if there are none or it does not fit."""
+    n = plan_factor(rows, end, True, island_bodies, entries, edges, blocks)
+    load_masses(n, entries, blocks, substep_bodies)
+    for r in range(end):
+        if n > 0 and rows[r].kind == EQUATION and rows[r].diagonal > 0.0:
+            add_stiffness(rows[r], entries, blocks, 1.0 / compliance(rows[r]))
+    return n if factorise(n, entries, blocks) else 0
+
+
+@njit
+def _velocity_of(row: Any, bodies: Any) -> Any:
+    a = bodies[row.body_a]
+    b = bodies[row.body_b]
+    w = row.bias + row.softness * row.impulse
+    for i in range(len(row.jacobian_a)):
+        w += row.jacobian_a[i] * a.velocity[i] + row.jacobian_b[i] * b.velocity[i]
+    return w
+
+
+@njit
+def solve_equations(rows: Any, end: Any, bodies: Any, n: Any, entries: Any, blocks: Any, enough: Any, push: Any) -> Any:
+    """Solve the equations; returns sum w^2 / A_rr before.  Does nothing where that is at most ``enough``.
+
+    Springs are always solved: a residual that is small for A_rr may be large for the load of a stiff spring.
+    ``push`` as in ``sweep``.
+    """
+    clear_sides(n, entries)
+    change = 0.0
+    sprung = False
+    for r in range(end):
+        row = rows[r]
+        if push is not None:
+            if row.kind == EQUATION:
+                push_row(row, push)
+        if row.kind == EQUATION and row.diagonal > 0.0:
+            w = _velocity_of(row, bodies)
+            change += w * w * row.effective_mass
+            sprung = sprung or row.softness > 0.0
+            add_force(row, entries, -w / compliance(row))
+    if change <= enough and not sprung:
+        return change
+    substitute(n, entries, blocks)
+    for r in range(end):
+        row = rows[r]
+        if row.kind == EQUATION and row.diagonal > 0.0:
+            w = _velocity_of(row, bodies)
+            row.impulse -= (w + change_of(row, entries)) / compliance(row)
+    for p in range(n):
+        velocity = bodies[entries[p].order].velocity
+        for i in range(len(velocity)):
+            velocity[i] += entries[p].x[i]
+    return change

@@ -1,0 +1,183 @@
+"""Subspace step: solve the rows that sweeps found active as equations, directly.
+
+Silcowitz, Niebe, Erleben, "Projected Gauss-Seidel subspace minimization method for interactive
+rigid body dynamics" (GRAPP 2010): sweeps find which rows are active, a direct solve on those rows
+removes the slow modes (a leaning tower, a light body under a heavy one), sweeps correct the rest.
+
+For the active rows, with w their present velocities and s = epsilon A_rr + softness,
+(A + diag(s - softness)) d = -w  is solved for the change d of the impulses in body space:
+(M + J^T s^-1 J) x = -J^T s^-1 w,  d = -(w + J x) / s.  epsilon makes redundant rows harmless: it
+keeps d small, so repeated steps converge to the exact solution whatever epsilon is.
+The step is shortened until it lowers the energy function that the solve minimises, or not taken;
+rows that contradict each other (a body between a press and the ground) would keep w = -epsilon A_rr d,
+and are left to the sweeps.  Only islands in contact with a moving kinematic body can have such rows;
+elsewhere the remainder is a slow mode, which the next step reduces further.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..core.rows import DISC, EQUATION, FRICTION, apply_impulse, on_disc
+from ..jit import njit
+from .cholesky import (
+    add_force,
+    add_stiffness,
+    change_of,
+    factorise,
+    forget_factor,
+    load_masses,
+    plan_factor,
+    substitute,
+)
+from .nncg import solve_nncg
+
+EPSILON = 1e-6
+CONTRADICTION = 0.05  # remaining fraction of sum w^2 / A_rr above which rows contradict each other
+TRIALS = 3  # step lengths 1, 1/2, 1/4
+FIRST_SWEEPS = 4  # sweeps before the first step
+SWEEPS_BETWEEN = 4  # sweeps between steps, each of which costs two or three sweeps
+
+
+@njit
+def _row_velocity(row: Any, bodies: Any) -> Any:
+    a = bodies[row.body_a]
+    b = bodies[row.body_b]
+    w = row.bias + row.softness * row.impulse
+    for i in range(len(row.jacobian_a)):
+        w += row.jacobian_a[i] * a.velocity[i] + row.jacobian_b[i] * b.velocity[i]
+    return w
+
+
+@njit
+def _is_active(rows: Any, r: Any) -> Any:
+    row = rows[r]
+    if row.diagonal <= 0.0:
+        return False
+    if row.kind == FRICTION:
+        return abs(row.impulse) < row.friction * rows[r - row.base].impulse
+    if row.kind >= DISC:
+        one = r if row.kind == DISC else r - 1
+        bound = rows[one].friction * rows[one - rows[one].base].impulse
+        return rows[one].impulse ** 2 + rows[one + 1].impulse ** 2 < bound * bound
+    return row.lower < row.impulse < row.upper or row.kind == EQUATION
+
+
+@njit
+def _objective(rows: Any, count: Any, island_bodies: Any, bodies: Any, substep_bodies: Any) -> Any:
+    """Return |v|_M^2 / 2 + bias . impulse + softness impulse^2 / 2, which the solution minimises."""
+    s = 0.0
+    for k in range(len(island_bodies)):
+        v = bodies[island_bodies[k]].velocity
+        mass = substep_bodies[island_bodies[k]].mass_matrix
+        for i in range(len(v)):
+            for j in range(len(v)):
+                s += 0.5 * mass[i, j] * v[i] * v[j]
+    for r in range(count):
+        row = rows[r]
+        s += row.impulse * (row.bias + 0.5 * row.softness * row.impulse)
+    return s
+
+
+@njit
+def _move(rows: Any, count: Any, bodies: Any, length: Any) -> None:
+    """Set each impulse to the projection of previous + length * direction, and update the velocities."""
+    other = 0.0
+    for r in range(count):
+        row = rows[r]
+        new = row.previous + length * row.direction
+        if row.kind == FRICTION:
+            bound = row.friction * rows[r - row.base].impulse
+            new = min(max(new, -bound), bound)
+        elif row.kind == DISC:
+            bound = row.friction * rows[r - row.base].impulse
+            new, other = on_disc(new, rows[r + 1].previous + length * rows[r + 1].direction, bound)
+        elif row.kind > DISC:
+            new = other
+        else:
+            new = min(max(new, row.lower), row.upper)
+        d = new - row.impulse
+        if d != 0.0:
+            row.impulse = new
+            apply_impulse(row, bodies[row.body_a], bodies[row.body_b], d)
+
+
+@njit
+def subspace_step(rows: Any, count: Any, bodies: Any, island_bodies: Any, scratch: Any, kinematic_contact: Any) -> Any:
+    """Take one direct step on the active rows; returns whether it was taken. Bounds hold before and after."""
+    substep_bodies = scratch.substep_bodies
+    entries = scratch.factor.entries
+    blocks = scratch.factor.blocks
+    n = scratch.factor.plan.size
+    load_masses(n, entries, blocks, substep_bodies)
+    for r in range(count):
+        row = rows[r]
+        row.previous = row.impulse
+        row.direction = 0.0
+        if _is_active(rows, r):
+            s = EPSILON * (row.diagonal - row.softness) + row.softness
+            row.direction = _row_velocity(row, bodies)
+            add_stiffness(row, entries, blocks, 1.0 / s)
+            add_force(row, entries, -row.direction / s)
+    if not factorise(n, entries, blocks):
+        return False
+    substitute(n, entries, blocks)
+    violation = 0.0
+    left = 0.0
+    for r in range(count):
+        row = rows[r]
+        if _is_active(rows, r):
+            w = row.direction
+            hold = EPSILON * (row.diagonal - row.softness)
+            row.direction = -(w + change_of(row, entries)) / (hold + row.softness)
+            violation += w * w / row.diagonal
+            left += (hold * row.direction) ** 2 / row.diagonal
+    if kinematic_contact and left > CONTRADICTION * violation:
+        return False
+    before = _objective(rows, count, island_bodies, bodies, substep_bodies)
+    length = 1.0
+    for _ in range(TRIALS):
+        _move(rows, count, bodies, length)
+        if _objective(rows, count, island_bodies, bodies, substep_bodies) <= before:
+            return True
+        length *= 0.5
+    _move(rows, count, bodies, 0.0)
+    return False
+
+
+@njit
+def solve_subspace(
+    rows: Any,
+    count: Any,
+    bodies: Any,
+    island_bodies: Any,
+    scratch: Any,
+    kinematic_contact: Any,
+    joint_factor: Any,
+    limits: Any,
+) -> Any:
+    """Take accelerated sweeps, with a subspace step after every few. Returns (sweeps, residual).
+
+    ``limits`` as for ``solve_pgs``.  A warm start within the tolerance costs one sweep and no factor; an island
+    whose factor has too much fill-in is solved by sweeps alone.
+    """
+    max_sweeps, tolerance, scale = limits
+    first = (min(FIRST_SWEEPS, max_sweeps), tolerance, scale)
+    used, residual = solve_nncg(rows, count, bodies, island_bodies, joint_factor, first)
+    if residual <= tolerance or used >= max_sweeps:
+        return used, residual
+    factor = scratch.factor
+    entries = factor.entries
+    factor.plan.size = plan_factor(rows, count, False, island_bodies, entries, factor.edges, factor.blocks)
+    fits = factor.plan.size > 0
+    while fits and residual > tolerance and used < max_sweeps:
+        fits = subspace_step(rows, count, bodies, island_bodies, scratch, kinematic_contact)
+        next_few = (min(SWEEPS_BETWEEN, max_sweeps - used), tolerance, scale)
+        more, residual = solve_nncg(rows, count, bodies, island_bodies, joint_factor, next_few)
+        used += more
+    forget_factor(island_bodies, entries)
+    if residual > tolerance and used < max_sweeps:
+        rest = (max_sweeps - used, tolerance, scale)
+        more, residual = solve_nncg(rows, count, bodies, island_bodies, joint_factor, rest)
+        used += more
+    return used, residual

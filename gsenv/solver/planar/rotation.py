@@ -1,0 +1,40 @@
+"""Rotation of 2D bodies: the inertia is one number, so rotation is as linear as translation.
+
+spatial/rotation.py has the same functions; those that only 3D needs do nothing here.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..jit import njit
+from .math import turn
+
+
+@njit
+def begin_rotation(body: Any, parameters: Any, substep_body: Any) -> None:
+    """Set inertia and angular acceleration at the start of a step."""
+    substep_body.mass_matrix[2, 2] = parameters.inertia
+    substep_body.inverse[2] = parameters.inv_inertia
+    substep_body.acceleration[2] = body.force[2] * parameters.inv_inertia
+
+
+@njit
+def move_body(body: Any, parameters: Any, substep_body: Any, h: Any) -> None:
+    """Rotate a body by its displacement in this substep, which ``correction`` holds."""
+    _turn(body, substep_body.correction[2])
+
+
+@njit
+def rotate_from_start(body: Any, substep_body: Any, time: Any) -> None:
+    """Set the rotation of a kinematic body ``time`` seconds into the step."""
+    body.rotation[0] = substep_body.start_rotation[0]
+    body.rotation[1] = substep_body.start_rotation[1]
+    body.angle = substep_body.start_angle
+    _turn(body, substep_body.displacement[2])
+
+
+@njit
+def _turn(body: Any, angle: Any) -> None:
+    body.angle += angle
+    body.rotation[0], body.rotation[1] = turn(body.rotation[0], body.rotation[1], angle)

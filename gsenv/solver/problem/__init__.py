@@ -1,0 +1,1 @@
+"""The solver without bodies: ``Problem`` and ``solve``."""

@@ -1,0 +1,1 @@
+"""Quantities read from a world: diagnostics, sensors, rays."""

@@ -1,0 +1,137 @@
+"""Diagnostics of a step: contacts, counters, residuals, penetration, joint error, energies."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..dimension import dimension
+from ..records.model import Array, Model
+from ..records.parameters import ParameterArrays
+from ..records.state import State
+from .joint_errors import joint_errors_and_energies
+
+
+@dataclass(frozen=True)
+class Contacts:
+    """Contact points of one world's last step; arrays with one entry for each contact.
+
+    Attributes:
+        body_a, body_b, shape_a, shape_b: indices; the normal points from a to b.
+        point: m, (contact, dim), midway between the surfaces where the contact was found, at the
+            start of the step or, for a fast approach, where it was predicted.
+        normal: unit, (contact, dim), at the same time as ``point``.
+        separation: m, at the end of the step; negative for an overlap, positive for a gap.
+        impulse: N s, (contact, 2), normal and tangent, summed over the step; in 3D (contact, 6): normal, two
+            tangents, torque about the normal (N m s), two of rolling.
+        sensor: bool, whether one of the shapes is a sensor, which causes no forces.
+    """
+
+    body_a: Array
+    body_b: Array
+    shape_a: Array
+    shape_b: Array
+    point: Array
+    normal: Array
+    separation: Array
+    impulse: Array
+    sensor: Array
+
+    def __len__(self) -> int:
+        return len(self.body_a)
+
+    @property
+    def touching(self) -> Array:
+        """Whether each contact had an impulse in the step or overlaps, (contact,) bool."""
+        return (self.impulse[:, 0] > 0.0) | (self.separation <= 0.0)
+
+    def force_vector(self, timestep: float) -> Array:
+        """Return the mean force on body b over the step, (contact, dim) N; ``timestep`` in s."""
+        force: Array = dimension(self.normal.shape[1]).sensor_readings.contact_force(self.normal, self.impulse)
+        return force / timestep
+
+
+def contacts_of(state: State, world: int) -> Contacts:
+    """Return a copy of the contacts of one world."""
+    c = state.contacts[world, : state.worlds["contact_count"][world]].copy()
+    return Contacts(
+        c["body_a"], c["body_b"], c["shape_a"], c["shape_b"], c["point"], c["normal"],
+        c["separation"], c["total_impulse"], c["sensor"] != 0,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Diagnostics:
+    """Errors, energies and counters of the last step; (world,) arrays.
+
+    Attributes:
+        residual: natural-map residual of the last substep's solve, dimensionless.
+        penetration: m, deepest overlap at the end of the step.
+        joint_error: m, largest error of a rigid joint: distance of the anchors from each other or from the axis, or
+            difference of a rod or rope from its length.
+        kinetic_energy, potential_energy, spring_energy: J; energy is their sum. Targets count as motors.
+        momentum: kg m/s, (world, dim).
+        angular_momentum: kg m^2/s about the origin, (world,), in 3D (world, 3).
+        sweeps: of all islands and substeps; unconverged: island substeps that reached the largest number of sweeps.
+        contacts, pairs, rows, islands, awake, impacts: counts of the last step.
+    """
+
+    residual: Array
+    penetration: Array
+    joint_error: Array
+    kinetic_energy: Array
+    potential_energy: Array
+    spring_energy: Array
+    momentum: Array
+    angular_momentum: Array
+    sweeps: Array
+    unconverged: Array
+    contacts: Array
+    pairs: Array
+    rows: Array
+    islands: Array
+    awake: Array
+    impacts: Array
+
+    @property
+    def energy(self) -> Array:
+        """Sum of kinetic, potential and spring energy, J."""
+        return self.kinetic_energy + self.potential_energy + self.spring_energy
+
+
+def diagnose(model: Model, parameters: ParameterArrays, state: State) -> Diagnostics:
+    worlds = state.worlds
+    counts = worlds["contact_count"]
+    used = np.arange(state.contacts.shape[1]) < counts[:, None]
+    contacts = state.contacts
+    deep = np.where(used & (contacts["sensor"] == 0), -contacts["separation"], 0.0)
+    p = parameters.bodies
+    dynamic = (model.bodies["kind"] == 2) & (p["enabled"] != 0)
+    mass = np.where(dynamic, p["mass"], 0.0)
+    v = state.bodies["velocity"]
+    readings = dimension(model.dim).sensor_readings
+    turning, spin = readings.turning(p, state.bodies, dynamic)
+    kinetic = 0.5 * (mass * (v[..., : model.dim] ** 2).sum(-1) + turning).sum(-1)
+    linear = mass[..., None] * v[..., : model.dim]
+    weight = (mass * p["gravity_scale"])[..., None] * parameters.worlds["gravity"][:, None]
+    potential = -(weight * state.bodies["position"]).sum((-1, -2))
+    joint_error, spring_energy = joint_errors_and_energies(model, parameters, state)
+    return Diagnostics(
+        residual=worlds["natural_residual"].copy(),
+        penetration=np.maximum(deep.max(-1, initial=0.0), 0.0),
+        joint_error=joint_error,
+        kinetic_energy=kinetic,
+        potential_energy=potential,
+        spring_energy=spring_energy,
+        momentum=linear.sum(1),
+        angular_momentum=(readings.orbital(state.bodies["position"], linear) + spin).sum(1),
+        sweeps=worlds["sweeps"].copy(),
+        unconverged=worlds["unconverged"].copy(),
+        contacts=counts.copy(),
+        pairs=worlds["pair_count"].copy(),
+        rows=worlds["row_count"].copy(),
+        islands=worlds["island_count"].copy(),
+        awake=worlds["awake_count"].copy(),
+        impacts=worlds["impacts"].copy(),
+    )

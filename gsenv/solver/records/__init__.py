@@ -1,0 +1,1 @@
+"""The compiled scene as structured arrays: Model, State, scratch."""

@@ -1,0 +1,507 @@
+"""The records of a world: Model (constant), Parameters and State (per world) and Scratch (per thread).
+
+Each kind of item has one structured array, ``(world, item)`` for quantities that differ from world to
+world and ``(item,)`` for constant ones.  Field lengths depend on the dimension alone, never on the size
+of a scene, so a kernel is compiled once for all scenes.  ``dim`` is 2 or 3; ``ndof`` is 3 or 6.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from enum import IntEnum
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[Any]
+
+NDOF = {2: 3, 3: 6}
+ROTATION_SIZE = {2: 2, 3: 4}  # (cos, sin) or a quaternion (w, x, y, z)
+CONTACT_ROWS = {2: 2, 3: 6}  # at most: normal, tangents, and in 3D one of torsion and two of rolling
+ROWS_PER_JOINT = {2: 5, 3: 8}  # at most: rows of the joint itself, limit, motor, spring
+
+
+class BodyKind(IntEnum):
+    STATIC = 0  # never moves
+    KINEMATIC = 1  # moves at a given velocity, unaffected by forces
+    DYNAMIC = 2  # moves by forces
+
+
+class JointKind(IntEnum):
+    """Kinds of 2D and 3D; the first three need no joint factor."""
+
+    ROWS = 0  # user constraint
+    WELD = 1
+    TARGET = 2
+    REVOLUTE = 3  # 2D
+    PRISMATIC = 4  # 2D
+    DISTANCE = 5
+    WHEEL = 6  # 2D
+    GEAR = 7  # 2D
+    BALL = 8  # 3D
+
+
+class ActuatorMode(IntEnum):
+    VELOCITY = 0
+    POSITION = 1
+    TORQUE = 2
+
+
+def body_model_dtype() -> np.dtype[Any]:
+    """Return the dtype of the constant data of a body."""
+    return np.dtype(
+        [
+            ("kind", "i4"),  # BodyKind
+            ("continuous", "i4"),  # 1: continuous collision with all other bodies, never tunnels
+            ("jointed", "i4"),  # 1: has a joint, so other bodies affect its path
+            ("shape_first", "i4"),
+            ("shape_count", "i4"),
+        ],
+        align=True,
+    )
+
+
+def shape_model_dtype() -> np.dtype[Any]:
+    """Return the dtype of the constant data of a shape."""
+    return np.dtype(
+        [
+            ("kind", "i4"),  # ShapeKind of its dimension
+            ("body", "i4"),
+            ("category", "i8"),  # bits of its own categories
+            ("mask", "i8"),  # bits of the categories that it collides with
+            ("sensor", "i4"),  # 1: reports contacts without forces
+            ("vertex_first", "i4"),
+            ("vertex_count", "i4"),
+        ],
+        align=True,
+    )
+
+
+def body_parameter_dtype(dim: int) -> np.dtype[Any]:
+    """Return the dtype of the parameters of a body, which may differ from world to world."""
+    inertia = () if dim == 2 else (3,)
+    axes: list[Any] = [] if dim == 2 else [("axes", "f8", (4,))]  # principal axes in the body's own frame
+    return np.dtype(
+        [
+            ("mass", "f8"),  # kg
+            ("inertia", "f8", inertia),  # kg m^2 about the centre of mass, in 3D about the principal axes
+            ("inv_mass", "f8"),  # 1/kg, 0 unless dynamic and enabled
+            ("inv_inertia", "f8", inertia),  # 1/(kg m^2)
+            *axes,
+            ("center", "f8", (dim,)),  # m, centre of mass in the body's own frame
+            ("linear_damping", "f8"),  # 1/s
+            ("angular_damping", "f8"),  # 1/s
+            ("gravity_scale", "f8"),
+            ("extent", "f8"),  # m, smallest half-width of its shapes, the length scale of the body
+            ("radius", "f8"),  # m, distance of the farthest point from the centre of mass
+            ("enabled", "i4"),
+        ],
+        align=True,
+    )
+
+
+def shape_parameter_dtype(dim: int) -> np.dtype[Any]:
+    """Return the dtype of the parameters of a shape, which may differ from world to world."""
+    turning: list[Any] = [] if dim == 2 else [("torsional_friction", "f8"), ("rolling_friction", "f8")]  # m
+    return np.dtype(
+        [
+            ("local_position", "f8", (dim,)),  # m, in the body's own frame
+            ("local_rotation", "f8", (ROTATION_SIZE[dim],)),
+            ("size", "f8", (dim,)),  # m, half-extents; a capsule's half-length is size[0], in 3D size[2]
+            ("radius", "f8"),  # m, of round shapes, else 0
+            ("extent", "f8"),  # m, smallest half-width
+            ("friction", "f8"),
+            *turning,
+            ("restitution", "f8"),
+            ("density", "f8"),  # kg/m^2 or kg/m^3
+            ("enabled", "i4"),
+        ],
+        align=True,
+    )
+
+
+def solid_dtype(dim: int) -> np.dtype[Any]:
+    """What a shape's size and density make of its body; see core/edit.py."""
+    inertia = () if dim == 2 else (3,)
+    return np.dtype(
+        [
+            ("extent", "f8"),  # m, smallest half-width; negative: as it was
+            ("reach", "f8"),  # m, farthest point from the shape's own middle
+            ("mass", "f8"),  # kg
+            ("inertia", "f8", inertia),  # kg m^2, in 3D about the principal axes
+        ],
+        align=True,
+    )
+
+
+def world_parameter_dtype(dim: int) -> np.dtype[Any]:
+    """Return the dtype of the parameters of a world."""
+    return np.dtype([("gravity", "f8", (dim,))], align=True)  # m/s^2
+
+
+def body_state_dtype(dim: int) -> np.dtype[Any]:
+    """Return the dtype of the state of a body."""
+    return np.dtype(
+        [
+            ("position", "f8", (dim,)),  # m, centre of mass
+            ("rotation", "f8", (ROTATION_SIZE[dim],)),
+            ("angle", "f8"),  # rad, unwrapped (2D)
+            ("velocity", "f8", (NDOF[dim],)),  # m/s and rad/s: [vx, vy, w] or [v, w]
+            ("force", "f8", (NDOF[dim],)),  # N and N m, applied in the next step and then cleared
+            ("sleep_time", "f8"),  # s at rest so far
+            ("asleep", "i4"),
+        ],
+        align=True,
+    )
+
+
+def contact_dtype(dim: int) -> np.dtype[Any]:
+    """Return the dtype of a contact. Contacts are sorted by (shape_a, shape_b, feature); normals point from a to b."""
+    turning: list[Any] = [] if dim == 2 else [("torsional_friction", "f8"), ("rolling_friction", "f8")]  # m
+    miss: list[Any] = (
+        [] if dim == 2 else [("miss", "f8")]
+    )  # m, distance by which a candidate for a secondary impact misses, else 0
+    return np.dtype(
+        [
+            ("shape_a", "i4"),
+            ("shape_b", "i4"),
+            ("body_a", "i4"),
+            ("body_b", "i4"),
+            (
+                "feature",
+                "i4",
+            ),  # id of the touching corner, edge or face: contacts with equal ids are matched from step to step
+            ("sensor", "i4"),  # 1: no rows
+            ("point", "f8", (dim,)),  # m
+            ("normal", "f8", (dim,)),  # unit, from a to b
+            ("separation", "f8"),  # m, negative for an overlap
+            ("friction", "f8"),
+            *turning,
+            ("restitution", "f8"),
+            ("extent", "f8"),  # m, length scale of the pair
+            *miss,
+            ("impulse", "f8", (CONTACT_ROWS[dim],)),  # N s of the last substep: normal, then tangents
+            ("total_impulse", "f8", (CONTACT_ROWS[dim],)),  # N s, summed over the step
+        ],
+        align=True,
+    )
+
+
+def world_state_dtype() -> np.dtype[Any]:
+    """Return the dtype of a world's counters and residuals of its last step."""
+    return np.dtype(
+        [
+            ("step", "i8"),  # steps taken since reset
+            ("contact_count", "i4"),
+            ("awake_count", "i4"),  # bodies of awake islands
+            ("pair_count", "i4"),
+            ("row_count", "i4"),  # of the last step, all islands
+            ("island_count", "i4"),
+            ("sweeps", "i4"),  # of the last step, all islands and substeps
+            ("unconverged", "i4"),  # island substeps that ran out of sweeps
+            ("impacts", "i4"),
+            ("residual", "f8"),  # largest residual at which a solve of the step stopped
+            ("natural_residual", "f8"),  # natural-map residual of the last substep, all islands
+        ],
+        align=True,
+    )
+
+
+def joint_model_dtype() -> np.dtype[Any]:
+    """Return the dtype of the constant data of a joint."""
+    return np.dtype(
+        [
+            ("kind", "i4"),  # JointKind of its dimension
+            ("body_a", "i4"),
+            ("body_b", "i4"),
+            ("joint_a", "i4"),  # of gears: the coupled joints
+            ("joint_b", "i4"),
+            ("row_first", "i4"),  # of user constraints: first of their rows in the parameters
+            ("row_count", "i4"),  # rows besides those of limit, motor and spring
+            ("wakes", "i4"),  # 1: driven, so its island never sleeps
+            ("torque", "i4"),  # 1: an actuator sets the effort of the motor instead of its speed
+            ("frame", "i4"),  # of user constraints: 1 = directions fixed in body_a
+        ],
+        align=True,
+    )
+
+
+def joint_parameter_dtype(dim: int) -> np.dtype[Any]:
+    """Return the dtype of the parameters of a joint, which may differ from world to world."""
+    return np.dtype(
+        [
+            ("anchor_a", "f8", (dim,)),  # m, in the body's own frame
+            ("anchor_b", "f8", (dim,)),
+            ("axis", "f8", (dim,)),  # unit, in the frame of body a
+            ("reference", "f8", (ROTATION_SIZE[dim],)),  # rotation of b in a where the joint is at rest
+            ("reference_angle", "f8"),  # rad, the same angle, unwrapped (2D); of gears the coupled coordinate
+            ("length", "f8"),  # m, of distance joints
+            ("lower", "f8"),  # m or rad, limits of the coordinate; infinite: none
+            ("upper", "f8"),
+            ("frequency", "f8"),  # Hz, of the spring on the effective mass of the row
+            ("damping_ratio", "f8"),
+            ("stiffness", "f8"),  # N/m or N m/rad; replaces the frequency where it or the damping is positive
+            ("damping", "f8"),  # N s/m or N m s/rad
+            ("spring_effort", "f8"),  # N or N m, largest effort of the spring
+            ("motor_effort", "f8"),  # N or N m, largest effort of the motor; 0: no motor
+            ("max_force", "f8"),  # N, of targets
+            ("max_torque", "f8"),  # N m
+            ("ratio", "f8"),  # of gears, q_a + ratio q_b is constant
+            ("rigid", "i4"),  # 1: no spring
+            ("enabled", "i4"),
+        ],
+        align=True,
+    )
+
+
+def joint_state_dtype(dim: int) -> np.dtype[Any]:
+    """Return the dtype of the state of a joint."""
+    turn: list[Any] = [] if dim == 2 else [("target_rotation", "f8", (4,))]  # of target joints
+    return np.dtype(
+        [
+            ("impulse", "f8", (ROWS_PER_JOINT[dim],)),  # N s and N m s of the last substep
+            ("total_impulse", "f8", (ROWS_PER_JOINT[dim],)),  # summed over the step
+            ("reaction", "f8", (NDOF[dim],)),  # N s and N m s on body b at its anchor, summed over the step
+            ("motor_speed", "f8"),  # m/s or rad/s
+            ("rest", "f8"),  # m or rad, coordinate at which the spring is relaxed
+            ("effort", "f8"),  # N or N m, of a motor driven by a torque actuator
+            ("target_position", "f8", (dim,)),  # m, of target joints
+            ("target_angle", "f8"),  # rad, unwrapped (2D)
+            *turn,
+            ("target_velocity", "f8", (NDOF[dim],)),  # m/s and rad/s
+        ],
+        align=True,
+    )
+
+
+ACTUATOR_DTYPE = np.dtype(
+    [
+        ("joint", "i4"),
+        ("body", "i4"),  # body_b of the joint
+        ("axis", "i4"),  # index of a target's coordinate; -1: the coordinate of another joint
+        ("mode", "i4"),  # ActuatorMode, the quantity that the control sets
+        ("lower", "f8"),  # control is clipped to [lower, upper]
+        ("upper", "f8"),
+    ],
+    align=True,
+)
+
+
+def constraint_row_dtype(dim: int) -> np.dtype[Any]:
+    """Return the dtype of one row of a user constraint."""
+    ndof = NDOF[dim]
+    return np.dtype(
+        [
+            ("jacobian_a", "f8", (ndof,)),
+            ("jacobian_b", "f8", (ndof,)),
+            ("lower", "f8"),  # N or N m
+            ("upper", "f8"),
+            ("bias", "f8"),  # m/s or rad/s
+            ("softness", "f8"),  # 1/kg or 1/(kg m^2), factor of the impulse
+            ("error", "f8"),  # m or rad, reduced by the position pass
+        ],
+        align=True,
+    )
+
+
+def shape_geometry_dtype(dim: int) -> np.dtype[Any]:
+    """Return the dtype of the scratch of a shape: its present pose and box."""
+    return np.dtype(
+        [
+            ("position", "f8", (dim,)),  # m, world
+            ("rotation", "f8", (ROTATION_SIZE[dim],)),
+            ("lower", "f8", (dim,)),  # m, bounding box, swept over the step and widened by the margin
+            ("upper", "f8", (dim,)),
+            ("reach", "f8"),  # m, largest motion in a step beyond the linear one: by rotation, gravity and forces
+            ("extent", "f8"),  # m, length scale of a dynamic shape, else infinite
+            ("active", "i4"),  # 1: enabled, on an enabled body
+            ("dynamic", "i4"),  # 1: active, on a dynamic body
+            ("awake", "i4"),  # 1: on an awake dynamic or a moving kinematic body
+        ],
+        align=True,
+    )
+
+
+PAIR_DTYPE = np.dtype(
+    [
+        ("shape_a", "i4"),
+        ("shape_b", "i4"),
+        ("spare_a", "i4"),  # scratch of the sort
+        ("spare_b", "i4"),
+    ],
+    align=True,
+)
+
+
+TURNING: list[Any] = [
+    (
+        "frame",
+        "f8",
+        (3, 3),
+    ),  # rows: principal axes half a substep ahead, or the world's axes where all moments are equal
+    ("tilted", "i4"),  # 1: the frame is not that of the world
+    ("middle", "f8", (4,)),  # rotation of a tilted body at the middle of the substep
+    ("slowest", "f8", (3,)),  # m/s, per axis, smallest and largest velocity that impacts of the step may cause
+    ("fastest", "f8", (3,)),
+    ("likely", "f8", (3,)),  # m/s, centre of a ball that contains these velocities
+    ("spread", "f8"),  # m/s, radius of this ball
+    ("backed", "i4"),  # 1: a fixed body may stop it in the step
+]
+
+
+def substep_body_dtype(dim: int) -> np.dtype[Any]:
+    """Return the dtype of the scratch of a body within one step.
+
+    In 3D angular quantities are in the body's ``frame`` of the substep, in which its inertia is diagonal.
+    """
+    ndof = NDOF[dim]
+    turning: list[Any] = [] if dim == 2 else TURNING
+    return np.dtype(
+        [
+            ("acceleration", "f8", (ndof,)),  # m/s^2 and rad/s^2, by gravity and applied forces
+            ("path", "f8", (ndof,)),  # the same with the forces of rigid joints, for the times of impacts
+            ("start_velocity", "f8", (ndof,)),  # at the start of the substep, after impacts
+            ("free_velocity", "f8", (ndof,)),  # before constraint impulses
+            ("correction", "f8", (ndof,)),  # pseudo-velocity of the position pass; then the displacement of the substep
+            ("inverse", "f8", (ndof,)),  # 1/kg and 1/(kg m^2)
+            ("shift", "f8", (ndof,)),  # m and rad, correction of the displacement for impacts within the substep
+            ("displacement", "f8", (ndof,)),  # m and rad, since the contacts were found
+            ("held_velocity", "f8", (ndof,)),  # of a disabled body, restored after the step
+            ("start_position", "f8", (dim,)),  # at the start of the step
+            ("start_rotation", "f8", (ROTATION_SIZE[dim],)),
+            ("start_angle", "f8"),
+            ("mass_matrix", "f8", (ndof, ndof)),  # kg and kg m^2, of dynamic bodies
+            ("event_time", "f8"),  # s, time of the body's last impact within the substep
+            *turning,
+        ],
+        align=True,
+    )
+
+
+def start_pose_dtype(dim: int) -> np.dtype[Any]:
+    """Return the dtype of a body's pose before the step, for continuous collision."""
+    return np.dtype(
+        [
+            ("position", "f8", (dim,)),  # m
+            ("rotation", "f8", (ROTATION_SIZE[dim],)),
+            ("angle", "f8"),  # rad, unwrapped (2D)
+        ],
+        align=True,
+    )
+
+
+ISLAND_DTYPE = np.dtype(
+    [
+        ("body_first", "i4"),
+        ("body_count", "i4"),
+        ("contact_first", "i4"),
+        ("contact_count", "i4"),
+        ("joint_first", "i4"),
+        ("joint_count", "i4"),
+        ("activity", "i4"),  # 0 all asleep, 1 awake, 2 driven, 3 kinematic contact; see core/islands.py
+        ("parent", "i4"),  # entry b: parent of body b in union-find, negative outside all islands
+        ("label", "i4"),  # entry b: island of body b, or a negative label of core/islands.py
+    ],
+    align=True,
+)
+
+ISLAND_STEP_DTYPE = np.dtype(
+    [
+        ("body_first", "i4"),  # ranges of its lists, as in ISLAND_DTYPE
+        ("body_count", "i4"),
+        ("contact_first", "i4"),
+        ("contact_count", "i4"),
+        ("joint_first", "i4"),
+        ("joint_count", "i4"),
+        ("activity", "i4"),
+        ("kinematic", "i4"),  # 1: the world has enabled kinematic bodies
+        ("driven", "i4"),  # 1: joints or kinematic bodies may do work on it
+        ("sprung", "i4"),  # 1: a joint has a spring, which may release energy
+        ("bounces", "i4"),  # 1: a contact has a restitution
+        ("tilted", "i4"),  # 1: a body's frame is not the world's (3D)
+        ("substeps", "i8"),
+        ("joint_rows", "i8"),  # number of joint rows, which come before those of contacts
+        ("rows", "i8"),  # all rows
+        ("h", "f8"),  # s, one substep
+        ("stored_scale", "f8"),  # factor of impulses that are stored for substeps of the usual length
+        ("warm_start", "f8"),  # factor of the stored impulses; 0 for a cold start
+        ("gravity_norm", "f8"),  # m/s^2
+        ("scale", "f8"),  # of the squared residual in this substep
+        ("residual", "f8"),  # of this substep's solve
+        ("smooth", "f8"),  # 1: no velocity jumped in this substep, else 0
+        ("error", "f8"),  # sums |e|^2, |q/s|^2, |s r|^2 of the last substep; see natural_residual
+        ("load", "f8"),
+        ("size", "f8"),
+    ],
+    align=True,
+)
+"""Scratch of the island that is being stepped, shared by its stages."""
+
+
+@dataclass(frozen=True)
+class Model:
+    """A compiled scene: the data that all worlds share, and the nominal values of parameters and state.
+
+    ``nominal`` and ``start`` arrays have one entry for each item and no world axis; Parameters and State
+    start as copies of them.
+    """
+
+    dim: int
+    body_names: tuple[str, ...]
+    joint_names: tuple[str, ...]
+    actuator_names: tuple[str, ...]
+    sensor_names: tuple[str, ...]
+    shape_names: tuple[str, ...]
+    bodies: Array  # body_model_dtype (body,)
+    shapes: Array  # shape_model_dtype (shape,)
+    joints: Array  # joint_model_dtype (joint,)
+    actuators: Array  # ACTUATOR_DTYPE (actuator,)
+    sensors: Array  # SENSOR_DTYPE (sensor,)
+    sensor_rays: Array  # (ray, 2) unit directions in the frames of the sensors' bodies
+    exclusions: Array  # int64, encoded body pairs, sorted
+    nominal_world: Array  # world_parameter_dtype ()
+    nominal_bodies: Array  # body_parameter_dtype (body,)
+    nominal_shapes: Array  # shape_parameter_dtype (shape,)
+    nominal_joints: Array  # joint_parameter_dtype (joint,)
+    nominal_rows: Array  # constraint_row_dtype (row,)
+    nominal_vertices: Array  # vertex dtype of the dimension (vertex,)
+    start_bodies: Array  # body_state_dtype (body,)
+    start_joints: Array  # joint_state_dtype (joint,)
+    updates: tuple[tuple[int, Callable[[Any], Mapping[str, Any]]], ...]  # (joint, function of the world)
+    mass_given: Array  # bool (body,): mass was given, not derived from density
+    inertia_given: Array  # bool (body,)
+    shape_colors: Array | None  # uint8 (shape, 3), or None
+    needs_vertices: bool  # the scene has polygons or terrain, in 3D hulls or heightfields
+    needs_fields: bool  # the scene has heightfields
+    needs_convex: bool  # the scene has cylinders or hulls
+
+    @property
+    def has_joints(self) -> bool:
+        return len(self.joints) > 0
+
+    @property
+    def is_linked(self) -> bool:
+        """Whether there are joints other than user constraints, welds and targets, which need further compiled code."""
+        return bool((self.joints["kind"] > JointKind.TARGET).any())
+
+    @property
+    def sensor_slices(self) -> dict[str, slice]:
+        """Columns of each sensor in ``World.sensors()``, by name, in the order of the scene."""
+        ends = np.cumsum(self.sensors["count"]).tolist()
+        return {name: slice(a, b) for name, a, b in zip(self.sensor_names, [0, *ends], ends, strict=False)}
+
+    @cached_property
+    def digest(self) -> str:
+        """Hex digest of the scene's topology, which must be equal for a snapshot to fit."""
+        h = hashlib.sha256(repr((self.dim, self.body_names, self.joint_names)).encode())
+        for array in (self.bodies, self.shapes, self.joints, self.actuators, self.exclusions):
+            for name in array.dtype.names or ():
+                h.update(np.ascontiguousarray(array[name]).tobytes())
+            if not array.dtype.names:
+                h.update(array.tobytes())
+            h.update(b";")
+        return h.hexdigest()

@@ -1,0 +1,107 @@
+"""Scratch: the temporary arrays of a step. Never saved; one set for each thread, which steps one world at a time."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..core.broadphase import BRUTE_FORCE_COUNT, broadphase_scratch
+from ..core.rows import row_dtype, solver_body_dtype
+from ..dimension import dimension
+from ..methods.cholesky import BLOCKS_PER_BODY, PLAN_DTYPE, block_dtype, factor_dtype
+from .bundle import Bundle
+from .kernel_variants import KernelVariant
+from .model import (
+    CONTACT_ROWS,
+    ISLAND_DTYPE,
+    ISLAND_STEP_DTYPE,
+    PAIR_DTYPE,
+    ROWS_PER_JOINT,
+    Array,
+    Model,
+    contact_dtype,
+    shape_geometry_dtype,
+    start_pose_dtype,
+    substep_body_dtype,
+)
+
+
+def first_contact_capacity(model: Model) -> int:
+    """Return an estimate of the number of contacts; a step that needs more makes the buffers grow."""
+    return 16 + 4 * len(model.shapes)
+
+
+class Scratch:
+    """The arrays of one thread; ``bundle`` makes them the argument of kernels."""
+
+    def __init__(self, model: Model, variant: KernelVariant, contact_capacity: int) -> None:
+        self._model = model
+        self._variant = variant
+        bodies, dim = len(model.bodies), model.dim
+        self.geometry = np.zeros(len(model.shapes), shape_geometry_dtype(dim))
+        self.substep_bodies = np.zeros(bodies, substep_body_dtype(dim))
+        self.solver_bodies = np.zeros(bodies, solver_body_dtype(dim))
+        self.islands = np.zeros(bodies, ISLAND_DTYPE)
+        self.island = np.zeros((), ISLAND_STEP_DTYPE)
+        self.island_bodies = np.zeros(bodies, np.int32)
+        self.island_joints = np.zeros(len(model.joints), np.int32)
+        shapes = max(len(model.shapes), BRUTE_FORCE_COUNT + 1) if variant.all else len(model.shapes)
+        self.broadphase = broadphase_scratch(shapes, dim)  # one kernel for all: always with the tree
+        self.start_poses = np.zeros(bodies, start_pose_dtype(dim)) if variant.continuous else None
+        self._narrowphase = dimension(dim).detection.narrowphase_scratch(variant.fields, variant.convex)
+        self._factor, self._joint_factor = (_factor_arrays(model) for _ in range(2))
+        self.grow_pairs(16 + 4 * len(model.shapes))
+        self.grow_contacts(contact_capacity)
+
+    def grow_pairs(self, capacity: int) -> None:
+        """Make room for ``capacity`` pairs of shapes; earlier bundles are invalid afterwards."""
+        self.pairs = np.zeros(capacity, PAIR_DTYPE)
+
+    def grow_contacts(self, capacity: int) -> None:
+        """Make room for ``capacity`` contacts and their rows; earlier bundles are invalid afterwards."""
+        dim = self._model.dim
+        self.found = np.zeros(capacity, contact_dtype(dim))
+        self.displaced = np.zeros(capacity, contact_dtype(dim))
+        self.island_contacts = np.zeros(capacity, np.int32)
+        self.found_places = np.zeros(capacity, np.int32)
+        joint_rows = ROWS_PER_JOINT[dim] * len(self._model.joints)
+        self.rows = np.zeros(CONTACT_ROWS[dim] * capacity + joint_rows, row_dtype(dim))
+        self.edges = np.zeros(4 * len(self.rows), np.int32)
+
+    def bundle(self) -> Bundle:
+        """Return all arrays as a bundle for kernels; parts that the scene does not need are None."""
+        dim = self._model.dim
+        narrowphase = Bundle("Narrowphase", dim, **self._narrowphase) if self._narrowphase else None
+        return Bundle(
+            "Scratch",
+            dim,
+            geometry=self.geometry,
+            broadphase=self.broadphase,
+            pairs=self.pairs,
+            narrowphase=narrowphase,
+            found=self.found,
+            displaced=self.displaced,
+            found_places=self.found_places,
+            start_poses=self.start_poses,
+            islands=self.islands,
+            island=self.island,
+            island_bodies=self.island_bodies,
+            island_contacts=self.island_contacts,
+            island_joints=self.island_joints,
+            substep_bodies=self.substep_bodies,
+            solver_bodies=self.solver_bodies,
+            rows=self.rows,
+            factor=Bundle("Factor", dim, edges=self.edges, **self._factor),
+            joint_factor=Bundle("Factor", dim, edges=self.edges, **self._joint_factor)
+            if self._variant.linked
+            else None,
+        )
+
+
+def _factor_arrays(model: Model) -> dict[str, Array]:
+    bodies = len(model.bodies)
+    entries = np.zeros(bodies, factor_dtype(model.dim))
+    entries["place"] = -1
+    blocks = np.zeros(BLOCKS_PER_BODY * bodies, block_dtype(model.dim))
+    plan = np.zeros((), PLAN_DTYPE)
+    plan["used"] = model.is_linked
+    return {"plan": plan, "entries": entries, "blocks": blocks}

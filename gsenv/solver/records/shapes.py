@@ -1,0 +1,117 @@
+"""The common part of 2D and 3D shapes: material, filter, and the checks of their values."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from enum import IntEnum
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[Any]
+Vector = Sequence[float] | NDArray[Any]
+
+ALL_BITS = -1  # every bit of an int64
+_COUNTS = {2: "two", 3: "three", 4: "four"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class BaseShape:
+    """Material and filter of a shape; the pose in the body's frame is in the subclasses of 2D and 3D."""
+
+    kind: ClassVar[IntEnum]
+    solid: ClassVar[bool] = True  # False: unbounded, without mass, for static and kinematic bodies
+
+    density: float = 1.0  # kg/m^2 in 2D, kg/m^3 in 3D
+    friction: float = 0.5
+    restitution: float = 0.0
+    category: int = 1
+    mask: int = ALL_BITS
+    sensor: bool = False
+    name: str | None = None
+
+
+@dataclass(frozen=True)
+class CompiledShape:
+    """A shape as records for kernels.
+
+    Attributes:
+        record: () of shape_parameter_dtype(dim).
+        vertices: (vertex,) of the dimension's vertex dtype.
+    """
+
+    record: Array = field(repr=False)
+    vertices: Array = field(repr=False)
+
+
+def is_finite(value: Any) -> bool:
+    """Whether a value is a finite number."""
+    return isinstance(value, (int, float, np.number)) and math.isfinite(float(value))
+
+
+def check_positive(title: str, word: str, value: Any) -> None:
+    """Raise ValueError unless a number is finite and positive."""
+    if not (is_finite(value) and value > 0.0):
+        raise ValueError(f"{title} {word} must be positive, got {value!r}")
+
+
+def checked_vector(title: str, word: str, value: Any, count: int) -> list[float]:
+    """Return ``value`` as a list of ``count`` finite numbers; raises ValueError otherwise."""
+    try:
+        numbers = [float(x) for x in value]
+    except (TypeError, ValueError):
+        numbers = []
+    if len(numbers) != count or not all(math.isfinite(x) for x in numbers):
+        raise ValueError(f"{title} {word} must be {_COUNTS[count]} finite numbers, got {value!r}")
+    return numbers
+
+
+def check_material(shape: Any, frictions: Sequence[str]) -> None:
+    """Raise ValueError for a bad coefficient, density or filter; ``frictions``: names of the coefficients."""
+    title = type(shape).__name__
+    for word in (*frictions, "restitution"):
+        value = getattr(shape, word)
+        if not (is_finite(value) and value >= 0.0):
+            raise ValueError(f"{title} {word} must be finite and not negative, got {value!r}")
+    if shape.restitution > 1.0:
+        raise ValueError(f"{title} restitution must not exceed 1, got {shape.restitution!r}")
+    if shape.solid and not (is_finite(shape.density) and shape.density >= 0.0):
+        raise ValueError(f"{title} density must be finite and not negative, got {shape.density!r}")
+    for word in ("category", "mask"):
+        value = getattr(shape, word)
+        if not isinstance(value, (int, np.integer)) or not -(2**63) <= int(value) < 2**64:
+            raise ValueError(f"{title} {word} must be an integer of 64 bits, got {value!r}")
+
+
+def check_sizes(shape: Any, dim: int) -> None:
+    """Raise ValueError for bad half-extents, half-lengths and radii, where a shape has them."""
+    title = type(shape).__name__
+    if hasattr(shape, "half_extents"):
+        for value in checked_vector(title, "half_extents", shape.half_extents, dim):
+            check_positive(title, "half_extents", value)
+    for word in ("half_length", "radius"):
+        if hasattr(shape, word):
+            check_positive(title, word, getattr(shape, word))
+
+
+def check_plane(shape: Any, dim: int) -> None:
+    """Raise ValueError for a bad normal or offset of a half-plane or plane."""
+    title = type(shape).__name__
+    if not any(checked_vector(title, "normal", shape.normal, dim)):
+        raise ValueError(f"{title} normal must not be zero, got {tuple(shape.normal)!r}")
+    if not is_finite(shape.offset):
+        raise ValueError(f"{title} offset must be finite, got {shape.offset!r}")
+
+
+def fill_material(record: Array, shape: Any, extent: float) -> None:
+    """Write radius, extent (m) and material of a shape to its record."""
+    record["radius"] = getattr(shape, "radius", 0.0)
+    record["extent"] = extent
+    for word in ("friction", "restitution", "torsional_friction", "rolling_friction"):
+        if word in (record.dtype.names or ()):
+            record[word] = getattr(shape, word)
+    record["density"] = shape.density if shape.solid else 0.0
+    record["enabled"] = 1

@@ -1,0 +1,77 @@
+"""Checks of a body: its pose, mass and shapes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..dimension import PACKAGES, dimension
+from ..records.model import Array, BodyKind
+from . import check
+from .specs import BodySpec
+
+KINDS = {"static": BodyKind.STATIC, "kinematic": BodyKind.KINEMATIC, "dynamic": BodyKind.DYNAMIC}
+
+
+def angle(value: Any, dim: int, what: str) -> float:
+    """Return a checked angle in rad; raises ValueError in 3D unless it is 0."""
+    if dim == 3 and value != 0.0:
+        raise ValueError(f"{what}: a body in 3D has an orientation (w, x, y, z), not an angle, got angle={value!r}.")
+    return check.finite(value, f"{what}: angle")
+
+
+def orientation(value: Any, dim: int, what: str) -> Array:
+    """Return a checked quaternion; raises ValueError in 2D."""
+    if value is None:
+        return np.array([1.0, 0.0, 0.0, 0.0])
+    if dim == 2:
+        raise ValueError(f"{what}: a body in 2D has an angle, not an orientation, got orientation={value!r}.")
+    return check.orientation(value, f"{what}: orientation")
+
+
+def angular_velocity(value: Any, dim: int, what: str) -> Any:
+    """Return a checked angular velocity in rad/s: a float, in 3D (3,)."""
+    if dim == 2:
+        return check.finite(0.0 if value is None else value, what)
+    return check.vector(np.zeros(3) if value is None else value, 3, what)
+
+
+def inertia(value: Any, dim: int, what: str) -> Any:
+    """Return a checked inertia in kg m^2: a float, in 3D (3,) or (3, 3)."""
+    return check.positive(value, what) if dim == 2 else check.inertia(value, what)
+
+
+def color(value: Any, what: str) -> tuple[int, int, int]:
+    channels = [int(x) for x in check.vector(value, 3, what)]
+    if min(channels) < 0 or max(channels) > 255:
+        raise ValueError(f"{what} must be three numbers from 0 to 255, got {value!r}.")
+    return channels[0], channels[1], channels[2]
+
+
+def check_body(spec: BodySpec) -> None:
+    """Raise ValueError, naming the body, where its shapes or its mass are invalid."""
+    what = f"body {spec.name!r}"
+    modules = dimension(spec.dim)
+    for shape in spec.shapes:
+        if not isinstance(shape, modules.shapes.Shape):
+            raise ValueError(f"{what}: {_not_a_shape(shape, spec.dim)}.")
+        try:
+            modules.shapes.validate(shape, spec.dim)
+        except ValueError as error:
+            raise ValueError(f"{what}: {error}.") from None
+        if not shape.solid and spec.kind == BodyKind.DYNAMIC:
+            name = type(shape).__name__
+            raise ValueError(f"{what}: a {name} belongs on a static or kinematic body.")
+    if spec.kind != BodyKind.DYNAMIC:
+        return
+    if spec.mass is None and not modules.initial_state.solid_mass(spec.shapes)[0] > 0.0:
+        raise ValueError(f"{what} is dynamic and needs a mass or a shape with density.")
+    if not modules.initial_state.has_inertia(spec):
+        raise ValueError(f"{what} is dynamic and needs an inertia or a shape with density.")
+
+
+def _not_a_shape(shape: Any, dim: int) -> str:
+    if type(shape).__module__ == f"gsenv.solver.{PACKAGES[5 - dim]}.shapes":
+        return check.other_dimension(shape, dim)
+    return f"{shape!r} is not a shape"

@@ -1,0 +1,185 @@
+"""Checks of joints: from the dataclass that a user wrote to a JointSpec with indices for names."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..records.model import Array, BodyKind
+from . import check
+from .handles import find
+from .joints import Distance, Gear, Joint, PairJoint, Prismatic, Servo, Sprung, Target, Wheel, wrong_dimension
+from .placement import anchor_of, to_local
+from .specs import BodySpec, JointSpec, SceneSpec
+
+COUPLED = ("revolute", "prismatic")  # joints that gears can couple
+
+
+def joint_spec(name: str, joint: Joint, scene: SceneSpec) -> JointSpec:
+    """Return the checked joint.
+
+    Raises:
+        ValueError: not a joint of this dimension, an unknown body, or an argument out of its range.
+    """
+    what = f"joint {name!r}"
+    wrong = wrong_dimension(joint, scene.dim)
+    if wrong is not None:
+        raise ValueError(f"{what}: {wrong}.")
+    if isinstance(joint, Gear):
+        spec = _gear(name, joint, scene)
+    elif isinstance(joint, Target):
+        spec = _target(name, joint, scene)
+    else:
+        spec = _pair(name, joint, scene)
+    spec.row_count = joint.row_counts[scene.dim]
+    return spec
+
+
+def excluded_pair(joint: Joint, spec: JointSpec) -> set[tuple[int, int]]:
+    """Return the pair of bodies that a joint keeps from colliding, or an empty set."""
+    if isinstance(joint, (PairJoint, Gear)) and not joint.collide and spec.body_a != spec.body_b:
+        return {(min(spec.body_a, spec.body_b), max(spec.body_a, spec.body_b))}
+    return set()
+
+
+def _body(body: Any, word: str, scene: SceneSpec, what: str) -> int:
+    if body is None:
+        raise ValueError(f"{what}: {word} is missing.")
+    return find(body, "body", list(scene.bodies), what)
+
+
+def _pair(name: str, joint: Any, scene: SceneSpec) -> JointSpec:
+    what = f"joint {name!r}"
+    a, b = _body(joint.body_a, "body_a", scene, what), _body(joint.body_b, "body_b", scene, what)
+    if a == b:
+        raise ValueError(f"{what} needs two different bodies, got {joint.body_b!r} twice.")
+    bodies = list(scene.bodies.values())
+    spec = JointSpec(name, joint.kind, a, b, bool(joint.enabled))
+    _set_anchors(spec, joint, bodies[a], bodies[b], what)
+    if isinstance(joint, (Prismatic, Wheel)):
+        spec.axis = _unit(joint.axis, scene.dim, f"{what}: axis")
+    if isinstance(joint, Sprung):
+        _set_spring(spec, joint, what)
+    if isinstance(joint, (Servo, Distance)):
+        spec.lower, spec.upper = _limits(joint.limits, what)
+        spec.spring_effort = check.bound(joint.spring_effort, f"{what}: spring_effort")
+    if isinstance(joint, Servo):
+        _set_motor(spec, joint, what)
+    if isinstance(joint, Distance):
+        _set_length(spec, joint, what)
+    if BodyKind.DYNAMIC not in (bodies[a].kind, bodies[b].kind):
+        raise ValueError(f"{what} needs at least one dynamic body.")
+    return spec
+
+
+def _set_anchors(spec: JointSpec, joint: PairJoint, a: BodySpec, b: BodySpec, what: str) -> None:
+    if joint.anchor is not None:
+        if joint.anchor_a is not None or joint.anchor_b is not None:
+            raise ValueError(f"{what}: give anchor or anchor_a and anchor_b, not both.")
+        point = check.vector(joint.anchor, a.dim, f"{what}: anchor")
+        spec.anchor_a, spec.anchor_b = to_local(a, point), to_local(b, point)
+        return
+    origin = np.zeros(a.dim) if isinstance(joint, Distance) else None  # of other joints it follows from body b's anchor
+    spec.anchor_a = _local(joint.anchor_a, a.dim, f"{what}: anchor_a", origin)
+    spec.anchor_b = _local(joint.anchor_b, a.dim, f"{what}: anchor_b", origin)
+
+
+def _local(anchor: Any, dim: int, what: str, default: Array | None = None) -> Array | None:
+    return default if anchor is None else check.vector(anchor, dim, what)
+
+
+def _unit(axis: Any, dim: int, what: str) -> Array:
+    vector = check.vector(axis, dim, what)
+    length = float(np.hypot.reduce(vector))
+    if not length > 0.0:
+        raise ValueError(f"{what} must have a direction, got {axis!r}.")
+    return np.asarray(vector / length)
+
+
+def _set_spring(spec: JointSpec, joint: Sprung, what: str) -> None:
+    for word in ("frequency", "damping_ratio", "stiffness", "damping"):
+        setattr(spec, word, check.not_negative(getattr(joint, word), f"{what}: {word}"))
+    if spec.frequency > 0.0 and (spec.stiffness > 0.0 or spec.damping > 0.0):
+        raise ValueError(f"{what}: give its spring by frequency or by stiffness and damping, not both.")
+
+
+def _limits(limits: Any, what: str) -> tuple[float, float]:
+    if limits is None:
+        return -np.inf, np.inf
+    try:
+        low, high = limits
+    except (TypeError, ValueError):
+        raise ValueError(f"{what}: limits must be two numbers, got {limits!r}.") from None
+    lower, upper = check.bounds((low, high), (2,), f"{what}: limits").tolist()
+    if not (lower <= upper and lower < np.inf and upper > -np.inf):
+        raise ValueError(f"{what}: the lower limit must not be above the upper one, got {limits!r}.")
+    return lower, upper
+
+
+def _set_motor(spec: JointSpec, joint: Servo, what: str) -> None:
+    spec.rest = check.finite(joint.rest, f"{what}: rest")
+    spec.motor_speed = check.finite(joint.motor_speed, f"{what}: motor_speed")
+    spec.motor_effort = check.bound(joint.motor_effort, f"{what}: motor_effort")
+    if spec.motor_speed != 0.0 and spec.motor_effort == 0.0:
+        raise ValueError(f"{what}: a motor needs a motor_effort, its bound in N or N m.")
+
+
+def _set_length(spec: JointSpec, joint: Distance, what: str) -> None:
+    if spec.upper < 0.0:
+        raise ValueError(f"{what}: a distance can't be below {spec.upper!r}.")
+    if joint.length is not None:
+        spec.length = check.not_negative(joint.length, f"{what}: length")
+
+
+def _target(name: str, joint: Target, scene: SceneSpec) -> JointSpec:
+    what = f"joint {name!r}"
+    b = _body(joint.body, "body", scene, what)
+    body = list(scene.bodies.values())[b]
+    spec = JointSpec(name, joint.kind, b, b, bool(joint.enabled))
+    if joint.anchor is None:
+        spec.anchor_b = _local(joint.local_anchor, scene.dim, f"{what}: local_anchor")
+    elif joint.local_anchor is None:
+        spec.anchor_a = spec.anchor_b = to_local(body, check.vector(joint.anchor, scene.dim, f"{what}: anchor"))
+    else:
+        raise ValueError(f"{what}: give anchor or local_anchor, not both.")
+    if body.kind != BodyKind.DYNAMIC:
+        raise ValueError(f"{what}: a target pulls a dynamic body, got {body.name!r}.")
+    spec.frequency = check.positive(joint.frequency, f"{what}: frequency")
+    spec.damping_ratio = check.not_negative(joint.damping_ratio, f"{what}: damping_ratio")
+    spec.max_force = check.bound(joint.max_force, f"{what}: max_force")
+    spec.max_torque = check.bound(joint.max_torque, f"{what}: max_torque")
+    return spec
+
+
+def _gear(name: str, joint: Gear, scene: SceneSpec) -> JointSpec:
+    what = f"joint {name!r}"
+    for word, value in (("joint_a", joint.joint_a), ("joint_b", joint.joint_b)):
+        if value is None:
+            raise ValueError(f"{what}: {word} is missing.")
+    a, b = (find(one, "joint", list(scene.joints), what) for one in (joint.joint_a, joint.joint_b))
+    joints, bodies = list(scene.joints.values()), list(scene.bodies.values())
+    first, second = joints[a], joints[b]
+    if a == b:
+        raise ValueError(f"{what}: a gear couples two different joints, got {first.name!r} twice.")
+    for spec in (first, second):
+        if spec.kind not in COUPLED:
+            raise ValueError(f"{what}: a gear couples revolute and prismatic joints, {spec.name!r} is a {spec.kind}.")
+    if first.body_b == second.body_b:
+        raise ValueError(f"{what}: {first.name!r} and {second.name!r} move the same body.")
+    moving = [spec for spec in (first, second) if bodies[spec.body_a].kind != BodyKind.STATIC]
+    if moving and (first.body_a != second.body_a or "prismatic" in (first.kind, second.kind)):
+        raise ValueError(
+            f"{what}: on moving bodies a gear couples revolute joints that share body_a; "
+            f"{moving[0].name!r} is on {bodies[moving[0].body_a].name!r}."
+        )
+    ratio = check.finite(joint.ratio, f"{what}: ratio")
+    if ratio == 0.0:
+        raise ValueError(f"{what}: ratio must not be 0.")
+    if moving and ratio != -1.0 and np.hypot(*(anchor_of(first, bodies) - anchor_of(second, bodies))) < 1e-6:
+        raise ValueError(
+            f"{what}: on a moving body only the ratio -1 couples {first.name!r} and {second.name!r}, "
+            f"whose anchors are at one point."
+        )
+    enabled = bool(joint.enabled)
+    return JointSpec(name, joint.kind, first.body_b, second.body_b, enabled, joint_a=a, joint_b=b, ratio=ratio)

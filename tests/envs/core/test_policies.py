@@ -1,0 +1,81 @@
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from gsenv.envs.core.policies import scripted_policy, trained_actions, trained_policy
+from gsenv.envs.stack.env import StackEnv, StackVectorEnv
+from gsenv.envs.stack.policy import build_tower
+from gsenv.train.evaluate import evaluate
+
+
+@pytest.mark.parametrize(("blocks", "count", "least"), [(1, 12, 11), (3, 100, 90), (5, 100, 60), (8, 12, 11)])
+def test_builder_builds(blocks: int, count: int, least: int) -> None:
+    vector = StackVectorEnv(count, blocks=blocks, max_episode_steps=600, autoreset_mode="SameStep")
+    observations, _ = vector.reset(seed=0)
+    done = np.zeros(count, bool)
+    built = 0
+    for _ in range(600):
+        observations, _, terminated, truncated, infos = vector.step(build_tower(observations))
+        if "final_info" in infos:
+            built += int((infos["final_info"]["success"] & ~done).sum())
+        done |= terminated | truncated
+        if done.all():
+            break
+    assert built >= least
+
+
+def test_random_actions_do_not_build() -> None:
+    vector = StackVectorEnv(60, max_episode_steps=600, autoreset_mode="SameStep")
+    vector.reset(seed=0)
+    generator = np.random.default_rng(0)
+    episodes = built = 0
+    while episodes < 300:
+        actions = generator.uniform(-1.0, 1.0, (60, 4)).astype(np.float32)
+        _, _, terminated, truncated, infos = vector.step(actions)
+        ended = terminated | truncated
+        episodes += int(ended.sum())
+        if ended.any():
+            built += int(infos["final_info"]["success"].sum())
+    assert built / episodes < 0.05
+
+
+def test_scripted_policy_gives_legal_actions_for_a_single_env() -> None:
+    env = StackEnv()
+    policy = scripted_policy("gsenv:GStack-v0")
+    env.reset(seed=0)
+    for _ in range(100):
+        action = policy(env)
+        assert env.action_space.contains(action)
+        env.step(action)
+
+
+def test_trained_policy_builds_what_it_was_trained_for() -> None:
+    actor = trained_actions("gsenv:GStack-v0")
+    for blocks in (3, 5):
+        result = evaluate(actor, "GStack-v0", arguments={"blocks": blocks})
+        assert result.success_rate >= 0.8, blocks
+
+
+def test_trained_policy_acts_in_single_and_vector_environments_alike() -> None:
+    env = StackEnv()
+    observation, _ = env.reset(seed=0)
+    action = trained_policy("GStack-v0")(env)
+    assert env.action_space.contains(action)
+    np.testing.assert_allclose(trained_actions("GStack-v0")(observation[None])[0], action, atol=1e-6)
+
+
+@pytest.mark.parametrize("env_id", ["GStack-v0", "GCar-v0"])
+def test_trained_policy_needs_no_torch(env_id: str) -> None:
+    code = (
+        "import sys; sys.modules['torch'] = sys.modules['stable_baselines3'] = None\n"
+        f"from gsenv.envs.core.policies import trained_policy; trained_policy('{env_id}')"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, timeout=120)
+
+
+@pytest.mark.parametrize("find", [scripted_policy, trained_policy])
+def test_unknown_policies_are_refused(find: object) -> None:
+    with pytest.raises(LookupError, match="GNothing-v0 has no"):
+        find("GNothing-v0")  # type: ignore[operator]

@@ -1,0 +1,94 @@
+"""Hashes of motions: no libm, no FMA, no fastmath, so these bits are the same on every machine.
+
+After an intended change of the physics: python -m tests.solver.api.test_golden_hashes
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+
+from gsenv.scenes import pyramid
+from gsenv.solver import Options, Scene, World, planar, spatial
+from tests.solver.api.mixed import mixed, randomised
+from tests.solver.bits import motion_hash
+from tests.solver.spatial.one_kernel import complete
+
+AWAKE = Options(sleep=False)
+
+
+def planar_tumble() -> Scene:
+    """Turned boxes and balls fall onto each other: chaotic enough to show a change of one bit."""
+    scene = Scene()
+    scene.add_body("ground", kind="static", shapes=[planar.HalfPlane()])
+    ball, box = planar.Circle(radius=0.3, restitution=0.5), planar.Box(half_extents=(0.4, 0.25))
+    for k in range(12):
+        shape = ball if k % 3 == 0 else box
+        scene.add_body(f"b{k}", shapes=[shape], position=(0.15 * (k % 4), 0.6 + 0.7 * k), angle=0.4 * k)
+    return scene
+
+
+def spatial_tumble() -> Scene:
+    """The same with drums."""
+    scene = Scene(dim=3)
+    scene.add_body("ground", "static", shapes=[spatial.Plane()])
+    shapes = (
+        spatial.Sphere(radius=0.3, restitution=0.5),
+        spatial.Box(half_extents=(0.4, 0.25, 0.3)),
+        spatial.Cylinder(half_length=0.3, radius=0.2),
+    )
+    for k in range(12):
+        place = (0.15 * (k % 4), 0.1 * (k % 3), 0.6 + 0.7 * k)
+        scene.add_body(f"b{k}", shapes=[shapes[k % 3]], position=place, orientation=(1, 0.3 * k, 0.2, -0.1 * k))
+    return complete(scene)
+
+
+def spatial_chain() -> Scene:
+    """Links on ball joints that swing and turn, and a soft weld at the end."""
+    scene = Scene(dim=3)
+    scene.add_body("top", "static")
+    last = "top"
+    for k in range(8):
+        link = spatial.Box(half_extents=(0.2, 0.05, 0.03))
+        scene.add_body(f"link_{k}", shapes=[link], position=(0.4 * k + 0.2, 0, 0), angular_velocity=(k, 0, 1))
+        scene.add_joint(f"pin_{k}", spatial.Ball(last, f"link_{k}", anchor=(0.4 * k, 0, 0)))
+        last = f"link_{k}"
+    scene.add_body("end", shapes=[spatial.Sphere(radius=0.1)], position=(3.3, 0, 0.2))
+    scene.add_joint("soft", spatial.Weld(last, "end", frequency=3.0, damping_ratio=0.1))
+    return complete(scene)
+
+
+WORLDS: dict[str, tuple[Callable[[], World], int]] = {  # and how many steps
+    "2D mixed": (lambda: randomised(World(mixed(2), 2), range(2)), 120),
+    "2D tumble": (lambda: World(planar_tumble()), 180),
+    "2D pyramid": (lambda: World(pyramid(6), options=AWAKE), 120),
+    "3D mixed": (lambda: randomised(World(mixed(3), 2), range(2)), 120),
+    "3D tumble": (lambda: World(spatial_tumble()), 120),
+    "3D chain": (lambda: World(spatial_chain(), options=AWAKE), 120),
+}
+GOLDEN = {
+    "2D mixed": "f39f8e008a8f26dc1a1f448bbfa6bca3382f756415c2b9f7c7b13b0a05a7d9ff",
+    "2D tumble": "659645b10ca249396ae0c409ca3012d315ce194dc1c330f736b45113393f7f46",
+    "2D pyramid": "edb5f93318832ff604f2b0f0c3f8760b3a8dd4c42e721d2a0531ba6bb7c82121",
+    "3D mixed": "5575593dcd035742df5b63900d58c5f3c9e01e698203fa491519c8646569b378",
+    "3D tumble": "1855bac1a2e5754e184b644d2227e9fd343bdf70dde0066e9f1ca924c2a79ae7",
+    "3D chain": "f9c4b673bcff1071d829dd41dc8a7bdc242b16222dee737ab0c9f3ff954749a3",
+}
+
+
+def motion_after(name: str) -> str:
+    build, steps = WORLDS[name]
+    world = build()
+    world.step(steps)
+    return motion_hash(world)
+
+
+@pytest.mark.parametrize("name", GOLDEN)
+def test_golden_hash(name: str) -> None:
+    assert motion_after(name) == GOLDEN[name]
+
+
+if __name__ == "__main__":
+    for each in GOLDEN:
+        print(f'    "{each}": "{motion_after(each)}",')

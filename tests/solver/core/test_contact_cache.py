@@ -1,0 +1,143 @@
+"""Impulses carried over, sleeping contacts kept."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from gsenv.solver.core.contact_cache import update_contacts
+from gsenv.solver.records.model import Array, contact_dtype, shape_geometry_dtype
+
+SHAPES = 12
+
+
+def random_contacts(rng: np.random.Generator, dim: int, pairs: list[tuple[int, int]]) -> Array:
+    rows = []
+    for a, b in sorted(pairs):
+        rows += [(a, b, int(f)) for f in rng.choice(6, rng.integers(1, 4), replace=False)]
+    contacts = np.zeros(len(rows), contact_dtype(dim))
+    for contact, (a, b, f) in zip(contacts, rows, strict=True):
+        contact["shape_a"], contact["shape_b"], contact["feature"] = a, b, f
+    contacts["impulse"] = rng.normal(size=contacts["impulse"].shape)
+    return contacts
+
+
+def random_pairs(rng: np.random.Generator) -> list[tuple[int, int]]:
+    every = [(a, b) for a in range(SHAPES) for b in range(a + 1, SHAPES)]
+    return [every[k] for k in rng.choice(len(every), 20, replace=False)]
+
+
+def keys(contacts: Array) -> list[tuple[int, int, int]]:
+    return list(zip(*(contacts[name].tolist() for name in ("shape_a", "shape_b", "feature")), strict=True))
+
+
+def sleepers(rng: np.random.Generator, dim: int) -> Array:
+    """Some shapes are awake, some switched off."""
+    geometry = np.zeros(SHAPES, shape_geometry_dtype(dim))
+    geometry["active"] = rng.random(SHAPES) < 0.9
+    geometry["awake"] = (rng.random(SHAPES) < rng.random()) & (geometry["active"] == 1)
+    return geometry
+
+
+def one_awake(dim: int = 2) -> Array:
+    geometry = np.zeros(SHAPES, shape_geometry_dtype(dim))
+    geometry["active"] = 1
+    geometry["awake"][3] = 1
+    return geometry
+
+
+def all_awake(dim: int) -> Array:
+    geometry = np.zeros(SHAPES, shape_geometry_dtype(dim))
+    geometry["active"] = geometry["awake"] = 1
+    return geometry
+
+
+def searched(contacts: Array, geometry: Array) -> Array:
+    """Which of the contacts are of pairs with something awake or switched off."""
+    still = (geometry["active"] == 1) & (geometry["awake"] == 0)
+    return ~(still[contacts["shape_a"]] & still[contacts["shape_b"]])
+
+
+def update(old: Array, found: Array, geometry: Array, room: int = 100) -> tuple[int, Array, Array]:
+    """(count, contacts, places of the found ones) after an update of the old ones."""
+    contacts = np.zeros(max(room, len(old)), old.dtype)
+    contacts[: len(old)] = old
+    places = np.zeros(room, np.int32)
+    count = update_contacts(contacts, len(old), found.copy(), len(found), geometry, np.zeros_like(contacts), places)
+    return count, contacts, places[: len(found)]
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_impulses_follow_their_feature(dim: int) -> None:
+    rng = np.random.default_rng(0)
+    matched = 0
+    for _ in range(50):
+        old = random_contacts(rng, dim, random_pairs(rng))
+        new = random_contacts(rng, dim, random_pairs(rng))
+        count, contacts, _ = update(old, new, all_awake(dim))
+        assert keys(contacts[:count]) == keys(new)
+        table = dict(zip(keys(old), old["impulse"], strict=True))
+        for key, contact, own in zip(keys(new), contacts, new["impulse"], strict=False):
+            assert (contact["impulse"] == table.get(key, own)).all()
+            matched += key in table
+    assert matched > 100
+
+
+def test_only_the_first_count_entries_are_real() -> None:
+    rng = np.random.default_rng(1)
+    old = random_contacts(rng, 2, [(0, 1)])
+    new = old.copy()
+    new["impulse"] = 0.0
+    places, scratch = np.zeros(10, np.int32), np.zeros_like(old)
+    contacts = old.copy()
+    assert update_contacts(contacts, 0, new.copy(), len(new), all_awake(2), scratch, places) == len(new)
+    assert (contacts["impulse"] == 0.0).all()
+    contacts = old.copy()
+    assert update_contacts(contacts, len(old), new.copy(), 1, all_awake(2), scratch, places) == 1
+    assert (contacts["impulse"][0] == old["impulse"][0]).all()
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_sleeping_contacts_stay(dim: int) -> None:
+    rng = np.random.default_rng(2)
+    for _ in range(300):
+        geometry = sleepers(rng, dim)
+        awake = geometry["awake"] == 1
+        old = random_contacts(rng, dim, random_pairs(rng))
+        found = random_contacts(rng, dim, [(a, b) for a, b in random_pairs(rng) if awake[a] or awake[b]])
+        kept = old[~searched(old, geometry)]
+        wanted = np.concatenate([kept, found])
+        wanted = wanted[np.lexsort((wanted["shape_b"], wanted["shape_a"]))]
+        count, contacts, places = update(old, found, geometry)
+        assert keys(contacts[:count]) == keys(wanted)
+        assert keys(contacts[places]) == keys(found)
+        left = np.setdiff1d(np.arange(count), places)
+        assert (contacts[left] == kept).all()
+        table = dict(zip(keys(old), old["impulse"], strict=True))
+        for contact, own in zip(contacts[places], found, strict=True):
+            assert (contact["impulse"] == table.get(keys(own[None])[0], own["impulse"])).all()
+
+
+def test_contacts_that_do_not_fit_change_nothing() -> None:
+    rng = np.random.default_rng(3)
+    geometry = one_awake()
+    old = random_contacts(rng, 2, random_pairs(rng))
+    found = random_contacts(rng, 2, random_pairs(rng))
+    count, contacts, _ = update(old, found, geometry, room=0)
+    assert count == (~searched(old, geometry)).sum() + len(found) > len(old)
+    assert (contacts == old).all()
+
+
+def test_unmoved_sleepers_are_not_copied() -> None:
+    rng = np.random.default_rng(4)
+    geometry = one_awake()
+    old = random_contacts(rng, 2, random_pairs(rng))
+    found = old[searched(old, geometry)]
+    assert 0 < len(found) < len(old)
+    displaced = np.zeros_like(old)
+    contacts = old.copy()
+    places = np.zeros(len(old), np.int32)
+    assert update_contacts(contacts, len(old), found, len(found), geometry, displaced, places) == len(old)
+    assert (contacts == old).all()
+    assert (places[: len(found)] == np.flatnonzero(searched(old, geometry))).all()
+    assert not displaced["shape_b"].any()

@@ -1,0 +1,263 @@
+"""The sparse block factor of joint rows against dense linear algebra."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from gsenv.solver.core.joint_rows import finish_row
+from gsenv.solver.core.rows import BOUNDED, EQUATION, row_dtype
+from gsenv.solver.jit import njit
+from gsenv.solver.methods.cholesky import (
+    BLOCKS_PER_BODY,
+    add_force,
+    add_stiffness,
+    block_dtype,
+    change_of,
+    factor_dtype,
+    factorise,
+    forget_factor,
+    load_masses,
+    plan_factor,
+    substitute,
+)
+from gsenv.solver.methods.joint_factor import factorise_equations, solve_equations
+from gsenv.solver.records.model import body_state_dtype, substep_body_dtype
+from gsenv.solver.records.plain import as_records
+
+pytestmark = pytest.mark.nojit
+Array = NDArray[Any]
+Edges = list[tuple[int, int]]
+DIM, NDOF = 2, 3
+
+
+# a row, whose fields share places, can't be handed to a kernel by itself
+
+
+@njit
+def finish(rows: Any, r: int, substep_bodies: Any) -> None:
+    finish_row(rows[r], 0, 0.0, substep_bodies)
+
+
+@njit
+def stiffen(rows: Any, r: int, factor: Any, blocks: Any, stiffness: float) -> None:
+    add_stiffness(rows[r], factor, blocks, stiffness)
+
+
+@njit
+def push(rows: Any, r: int, factor: Any, force: float) -> None:
+    add_force(rows[r], factor, force)
+
+
+@njit
+def change(rows: Any, r: int, factor: Any) -> Any:
+    return change_of(rows[r], factor)
+
+
+class Island:
+    """Bodies with random masses, and rows with random directions between pairs of them; body 0 is static."""
+
+    def __init__(self, edges: Edges, rows_per_edge: int = 2, blocks: int | None = None, seed: int = 0) -> None:
+        random = np.random.default_rng(seed)
+        bodies = 1 + max(max(edge) for edge in edges)
+        self.edges = edges
+        self.substep_bodies = np.zeros(bodies, substep_body_dtype(DIM))
+        for b in range(1, bodies):
+            mass, inertia = random.uniform(0.5, 3.0), random.uniform(0.1, 1.0)
+            self.substep_bodies["mass_matrix"][b] = np.diag([mass, mass, inertia])
+            self.substep_bodies["inverse"][b] = 1.0 / mass, 1.0 / mass, 1.0 / inertia
+        self.rows = np.zeros(rows_per_edge * len(edges), row_dtype(DIM))
+        for r in range(len(self.rows)):
+            self.rows["body_a"][r], self.rows["body_b"][r] = edges[r // rows_per_edge]
+            self.rows["jacobian_a"][r] = random.normal(size=NDOF)
+            self.rows["jacobian_b"][r] = random.normal(size=NDOF)
+            finish(as_records(self.rows), r, as_records(self.substep_bodies))
+        self.island_bodies = np.arange(1, bodies, dtype=np.int32)
+        self.factor = np.zeros(bodies, factor_dtype(DIM))
+        self.factor["place"] = -1
+        self.chain = np.zeros(4 * len(self.rows), np.int32)
+        self.blocks = np.zeros(blocks or BLOCKS_PER_BODY * bodies, block_dtype(DIM))
+        self.state = np.zeros(bodies, body_state_dtype(DIM))
+        self.state["velocity"][1:] = random.normal(size=(bodies - 1, NDOF))
+
+    def plan(self, equations: bool = True) -> int:
+        return int(
+            plan_factor(
+                as_records(self.rows), len(self.rows), equations, self.island_bodies,
+                as_records(self.factor), self.chain, as_records(self.blocks),
+            )
+        )  # fmt: skip
+
+    def jacobian(self) -> Array:
+        """(row, body * 3), dense; the static body feels nothing."""
+        dense = np.zeros((len(self.rows), len(self.substep_bodies), NDOF))
+        for r, row in enumerate(self.rows):
+            dense[r, row["body_a"]] += row["jacobian_a"]
+            dense[r, row["body_b"]] += row["jacobian_b"]
+        return dense[:, 1:].reshape(len(self.rows), -1)
+
+    def mass(self) -> Array:
+        return np.diag(np.concatenate([np.diag(m) for m in self.substep_bodies["mass_matrix"][1:]]))
+
+
+def tree(bodies: int, seed: int) -> Edges:
+    """Every body on an earlier one, in random order of the numbers; some on the static body."""
+    random = np.random.default_rng(seed)
+    number = 1 + random.permutation(bodies)
+    edges = [(0, int(number[0]))]
+    for k in range(1, bodies):
+        edges.append((int(number[random.integers(k)]), int(number[k])))
+    return edges
+
+
+def ring(bodies: int) -> Edges:
+    return [(1 + k, 1 + (k + 1) % bodies) for k in range(bodies)]
+
+
+def grid(width: int, height: int) -> Edges:
+    across = [(1 + k + width * j, 2 + k + width * j) for j in range(height) for k in range(width - 1)]
+    return across + [(1 + k + width * j, 1 + k + width * (j + 1)) for j in range(height - 1) for k in range(width)]
+
+
+SHAPES: dict[str, Edges] = {
+    "one body": [(0, 1)],
+    "pair": [(1, 2)],
+    "chain": [(k, k + 1) for k in range(12)],
+    "star": [(1, k) for k in range(2, 14)],
+    "random tree": tree(20, 1),
+    "another tree": tree(31, 2),
+    "ring": ring(8),
+    "ring held twice": [*ring(9), (0, 1), (0, 5)],
+    "two islands": [(1, 2), (2, 3), (4, 5), (5, 6), (6, 4)],
+    "grid": grid(4, 5),
+    "all with all": [(j, k) for k in range(1, 7) for j in range(k)],
+    "given twice": [(1, 2), (1, 2), (2, 1), (2, 3)],
+}
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_solution_is_that_of_the_dense_system(name: str) -> None:
+    island = Island(SHAPES[name])
+    n = island.plan()
+    bodies = len(island.island_bodies)
+    assert n == bodies
+    assert sorted(island.factor["order"][:n]) == sorted(island.island_bodies)
+    random = np.random.default_rng(7)
+    stiffness = random.uniform(0.1, 30.0, len(island.rows))
+    forces = random.normal(size=len(island.rows))
+    factor, blocks, rows = as_records(island.factor), as_records(island.blocks), as_records(island.rows)
+    load_masses(n, factor, blocks, as_records(island.substep_bodies))
+    for r in range(len(rows)):
+        stiffen(rows, r, factor, blocks, stiffness[r])
+        push(rows, r, factor, forces[r])
+    assert factorise(n, factor, blocks)
+    substitute(n, factor, blocks)
+    jacobian = island.jacobian()
+    dense = island.mass() + jacobian.T @ (stiffness[:, None] * jacobian)
+    expected = np.linalg.solve(dense, jacobian.T @ forces)
+    found = np.zeros((bodies, NDOF))
+    found[island.factor["order"][:n] - 1] = island.factor["x"][:n]
+    np.testing.assert_allclose(found.ravel(), expected, rtol=1e-9, atol=1e-11)
+    changes = [change(rows, r, factor) for r in range(len(rows))]
+    np.testing.assert_allclose(changes, jacobian @ expected, rtol=1e-9, atol=1e-10)
+    forget_factor(island.island_bodies, factor)
+    assert (island.factor["place"] == -1).all()
+
+
+@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("bodies", [2, 17, 64])
+def test_trees_fill_in_nothing(bodies: int, seed: int) -> None:
+    # a block for each body and one for each joint between two of them: linear time
+    edges = tree(bodies, seed)
+    island = Island(edges)
+    n = island.plan()
+    moving = sum(a > 0 for a, _ in edges)
+    assert n == bodies
+    assert int(island.factor["count"][:n].sum()) == moving
+    last = island.factor["first"][n - 1] + island.factor["count"][n - 1] + 1
+    assert last == bodies + moving
+
+
+@pytest.mark.parametrize("bodies", [5, 40])
+def test_a_ring_fills_in_one_block_a_body(bodies: int) -> None:
+    island = Island(ring(bodies))
+    n = island.plan()
+    assert int(island.factor["count"][:n].sum()) <= 2 * bodies
+
+
+def test_columns_ascend_and_end_on_the_diagonal() -> None:
+    island = Island(grid(4, 5))
+    n = island.plan()
+    for p in range(n):
+        first, count = island.factor["first"][p], island.factor["count"][p]
+        columns = island.blocks["column"][first : first + count + 1]
+        assert (np.diff(columns) > 0).all()
+        assert columns[-1] == p
+
+
+def test_what_does_not_fit_is_refused() -> None:
+    island = Island(SHAPES["all with all"], blocks=10)
+    assert island.plan() == 0
+    forget_factor(island.island_bodies, as_records(island.factor))
+    crowd = Island([(j, k) for k in range(1, 25) for j in range(k)])
+    assert crowd.plan() == 0  # more than BLOCKS_PER_BODY blocks a body do not pay
+
+
+def test_only_equations_count() -> None:
+    island = Island([(1, 2), (2, 3), (3, 4)])
+    island.rows["kind"][2:4] = BOUNDED
+    assert island.plan(equations=True) == 4
+    forget_factor(island.island_bodies, as_records(island.factor))
+    island.rows["kind"][:] = BOUNDED
+    assert island.plan(equations=True) == 0
+    assert island.plan(equations=False) == 4
+
+
+def test_no_factor_of_what_is_not_positive_definite() -> None:
+    island = Island([(0, 1), (1, 2)])
+    n = island.plan()
+    load_masses(n, as_records(island.factor), as_records(island.blocks), as_records(island.substep_bodies))
+    stiffen(as_records(island.rows), 0, as_records(island.factor), as_records(island.blocks), -1e3)
+    assert not factorise(n, as_records(island.factor), as_records(island.blocks))
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_equations_become_true(name: str) -> None:
+    # impulses of E v + b = 0 as least squares in the metric of mass: redundant and contradictory rows too
+    island = Island(SHAPES[name], rows_per_edge=2)
+    random = np.random.default_rng(3)
+    jacobian, mass = island.jacobian(), island.mass()
+    target = random.normal(size=jacobian.shape[1])
+    island.rows["bias"] = -jacobian @ target  # some velocity obeys all of them
+    rows, state, factor, blocks = (as_records(a) for a in (island.rows, island.state, island.factor, island.blocks))
+    free = island.state["velocity"][1:].ravel().copy()
+    n = factorise_equations(
+        rows, len(rows), island.island_bodies, as_records(island.substep_bodies), factor, island.chain, blocks
+    )
+    assert n == len(island.island_bodies)
+    for _ in range(3):
+        solve_equations(rows, len(rows), state, n, factor, blocks, 0.0, None)
+    found = island.state["velocity"][1:].ravel()
+    np.testing.assert_allclose(jacobian @ found, jacobian @ target, atol=1e-6)
+    np.testing.assert_allclose(mass @ (found - free), jacobian.T @ island.rows["impulse"], atol=1e-6)
+    # of all velocities that obey, the one nearest to the free one
+    root = np.sqrt(np.diag(mass))
+    nearest = free + (np.linalg.pinv(jacobian / root) @ (jacobian @ (target - free))) / root
+    np.testing.assert_allclose(found, nearest, atol=1e-5)
+
+
+def test_nothing_is_done_about_equations_that_are_true_enough() -> None:
+    island = Island([(0, 1), (1, 2)])
+    assert island.rows["kind"][0] == EQUATION
+    rows, state, factor, blocks = (as_records(a) for a in (island.rows, island.state, island.factor, island.blocks))
+    n = factorise_equations(
+        rows, len(rows), island.island_bodies, as_records(island.substep_bodies), factor, island.chain, blocks
+    )
+    before = island.state.copy()
+    violation = solve_equations(rows, len(rows), state, n, factor, blocks, 1e9, None)
+    w = island.jacobian() @ island.state["velocity"][1:].ravel()
+    assert violation == pytest.approx((w**2 / island.rows["diagonal"]).sum(), rel=1e-12)
+    np.testing.assert_array_equal(island.state["velocity"], before["velocity"])
