@@ -22,6 +22,10 @@ _ENVIRONMENT = "_ZN08NumbaEnv"  # prefix of the global variables that point to a
 _DYNAMIC = "numba.dynamic.globals"  # prefix of addresses that are valid in this process only
 
 
+class StaleEntryError(LookupError):
+    """A cache entry calls code that no longer exists under that name."""
+
+
 class DeferredLibrary(JITCodeLibrary):
     """The code of one function and the libraries of the functions that it calls."""
 
@@ -90,14 +94,18 @@ class DeferredLibrary(JITCodeLibrary):
         """Return what the cache stores: machine code, or of an incomplete library its code and its callees' names."""
         if self._finalized:
             return super().serialize_using_object_code()
-        modules, kernels = [self._get_module_for_linking().as_bitcode()], []
+        module, kernels = self._get_module_for_linking(), []
+        own = {function.name for function in module.functions if not function.is_declaration}
         for library in self._callees(beyond_kernels=False):
             kernel = library.kernel_name() if isinstance(library, DeferredLibrary) else None
             if kernel is not None:
                 kernels.append(kernel)
             elif library is not rtsys.library:
-                modules.append(library._get_module_for_linking().as_bitcode())
-        return self.name, "deferred", (modules, kernels)
+                module.link_in(library._get_module_for_linking(), preserve=True)
+        for function in module.functions:
+            if not function.is_declaration and function.name not in own:
+                function.linkage = "internal"  # numba names helpers by a number that another process gives to others
+        return self.name, "deferred", (module.as_bitcode(), kernels)
 
     @classmethod
     def _unserialize(cls, codegen: Any, state: Any) -> Any:
@@ -105,12 +113,27 @@ class DeferredLibrary(JITCodeLibrary):
         if kind != "deferred":
             return super()._unserialize(codegen, state)
         library = codegen.create_library(name)
-        modules, kernels = data
-        library._final_module = binding.parse_bitcode(modules[0])
-        for module in modules[1:]:
-            library._final_module.link_in(binding.parse_bitcode(module))
+        code, kernels = data
+        library._final_module = binding.parse_bitcode(code)
         library._linking_libraries = [rtsys.library, *(_compiled(*kernel) for kernel in kernels)]
+        missing = library.undefined_functions()
+        if missing:
+            raise StaleEntryError(f"no callee defines {missing[0]}")
         return library
+
+    def undefined_functions(self) -> list[str]:
+        """Return the names of compiled functions that this code calls and no callee defines."""
+        callees = [library._final_module for library in self._linking_libraries]
+        called = [function.name for function in self._final_module.functions if function.is_declaration]
+        return [
+            name for name in called if name.startswith("_ZN") and not any(_defines(module, name) for module in callees)
+        ]
+
+    def _verify_declare_only_symbols(self) -> None:
+        """Raise AssertionError where a function is called and not linked; numba checks its own names only."""
+        for function in self._final_module.functions:
+            if function.is_declaration and function.name.startswith("_ZN"):
+                raise AssertionError(f"{self.name} calls {function.name}, which is not linked")
 
     def _callees(self, beyond_kernels: bool = True) -> list[Any]:
         """Return the libraries that this code calls, directly or not.

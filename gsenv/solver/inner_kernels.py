@@ -11,11 +11,42 @@ from __future__ import annotations
 from typing import Any
 
 from numba.core import sigutils
+from numba.core.bytecode import FunctionIdentity
+from numba.core.compiler import Compiler, Flags
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import CPUDispatcher
 from numba.core.types.misc import unliteral
+from numba.core.untyped_passes import ExtractByteCode
 
 from .deferred_library import deferred
+
+symbol_ids: dict[Any, int] = {}
+"""Of functions that can be imported: what tells its symbol from those of other functions, equal in every process."""
+
+
+class _KernelFlags(Flags):
+    """Flags of a kernel, whose symbol does not depend on whether it has a wrapper for Python."""
+
+    def get_mangle_string(self) -> str:
+        plain = Flags(self)
+        plain.discard("no_cpython_wrapper")
+        return str(plain.get_mangle_string())
+
+
+class _KernelCompiler(Compiler):
+    """numba's compiler with symbols that are equal in every process: cached callers refer to callees by symbol."""
+
+    def __init__(self, *arguments: Any) -> None:
+        super().__init__(*arguments)
+        self.state.flags = _KernelFlags(self.state.flags)
+
+    def compile_extra(self, function: Any) -> Any:
+        self.state.func_id = FunctionIdentity.from_function(function)
+        self.state.func_id.unique_id = symbol_ids.get(function, self.state.func_id.unique_id)
+        ExtractByteCode().run_pass(self.state)
+        self.state.lifted = ()
+        self.state.lifted_from = None
+        return self._compile_bytecode()
 
 
 class KernelDispatcher(CPUDispatcher):
@@ -24,7 +55,8 @@ class KernelDispatcher(CPUDispatcher):
     _depth = 0  # of compilations inside one another, in this process; guarded by numba's compiler lock
 
     def __init__(self, function: Any, options: dict[str, Any]) -> None:
-        super().__init__(py_func=function, locals={}, targetoptions={**options, "nopython": True, "boundscheck": None})
+        target_options = {**options, "nopython": True, "boundscheck": None}
+        super().__init__(py_func=function, locals={}, targetoptions=target_options, pipeline_class=_KernelCompiler)
         self.inner = False
         self._options = dict(self._compiler.targetoptions)
         self._inner_overloads: set[tuple[Any, ...]] = set()

@@ -303,6 +303,47 @@ def test_code_of_a_callee_is_reused_by_an_edited_caller(package: Path) -> None:
     assert (package / "gsenv/solver/__pycache__" / kept).stat().st_mtime_ns == before[kept]
 
 
+TOP = """
+from .caller import caller
+from .jit import njit
+
+@njit
+def top(x):
+    return caller(x) + {}
+"""
+
+
+def run_top(package: Path, added: int, code: str = "pass") -> str:
+    """Return what a process prints that runs ``code`` and calls `top`, whose source is new for each ``added``."""
+    (package / "gsenv/solver/top.py").write_text(TOP.format(added))
+    command = [sys.executable, "-c", f"{code}; from gsenv.solver.top import top; print(top(1))"]
+    done = subprocess.run(command, cwd=package, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    return done.stdout.split()[-1]
+
+
+def test_cached_callers_find_their_callees_whoever_compiled_these(package: Path) -> None:
+    """A callee that one process compiled for Python and another one for kernels has one symbol."""
+    assert run_top(package, 0) == "20"
+    caller = package / "gsenv/solver/caller.py"
+    caller.write_text(CALLER.replace("10 *", "100 *"))
+    # Other functions, compiled first, take numbers that numba would give to kernels.
+    others = "import numba; [numba.njit(lambda x: x)(k) for k in range(3)]"
+    assert run_top(package, 1, f"{others}; from gsenv.solver.callee import callee; callee(1)") == "201"
+    assert run_top(package, 2) == "202"
+    assert run_top(package, 3, "from gsenv.solver.caller import caller; caller(1)") == "203"
+
+
+def test_entry_that_calls_a_missing_symbol_is_compiled_again(package: Path) -> None:
+    assert run_top(package, 0) == "20"
+    (entry,) = [name for name in entries(package) if name.startswith("callee.callee")]
+    path = package / "gsenv/solver/__pycache__" / entry
+    code = path.read_bytes()
+    assert code.count(b"6callee") > 1  # in the code and in its description
+    path.write_bytes(code.replace(b"6callee", b"6collee"))  # as if numba made symbols in another way
+    assert run_top(package, 1) == "21"
+
+
 HELPERS = """
 import math
 
