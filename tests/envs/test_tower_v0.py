@@ -326,7 +326,7 @@ def test_unknown_argument() -> None:
 @pytest.mark.parametrize(
     ("actions", "message"),
     [
-        ({"gripper_0": IDLE}, r"exactly the agents \['gripper_0', 'gripper_1'\] are needed, got \['gripper_0'\]"),
+        ({"gripper_0": IDLE}, r"exactly the agents \['gripper_0', 'gripper_1'\], got \['gripper_0'\]"),
         ({**IDLE_BOTH, "robot": IDLE}, "exactly the agents"),
         ([IDLE, IDLE], "exactly the agents"),
         ({**IDLE_BOTH, "gripper_1": IDLE[:3]}, r"of 'gripper_1' must have the shape \(4,\), got \(3,\)"),
