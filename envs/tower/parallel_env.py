@@ -26,7 +26,7 @@ class TowerParallelEnv(TaskParallelEnv):
     once it touches what it belongs on, moves slower than 0.08 m/s and 0.12 rad/s, and no gripper is on
     it. An empty gripper gets its next block when its last one has been placed, it is more than 1.2 m
     out on its side, and the circle around the block's place, 5 cm wider than the block, is clear of
-    blocks and ground, and the other gripper is at least 30 cm farther away.
+    blocks and ground, and a circle 30 cm larger is clear of the other gripper.
 
     The agents are `gripper_0` on the left and `gripper_1` on the right. Each acts and sees in its own
     frame, where x points inwards, from its side towards the other's: the right one's is mirrored, so

@@ -92,7 +92,7 @@ class Parameters(ParameterArrays):
         """
         chosen = check.worlds(worlds, len(self.worlds))
         if not fields:
-            raise ValueError("parameters: there is no field to set.")
+            raise ValueError("parameters: set needs at least one field, such as friction=0.5.")
         if item is None:
             unknown = set(fields) - {"gravity"}
             if unknown:

@@ -376,6 +376,6 @@ def test_options_may_change_between_steps() -> None:
     world.options = Options(timestep=0.1)
     world.step()
     assert world.position[0, 0, 0] == pytest.approx(1 / 60 + 0.1, rel=1e-13)
-    with pytest.raises(ValueError, match="newton solver is there in 2D only"):
+    with pytest.raises(ValueError, match="solver newton exists in 2D only"):
         world.options = Options(solver="newton")
     assert world.timestep == 0.1
