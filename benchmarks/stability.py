@@ -235,7 +235,8 @@ def summary(category: str, group: Sequence[Outcome]) -> Summary:
 def report(results: Mapping[str, Any]) -> Report:
     lines = unpacked(Line, results["lines"])
     parts: list[Part] = [
-        f"Errors of {SECONDS:g} s, relative or in boxes; broken: above {BROKEN:g}, or not finite.",
+        f"Each cell has the error of a run of {SECONDS:g} s, relative or in heights of a box. A run whose error is "
+        f"above {BROKEN:g} or not finite is called broken.",
         Picture("Error of each fidelity along each axis", partial(draw, lines)),
         axes_table(lines),
     ]
@@ -243,7 +244,8 @@ def report(results: Mapping[str, Any]) -> Report:
     if scenes:
         parts += [
             f"## {scenes['count']} random jointed scenes of {STEPS} steps",
-            f"Broken: not finite, energy above the start by {LIMIT:g} of its scale, or too fast for what drives it.",
+            f"A scene is called broken if a number is not finite, if the energy rises above its start by {LIMIT:g} of"
+            " its scale, or if a body is faster than its drive allows.",
             random_table(unpacked(Summary, scenes["summaries"])),
             *(f"**{line}**" for line in scenes["broken"]),
         ]

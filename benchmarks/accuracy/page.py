@@ -85,7 +85,11 @@ def report(results: Mapping[str, Any]) -> Report:
         parts += [f"## Cheapest setting with an error of at most {limit:.0e}", limit_table(cases, points, limit)]
     if balls:
         parts += [f"## Balls that fall apart, error at most {LOOSE:.0e} m", limit_table(balls, points, LOOSE)]
-    parts += ["## Fidelities of gsenv", "Error, and CPU us per simulated second.", fidelity_table(cases, points)]
+    parts += [
+        "## Fidelities of gsenv",
+        "The columns give the error, and the CPU time in us per simulated second.",
+        fidelity_table(cases, points),
+    ]
     parts += ["## Standing scenes, heights and overlaps alone", LENIENT]
     for limit in LIMITS[:2]:
         parts += [f"Error at most {limit:.0e}:", limit_table(standing, points, limit, lenient)]
