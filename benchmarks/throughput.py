@@ -103,7 +103,7 @@ def vector(env_id: str, worlds: int, **arguments: Any) -> Step:
 
 
 def stable_baselines(env_id: str, worlds: int, **arguments: Any) -> Step:
-    """BatchedVecEnv for gsenv's own environments, DummyVecEnv for others."""
+    """Return a BatchedVecEnv of gsenv's own environments, or a DummyVecEnv of others."""
     from stable_baselines3.common.env_util import make_vec_env
 
     vec_env_class: Any = None

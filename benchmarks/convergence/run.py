@@ -42,7 +42,7 @@ class Result:
 
 
 def observed_order(rates: Iterable[int], errors: Iterable[float]) -> float | None:
-    """Slope of log(error) over log(timestep) above rounding; None where fewer than three errors are."""
+    """Return the slope of log(error) over log(timestep) above rounding; None if fewer than three errors are."""
     points = [(-math.log(rate), math.log(error)) for rate, error in zip(rates, errors, strict=True) if error > ROUNDING]
     if len(points) < 3:
         return None
@@ -51,7 +51,7 @@ def observed_order(rates: Iterable[int], errors: Iterable[float]) -> float | Non
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """None of its own."""
+    """Add nothing: this benchmark has no options of its own."""
 
 
 def measure(run: Run) -> dict[str, Any]:

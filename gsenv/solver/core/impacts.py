@@ -49,7 +49,7 @@ def acceleration_of(row: Any, substep_bodies: Any) -> Any:
 
 @njit
 def speed_at(row: Any, bodies: Any, substep_bodies: Any, time: Any) -> Any:
-    """J v of a row ``time`` s into the substep."""
+    """Return J v of a row ``time`` s into the substep."""
     u = relative_velocity(row, bodies[row.body_a], bodies[row.body_b])
     return u + time * acceleration_of(row, substep_bodies)
 

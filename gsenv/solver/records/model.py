@@ -125,7 +125,7 @@ def shape_parameter_dtype(dim: int) -> np.dtype[Any]:
 
 
 def solid_dtype(dim: int) -> np.dtype[Any]:
-    """What a shape's size and density make of its body; see core/edit.py."""
+    """Return the dtype of the mass properties that follow from a shape's size and density; see core/edit.py."""
     inertia = () if dim == 2 else (3,)
     return np.dtype(
         [

@@ -1,4 +1,4 @@
-"""Rows of one's own in space, and a ball joint that was solved by hand."""
+"""User constraints in 3D, and a ball joint that was solved by hand."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is refused in space: one sentence that names what and where, and nothing is changed."""
+"""What is refused in 3D: one sentence that names what and where, and nothing is changed."""
 
 from __future__ import annotations
 

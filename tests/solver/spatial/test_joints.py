@@ -1,4 +1,4 @@
-"""Joints in space against closed forms: weld, target, distance, ball; contradictions stay calm; reactions."""
+"""Joints in 3D against closed forms: weld, target, distance, ball; contradictions stay calm; reactions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""World in space: parameters by world, poses, velocities, forces, targets, sensors, diagnostics."""
+"""Worlds in 3D: parameters by world, poses, velocities, forces, targets, sensors, diagnostics."""
 
 from __future__ import annotations
 

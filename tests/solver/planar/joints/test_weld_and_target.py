@@ -1,4 +1,4 @@
-"""Welds, targets and constraints of one's own, against closed forms."""
+"""Welds, targets and user constraints against closed forms."""
 
 from __future__ import annotations
 
