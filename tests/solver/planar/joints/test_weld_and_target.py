@@ -86,7 +86,7 @@ def angular_momentum(world: World) -> float:
     return float((orbit + p.inertia[0] * world.angular_velocity[0]).sum())
 
 
-def test_weld_keeps_the_authored_angle() -> None:
+def test_weld_keeps_the_initial_angle() -> None:
     world = two_welded(0.0, (0, 0))
     # as one rigid body: turns about its centre of mass at 3 rad/s
     mass, x = world.parameters.mass[0], world.center_of_mass[0]
