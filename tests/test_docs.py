@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
+FILE_PATH = re.compile(r"`(?:python )?((?:[\w.-]+/)+[\w.-]+\.(?:py|md|yml|toml|json))`")
 BLOCK = re.compile(r"```python\n(.*?)```", re.DOTALL)
 LINK = re.compile(r"\]\(([^)\s#]+)[^)]*\)")
 GLOSSARY_ENTRY = re.compile(r"- \*\*(.+?)\*\*(.*)")
 CODE_NAME = re.compile(r"`([A-Za-z_][\w.]*)`")
-FILE_PATH = re.compile(r"`(?:python )?((?:[\w.-]+/)+[\w.-]+\.(?:py|md|yml|toml|json))`")
 PAGES = ("docs/constraints.md", "docs/your_own_env.md", "README.md")
 DOCS = sorted((ROOT / "docs").glob("*.md"))
 

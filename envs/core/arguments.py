@@ -135,9 +135,9 @@ DIAGNOSTICS = (  # field of the info, its meaning
     ("penetration", "m, deepest overlap"),
     ("joint_error", "m, largest gap of a joint"),
     ("energy", "J, kinetic, potential and spring energy"),
-    ("contacts", "number of contact points"),
-    ("sweeps", "number of sweeps of the solver, all islands and substeps"),
-    ("unconverged", "number of solves, one per island and substep, that reached the largest number of sweeps"),
+    ("contacts", "contact points"),
+    ("sweeps", "of the solver, all islands and substeps"),
+    ("unconverged", "island substeps that ran out of sweeps"),
 )
 WHOLE = ("contacts", "sweeps", "unconverged")
 DIAGNOSTICS_DTYPE = np.dtype([(name, "i8" if name in WHOLE else "f8") for name, _ in DIAGNOSTICS])

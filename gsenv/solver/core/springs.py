@@ -117,8 +117,8 @@ def release_springs(rows: Any, end: Any) -> None:
 
 
 @njit
-def any_spring(island_joints: Any, joint_parameters: Any) -> Any:
-    """Whether a joint of the island has a spring, which may release stored energy."""
+def any_sprung(island_joints: Any, joint_parameters: Any) -> Any:
+    """Whether a joint may give back stored energy."""
     for k in range(len(island_joints)):
         if has_spring(joint_parameters[island_joints[k]]):
             return True

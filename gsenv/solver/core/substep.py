@@ -37,7 +37,7 @@ from .joints import (
 )
 from .position_pass import correct_positions, smooth_fraction
 from .slices import part
-from .springs import any_spring, guard_springs, release_springs
+from .springs import any_sprung, guard_springs, release_springs
 
 rotate_contact_rows = by_dimension("contact_rows", "rotate_contact_rows", otherwise=nothing)
 enter_frames = by_dimension("rotation", "enter_frames", otherwise=nothing)
@@ -107,7 +107,7 @@ def start_island_joints(world: Any, island: Any, joints: Any, joint_factor: Any)
     island_joints = part(world.scratch.island_joints, island.joint_first, island.joint_count)
     island.joint_rows = count_joint_rows(island_joints, joint_models, joint_parameters)
     island.driven = island.driven or any_driven(island_joints, joint_models, joint_parameters)
-    island.has_springs = any_spring(island_joints, joint_parameters)
+    island.has_springs = any_sprung(island_joints, joint_parameters)
     if joint_factor is not None:
         if joint_factor.plan.used:
             island.substeps = substeps_for(world, island, joints)
