@@ -60,7 +60,7 @@ def failed(sentence: str, code: int) -> int:
 
 
 def listing() -> str:
-    """Names and summaries."""
+    """Return the list of names and summaries."""
     width = max(map(len, BENCHMARKS))
     lines = (f"  {name:{width}}  {benchmark.summary}" for name, benchmark in BENCHMARKS.items())
     return "usage: python -m benchmarks NAME [--quick] [--out DIR] [--help]\n\n" + "\n".join(lines)
@@ -88,7 +88,7 @@ def parser_of(benchmark: Benchmark, module: Implementation) -> argparse.Argument
 
 
 def outputs_of(benchmark: Benchmark, stem: str, quick: bool, folder: Path | None) -> Outputs:
-    """Where the files go."""
+    """Return the paths of the files of a run."""
     if folder is not None:
         return Outputs(folder / f"{stem}.json", folder / f"{stem}.md", folder / f"{stem}.png")
     if quick:
@@ -124,7 +124,7 @@ def run(benchmark: Benchmark, words: list[str]) -> int:
 
 
 def stored_results(place: Path, stem: str) -> dict[str, Any]:
-    """Results in a file, or in the file of that name in a folder.
+    """Return the results in a file, or in the file of that name in a folder.
 
     Raises:
         UsageError: there is no such file.
@@ -136,7 +136,7 @@ def stored_results(place: Path, stem: str) -> dict[str, Any]:
 
 
 def measured(benchmark: Benchmark, module: Implementation, job: Run) -> dict[str, Any]:
-    """The results, with their stamp."""
+    """Measure; return the results with their stamp."""
     from benchmarks.common.timing import pin, usable_cores
     from gsenv.solver.jit import mute_compile_notice
 

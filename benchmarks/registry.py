@@ -23,7 +23,7 @@ class Implementation(Protocol):
         """Run the benchmark; everything that its report shows, as JSON data."""
 
     def report(self, results: Mapping[str, Any]) -> Report:
-        """Tables, text and picture of what ``measure`` returned."""
+        """Return tables, text and picture of what ``measure`` returned."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class Benchmark:
         return cast(Implementation, import_module(f"benchmarks.{self.name}"))
 
     def stem(self, dim: int) -> str:
-        """Name of its files, without the ending."""
+        """Return the name of its files, without the ending."""
         return self.name if dim == self.dims[0] else f"{self.name}{dim}d"
 
 

@@ -37,7 +37,7 @@ class Outcome:
 
 
 def play(blocks: int, name: str, policy: Callable[[Any], Any], seeds: int) -> Outcome:
-    """One episode on each seed."""
+    """Play one episode on each seed."""
     envs = StackVectorEnv(seeds, blocks=blocks, max_episode_steps=STEP_LIMIT)
     observations, _ = envs.reset(seed=FIRST_SEED)
     running, success = np.ones(seeds, bool), np.zeros(seeds, bool)
@@ -54,7 +54,7 @@ def play(blocks: int, name: str, policy: Callable[[Any], Any], seeds: int) -> Ou
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """None of its own."""
+    """Add nothing: this benchmark has no options of its own."""
 
 
 def measure(run: Run) -> dict[str, Any]:

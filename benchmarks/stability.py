@@ -40,7 +40,7 @@ STEPS = 300  # of a random scene
 
 
 def overlap_or_height(world: World, start: Array) -> float:
-    """Deepest overlap or change of height over a box."""
+    """Return the deepest overlap or change of height, divided by the height of a box."""
     moved = np.abs(world.position[0] - start)[1:, 1].max()
     return float(max(world.diagnostics().penetration[0], moved))
 
@@ -52,7 +52,7 @@ def stacked(world: World) -> float:
 
 
 def swinging(world: World, link: float = 0.25) -> float:
-    """Joint error over a link, or drift of the energy over its scale, whichever is worst at any time."""
+    """Return the largest, at any time, of the joint error over a link's length and the energy drift over its scale."""
     mass = np.where(world.model.bodies["kind"] == 2, world.parameters.mass[0], 0.0)
     height = max(float(np.ptp(world.center_of_mass[0, :, 1])), link)
     kinetic = float(world.diagnostics().kinetic_energy[0])
@@ -70,7 +70,7 @@ def swinging(world: World, link: float = 0.25) -> float:
 
 
 def springy(world: World) -> float:
-    """Energy gained over the start, and how far from its shape the block ends, over its width."""
+    """Return the larger of the relative energy gain and the final deviation from the block's shape over its width."""
     start = float(world.diagnostics().energy[0])
     width = float(np.ptp(world.position[0, 1:, 0]))
     most = -math.inf
@@ -83,7 +83,7 @@ def springy(world: World) -> float:
 
 
 def deep(part: float) -> Scene:
-    """Ten boxes, each ``part`` of a box inside the one below."""
+    """Return ten boxes, each of which starts inside the one below by the fraction ``part`` of a box."""
     scene = stack(10)
     for k in range(10):
         scene.bodies[f"box_{k}"].position[1] = 0.5 + k * (1.0 - part)
@@ -91,7 +91,7 @@ def deep(part: float) -> Scene:
 
 
 def pushed_apart(world: World) -> float:
-    """Overlap left, or how far above its own height the tower was thrown."""
+    """Return the overlap that is left, or how far above its own height the tower was thrown."""
     highest = 0.0
     for _ in range(round(SECONDS / world.timestep / 5)):
         world.step(5)
@@ -107,7 +107,7 @@ def far_away(distance: float) -> Scene:
 
 
 def spinning(speed: float) -> Scene:
-    """Three bars pinned end to end that turn as one in space."""
+    """Return three bars pinned end to end that rotate freely as one."""
     scene = Scene(gravity=(0.0, 0.0))
     for k in range(3):
         bar = Box(half_extents=(0.125, 0.02))
@@ -213,7 +213,7 @@ def run_random(seed: int) -> Outcome:
 
 
 def random_scenes(count: int, processes: int) -> dict[str, Any]:
-    """Summaries by category, and what was broken, in words."""
+    """Run random scenes; return summaries by category, and descriptions of what was broken."""
     outcomes = in_processes(run_random, range(count), processes, "random jointed scenes")
     groups = {category: [o for o in outcomes if o.category == category] for category in CATEGORIES}
     return {
@@ -235,7 +235,8 @@ def summary(category: str, group: Sequence[Outcome]) -> Summary:
 def report(results: Mapping[str, Any]) -> Report:
     lines = unpacked(Line, results["lines"])
     parts: list[Part] = [
-        f"Errors of {SECONDS:g} s, relative or in boxes; broken: above {BROKEN:g}, or not finite.",
+        f"Each cell has the error of a run of {SECONDS:g} s, relative or in heights of a box. A run whose error is "
+        f"above {BROKEN:g} or not finite is called broken.",
         Picture("Error of each fidelity along each axis", partial(draw, lines)),
         axes_table(lines),
     ]
@@ -243,7 +244,8 @@ def report(results: Mapping[str, Any]) -> Report:
     if scenes:
         parts += [
             f"## {scenes['count']} random jointed scenes of {STEPS} steps",
-            f"Broken: not finite, energy above the start by {LIMIT:g} of its scale, or too fast for what drives it.",
+            f"A scene is called broken if a number is not finite, if the energy rises above its start by {LIMIT:g} of"
+            " its scale, or if a body is faster than its drive allows.",
             random_table(unpacked(Summary, scenes["summaries"])),
             *(f"**{line}**" for line in scenes["broken"]),
         ]

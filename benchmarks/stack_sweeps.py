@@ -52,7 +52,7 @@ def first_loads(world: World, sweeps: int) -> Array:
 
 
 def sunk(world: World, sweeps: int, warm: bool, seconds: float) -> float:
-    """m that the top box is below its place, after some time."""
+    """Return how far in m the top box is below its place after some time."""
     world.reset()
     world.options = options(sweeps, warm)
     world.step(round(seconds / world.timestep))
@@ -116,7 +116,7 @@ def draw(results: Mapping[str, Any]) -> Figure:
 
 
 def draw_loads(axes: Axes, sweeps: Sequence[int], loads: Array) -> None:
-    """One line for each contact, in weights of one box: its exact value is a whole number."""
+    """Draw one line for each contact, in weights of one box, whose exact value is a whole number."""
     from benchmarks.common.plots import plt
 
     colors = plt.get_cmap("viridis")(np.linspace(0.0, 0.85, COUNT))

@@ -53,7 +53,7 @@ def startup(program: str, warm: list[Finished], cold: Finished | None) -> Startu
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """None of its own."""
+    """Add nothing: this benchmark has no options of its own."""
 
 
 def measure(run: Run) -> dict[str, Any]:

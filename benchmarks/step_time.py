@@ -85,7 +85,7 @@ class Worker:
         self.process.communicate()
 
     def seconds(self) -> float:
-        """CPU s of a step."""
+        """Return the CPU time in s of a step."""
         assert self.process.stdin is not None
         self.process.stdin.write("\n")
         self.process.stdin.flush()
@@ -126,7 +126,7 @@ def measure(run: Run) -> dict[str, Any]:
 
 
 def time_scene(name: str, other: Path | None, rounds: int) -> Timing:
-    """This checkout's time and, measured by turns, the other's."""
+    """Return this checkout's time and, measured by turns, the other's."""
     checkouts = [ROOT] if other is None else [ROOT, other.resolve()]
     with ExitStack() as stack:
         workers = [stack.enter_context(Worker(checkout, name)) for checkout in checkouts]

@@ -103,7 +103,7 @@ def vector(env_id: str, worlds: int, **arguments: Any) -> Step:
 
 
 def stable_baselines(env_id: str, worlds: int, **arguments: Any) -> Step:
-    """BatchedVecEnv for gsenv's own environments, DummyVecEnv for others."""
+    """Return a BatchedVecEnv of gsenv's own environments, or a DummyVecEnv of others."""
     from stable_baselines3.common.env_util import make_vec_env
 
     vec_env_class: Any = None
@@ -233,11 +233,11 @@ def report(results: Mapping[str, Any]) -> Report:
     chosen = unpacked(Case, results["cases"])
     missing = dict.fromkeys(f"{case.how} of {case.env}: {case.reason}" for case in chosen if case.reason)
     parts: list[Part] = [
-        f"On cores {results['cores']}: random actions, resets included, kernels compiled before; median of "
-        f"{results['rounds']} rounds in which all cases take turns.",
+        f"The environments ran on cores {results['cores']} with random actions and with kernels compiled beforehand. "
+        f"The figures include resets, and are medians of {results['rounds']} rounds in which all cases take turns.",
         steps_table(chosen),
-        '"steps/CPU s" counts the time of all threads. Tasks differ: a step of gsenv\'s environments is 1/30 s with an '
-        "exact solver, one of Box2D's environments 1/50 s. The table compares what a learner waits for, not solvers.",
+        '"steps/CPU s" counts the time of all threads. The tasks differ: a step of gsenv\'s environments is 1/30 s '
+        "long, one of Box2D's environments 1/50 s. The table compares the time that a learner waits, not the solvers.",
         "## Targets",
         targets_table(chosen),
     ]

@@ -27,17 +27,20 @@ _MAX_CYCLES = next(entry.max_cycles for entry in PARALLEL_ENVS if entry.name == 
 
 
 def env(**kwargs: Any) -> AECEnv:
-    """The AEC environment: agents act in turn, the world moves on after the second. Arguments as parallel_env's."""
+    """Return the AEC environment: agents act in turn, and the world is stepped after the second one has acted.
+
+    Takes the arguments of `parallel_env`.
+    """
     return OrderEnforcingWrapper(ClipOutOfBoundsWrapper(raw_env(**kwargs)))
 
 
 def raw_env(**kwargs: Any) -> AECEnv:
-    """The AEC environment without the wrapper that clips actions."""
+    """Return the AEC environment without the wrappers that clip actions and check the order of calls."""
     return parallel_to_aec(parallel_env(**kwargs))
 
 
 def parallel_env(max_cycles: int | None = _MAX_CYCLES, **kwargs: Any) -> TowerParallelEnv:
-    """The environment whose agents act at once; see TowerParallelEnv for the arguments."""
+    """Return the environment whose agents act at once; TowerParallelEnv lists the arguments."""
     return TowerParallelEnv(max_cycles=max_cycles, **kwargs)
 
 

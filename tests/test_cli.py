@@ -294,16 +294,30 @@ def test_scene_is_recorded_at_its_own_pace(
     assert writer().frames[0].shape == (48, 64, 3)
 
 
-def test_warmup_runs_every_target_and_mutes_the_compile_notice(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_warmup_runs_every_target(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     calls = itertools.count()
-    monkeypatch.setattr(jit, "_notices_given", set())
+    monkeypatch.setattr(jit, "mute_compile_notice", lambda: None)  # would mute it for all tests of this process
     monkeypatch.setattr(warmup, "warmup_targets", lambda: [("one", lambda: next(calls)), ("two", lambda: next(calls))])
     assert cli.main(["warmup"]) == 0
     assert next(calls) == 2
     assert re.fullmatch(r"all kernels are ready \(\d+\.\d s\)\n", capsys.readouterr().out)
-    assert jit._notices_given == {"compile"}
+
+
+@pytest.mark.parametrize(
+    ("run", "notice"), [("kernel(1.0)", True), ("cli.main(['warmup'])", False)], ids=["alone", "in a warmup"]
+)
+def test_the_progress_bar_of_warmup_replaces_the_compile_notice(run: str, notice: bool) -> None:
+    code = (
+        "from gsenv import cli, warmup\n"
+        "from gsenv.solver import jit; jit.QUIET_SECONDS = 0\n"
+        "kernel = jit.njit(eval('lambda x: x + 1.0'))\n"  # has no source, so it is compiled in each process
+        "warmup.warmup_targets = lambda: [('a kernel', lambda: kernel(1.0))]\n"
+        f"{run}\n"
+        "assert kernel.signatures, 'it was compiled'"
+    )
+    result = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, timeout=300)
+    assert result.returncode == 0, result.stderr
+    assert ("compiling kernels" in result.stderr) == notice
 
 
 def test_warmup_covers_every_environment_and_planar_scene() -> None:

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
+FILE_PATH = re.compile(r"`(?:python )?((?:[\w.-]+/)+[\w.-]+\.(?:py|md|yml|toml|json))`")
 BLOCK = re.compile(r"```python\n(.*?)```", re.DOTALL)
 LINK = re.compile(r"\]\(([^)\s#]+)[^)]*\)")
 GLOSSARY_ENTRY = re.compile(r"- \*\*(.+?)\*\*(.*)")
@@ -31,6 +32,14 @@ def test_links_of_a_page_lead_to_files(page: Path) -> None:
     links = [link for link in LINK.findall(page.read_text()) if "://" not in link]
     missing = [link for link in links if not (page.parent / link).exists()]
     assert not missing, f"{page.relative_to(ROOT)} links to missing files: {', '.join(missing)}"
+
+
+@pytest.mark.parametrize("page", [*sorted(ROOT.glob("*.md")), *DOCS], ids=lambda page: str(page.relative_to(ROOT)))
+def test_files_that_a_page_names_exist(page: Path) -> None:
+    """Paths are relative to the repository, or as in ARCHITECTURE.md to gsenv/solver."""
+    paths = [path for path in FILE_PATH.findall(page.read_text()) if not path.startswith("runs/")]
+    missing = [path for path in paths if not any((folder / path).exists() for folder in (ROOT, ROOT / "gsenv/solver"))]
+    assert not missing, f"{page.relative_to(ROOT)} names missing files: {', '.join(missing)}"
 
 
 def test_the_index_links_to_every_page() -> None:

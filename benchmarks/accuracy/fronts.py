@@ -33,12 +33,12 @@ class Points:
         return [name for name in ENGINES if name in present or name == OURS]
 
     def of(self, case: str, engine: str | None = None) -> list[Point]:
-        """Of a case, and of one engine where it is named."""
+        """Return the points of a case, and of one engine if it is given."""
         return [point for point in self.all if point.case == case and engine in (point.engine, None)]
 
 
 def front(points: Iterable[Point], judge: Judge = strict) -> list[Point]:
-    """Points that no other beats in both time and error, cheapest first."""
+    """Return the points that no other beats in both time and error, cheapest first."""
     out: list[Point] = []
     best = float("inf")
     for point in sorted(points, key=lambda p: (p.us, judge(p) or 0.0)):
@@ -50,12 +50,12 @@ def front(points: Iterable[Point], judge: Judge = strict) -> list[Point]:
 
 
 def cheapest(points: Iterable[Point], limit: float, judge: Judge = strict) -> Point | None:
-    """The first of the front whose error is at most ``limit``."""
+    """Return the first of the front whose error is at most ``limit``."""
     return next((point for point in front(points, judge) if (judge(point) or 0.0) <= limit), None)
 
 
 def best_peer(points: Points, case: str, limit: float, judge: Judge = strict) -> Point | None:
-    """The cheapest point of all other engines whose error is at most ``limit``."""
+    """Return the cheapest point of all other engines whose error is at most ``limit``."""
 
     def found() -> Iterator[Point]:
         for peer in points.engines[1:]:
@@ -67,13 +67,13 @@ def best_peer(points: Points, case: str, limit: float, judge: Judge = strict) ->
 
 
 def ratio_to_best_peer(points: Points, case: str, limit: float, judge: Judge = strict) -> str:
-    """gsenv's time over that of the best peer, where gsenv was measured."""
+    """Return gsenv's time divided by that of the best other engine, where gsenv was measured."""
     mine = points.of(case, OURS)
     return time_ratio(cheapest(mine, limit, judge), best_peer(points, case, limit, judge)) if mine else "-"
 
 
 def time_ratio(mine: Point | None, peer: Point | None) -> str:
-    """gsenv's time over the peer's."""
+    """Return gsenv's time divided by the other engine's."""
     if mine is None:
         return "-" if peer is None else "not reached"
     return "alone" if peer is None else f"{mine.us / peer.us:.2f}"

@@ -26,7 +26,7 @@ def time_cell(point: Point | None) -> str:
 
 
 def overview(cases: Sequence[Case], points: Points) -> list[Part]:
-    """For the terminal: times and ratios at the first two limits."""
+    """Return the tables for the terminal: times and ratios at the first two limits."""
     parts: list[Part] = ["CPU us per simulated second of the cheapest setting, and gsenv's time over the best peer's:"]
     for limit in LIMITS[:2]:
         rows = []
@@ -38,7 +38,7 @@ def overview(cases: Sequence[Case], points: Points) -> list[Part]:
 
 
 def limit_table(cases: Sequence[Case], points: Points, limit: float, judge: Judge = strict) -> Table:
-    """Times and settings of the cheapest points whose error is at most ``limit``."""
+    """Return the times and settings of the cheapest points whose error is at most ``limit``."""
     rows = []
     for case in cases:
         best = [cheapest(points.of(case.key, engine), limit, judge) for engine in points.engines]
@@ -51,7 +51,7 @@ def limit_table(cases: Sequence[Case], points: Points, limit: float, judge: Judg
 
 
 def fidelity_table(cases: Sequence[Case], points: Points) -> Table:
-    """Error and time of gsenv's fidelities."""
+    """Return the errors and times of gsenv's fidelities."""
     rows = []
     for case in cases:
         row = [case.key, case.title]
@@ -65,12 +65,12 @@ def fidelity_table(cases: Sequence[Case], points: Points) -> Table:
 
 
 def outdated_cases(points: Points, sources: Mapping[str, str]) -> list[str]:
-    """Keys of the cases with points from before the last change of a source file."""
+    """Return the keys of the cases with points from before the last change of a source file."""
     return sorted({point.case for point in points.all if point.sources != sources[point.engine]})
 
 
 def report(results: Mapping[str, Any]) -> Report:
-    """The page, and for the terminal the overview."""
+    """Return the page, and for the terminal the overview."""
     dim = results["dim"]
     points = Points(points_in(results))
     cases = [case for case in suite_of(dim).cases if points.of(case.key)]
@@ -85,7 +85,11 @@ def report(results: Mapping[str, Any]) -> Report:
         parts += [f"## Cheapest setting with an error of at most {limit:.0e}", limit_table(cases, points, limit)]
     if balls:
         parts += [f"## Balls that fall apart, error at most {LOOSE:.0e} m", limit_table(balls, points, LOOSE)]
-    parts += ["## Fidelities of gsenv", "Error, and CPU us per simulated second.", fidelity_table(cases, points)]
+    parts += [
+        "## Fidelities of gsenv",
+        "The columns give the error, and the CPU time in us per simulated second.",
+        fidelity_table(cases, points),
+    ]
     parts += ["## Standing scenes, heights and overlaps alone", LENIENT]
     for limit in LIMITS[:2]:
         parts += [f"Error at most {limit:.0e}:", limit_table(standing, points, limit, lenient)]

@@ -78,7 +78,7 @@ def error_label(value: float, _: int) -> str:
 
 
 def time_label(value: float, _: int) -> str:
-    """us as us, ms or s."""
+    """Return a time given in us as text in us, ms or s."""
     for unit, scale in (("s", 1e6), ("ms", 1e3)):
         if value >= scale:
             return f"{value / scale:g} {unit}"
@@ -96,7 +96,7 @@ def legend_handles(engines: list[str]) -> list[Line2D]:
 
 
 def draw(cases: Sequence[Case], points: Points) -> Figure:
-    """All cases that have an error."""
+    """Draw all cases that have an error."""
     cases = [case for case in cases if any(p.error is not None for p in points.of(case.key))]
     columns = min(COLUMNS, len(cases))
     rows = -(-len(cases) // columns)

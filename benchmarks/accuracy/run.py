@@ -26,7 +26,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def chosen_cases(cases: Sequence[Case], names: Sequence[str] | None, quick: bool) -> list[Case]:
-    """Cases by key ("tower:10") or family ("tower"); all, or all of a quick run, where no name is given.
+    """Return the cases with a key ("tower:10") or family ("tower"); all, or all of a quick run, if none is named.
 
     Raises:
         UsageError: a name fits no case.
@@ -41,7 +41,7 @@ def chosen_cases(cases: Sequence[Case], names: Sequence[str] | None, quick: bool
 
 
 def chosen_engines(suite: Suite, names: Sequence[str] | None) -> list[str]:
-    """The engines asked for, or all that are installed.
+    """Return the engines that were asked for, or all that are installed.
 
     Raises:
         UsageError: an engine is unknown or not installed.
@@ -56,7 +56,7 @@ def chosen_engines(suite: Suite, names: Sequence[str] | None) -> list[str]:
 
 
 def plan(suite: Suite, cases: Sequence[Case], engines: Sequence[str], quick: bool) -> list[tuple[Case, Setting]]:
-    """Case by case, the engines by turns: a slow minute of the machine hits all of them."""
+    """Return the jobs case by case, the engines by turns, so that a slow minute of the machine hits all of them."""
     jobs: list[tuple[Case, Setting]] = []
     for case in cases:
         turns = zip_longest(*(suite.settings[engine](case, quick) for engine in engines))
@@ -66,7 +66,7 @@ def plan(suite: Suite, cases: Sequence[Case], engines: Sequence[str], quick: boo
 
 @contextmanager
 def remembered_interrupts() -> Iterator[list[int]]:
-    """A list that is not empty after Ctrl-C: the callbacks of an engine may swallow the exception."""
+    """Yield a list that is not empty after Ctrl-C, since callbacks of an engine may swallow the exception."""
     heard: list[int] = []
 
     def hear(number: int, _: object) -> None:
@@ -99,7 +99,7 @@ def measure_jobs(suite: Suite, jobs: Sequence[tuple[Case, Setting]], results: Re
 
 
 def measure(run: Run) -> dict[str, Any]:
-    """All points known after this run.
+    """Measure missing and outdated points; return all points known after this run.
 
     Raises:
         KeyboardInterrupt: before there was any point.

@@ -75,7 +75,7 @@ def gsenv_settings(case: Case, quick: bool) -> Iterable[Setting]:
 
 
 def gsenv_sweep(case: Case, grid: Iterable[tuple[str, int, int, float]]) -> Iterator[Setting]:
-    """The fidelities, then settings of (solver, steps per s, substeps, tolerance)."""
+    """Yield the fidelities, then settings of (solver, steps per s, substeps, tolerance)."""
     for mark, values in FIDELITIES.items():
         yield Setting("gsenv", mark, 1.0 / 60.0, {**values, "sleep": case.sleep}, mark)
     for solver, rate, substeps, tolerance in grid:

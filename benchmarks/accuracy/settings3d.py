@@ -36,7 +36,7 @@ def gsenv_settings(case: Case, quick: bool) -> Iterable[Setting]:
 
 
 def mujoco_setting(rate: int, integrator: str = "Euler", **values: Any) -> Setting:
-    """The label names what differs from MuJoCo's defaults."""
+    """Return a setting whose label names what differs from MuJoCo's defaults."""
     label = ", ".join(
         [f"{rate} Hz", integrator, *(v if isinstance(v, str) else f"{k} {v:g}" for k, v in values.items())]
     )
@@ -80,7 +80,7 @@ def mujoco_smooth() -> Iterator[Setting]:
 
 
 def mujoco_top() -> Iterator[Setting]:
-    """A fast top blows up with the other two at lower rates."""
+    """Yield settings for a fast top, which blows up with Euler and implicitfast at lower rates."""
     for rate in RATES:
         yield mujoco_setting(rate, "RK4")
     for rate, integrator in product((3840, 7680, 15360), ("Euler", "implicitfast")):

@@ -15,7 +15,7 @@ HERE, PACKAGE = Path(__file__).parent, Path(gsenv.__file__).parent
 
 
 def source_stamps(suite: Suite, engines: Iterable[str]) -> dict[str, str]:
-    """One text for each engine; a point with another one is out of date."""
+    """Return one text for each engine; a point with another one is out of date."""
     shared = digest(PACKAGE / "scenes", *(HERE / name for name in suite.judging))
     stamps = {}
     for name in engines:
@@ -25,5 +25,5 @@ def source_stamps(suite: Suite, engines: Iterable[str]) -> dict[str, str]:
 
 
 def digest(*sources: Path) -> str:
-    """Of the contents of files and folders."""
+    """Return a digest of the contents of files and folders."""
     return source_digest(sources)[:12]

@@ -42,7 +42,7 @@ class Suite:
         return [name for name, library in self.engines.items() if find_spec(library) is not None]
 
     def module(self, engine: str) -> ModuleType:
-        """The engine's module, imported when it is first needed."""
+        """Return the engine's module, which is imported when it is first needed."""
         return import_module(f"{__package__}.engines.{engine.lower()}")
 
     def build(self, engine: str) -> Build:
@@ -52,7 +52,7 @@ class Suite:
 
 
 def suite_of(dim: int) -> Suite:
-    """The suite of 2 or 3 dimensions."""
+    """Return the suite of 2 or 3 dimensions."""
     if dim == 2:
         return Suite(
             dim=2,

@@ -22,7 +22,7 @@ DPI = 120
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """A temporary file beside ``path``, which replaces it when the block ends without an error."""
+    """Yield a temporary file beside ``path``, which replaces it when the block ends without an error."""
     path.parent.mkdir(parents=True, exist_ok=True)
     draft = path.with_name(f".{path.name}.{os.getpid()}.tmp")
     try:
@@ -38,7 +38,7 @@ def write_text(path: Path, text: str) -> None:
 
 
 def write_json(path: Path, data: Mapping[str, Any]) -> None:
-    """Compact: one line for each key, or each item of a list, and DIGITS significant digits.
+    """Write JSON with one line for each key or item of a list, and numbers with DIGITS significant digits.
 
     Raises:
         ValueError: a number is infinite or not a number.
@@ -47,7 +47,7 @@ def write_json(path: Path, data: Mapping[str, Any]) -> None:
 
 
 def write_figure(path: Path, figure: Figure) -> None:
-    """The figure as PNG; it is closed."""
+    """Write the figure as PNG and close it."""
     from benchmarks.common.plots import plt
 
     with replacing(path) as draft:
@@ -85,7 +85,7 @@ def _rounded(value: Any) -> Any:
 
 
 def packed(records: Iterable[DataclassInstance]) -> list[list[Any]]:
-    """Dataclass instances of one type as rows of a table; the first row has the names of the fields."""
+    """Return dataclass instances of one type as rows of a table; the first row has the names of the fields."""
     rows: list[list[Any]] = []
     for record in records:
         if not rows:
@@ -95,5 +95,5 @@ def packed(records: Iterable[DataclassInstance]) -> list[list[Any]]:
 
 
 def unpacked(kind: type[T], rows: Sequence[Sequence[Any]]) -> list[T]:
-    """The reverse of ``packed``."""
+    """Return the instances that ``packed`` turned into rows."""
     return [kind(**dict(zip(rows[0], row, strict=True))) for row in rows[1:]]

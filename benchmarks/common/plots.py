@@ -15,7 +15,7 @@ __all__ = ["GRID_COLOR", "Axes", "Figure", "plain_axes", "plt"]
 
 
 def plain_axes(axes: Axes, grid: str = "both") -> None:
-    """No frame on the top and the right; a light grid below the data, along "x", "y" or "both"."""
+    """Remove the frame at the top and the right; draw a light grid below the data, along "x", "y" or "both"."""
     axes.grid(axis=grid, color=GRID_COLOR)  # type: ignore[arg-type]
     axes.set_axisbelow(True)
     axes.spines[["top", "right"]].set_visible(False)

@@ -50,7 +50,7 @@ def run_python(code: str, cache: Path | str | None = None) -> Finished:
 
 
 def in_processes(work: Callable[[T], R], jobs: Sequence[T], processes: int, description: str) -> list[R]:
-    """``work`` on each job, in order, in one process or in several new ones."""
+    """Return ``work`` of each job, in order, computed in this process or in several new ones."""
     if processes == 1:
         return [work(job) for job in track(jobs, description, len(jobs))]
     with get_context("spawn").Pool(processes) as pool:

@@ -19,7 +19,7 @@ class Bar:
         self._progress, self._task = progress, task
 
     def describe(self, text: str) -> None:
-        """Say what is being done; a line of its own where stderr is not a terminal."""
+        """Show what is being done, as a separate line if stderr is not a terminal."""
         if not self._progress.console.is_terminal and text != self._progress.tasks[self._task].description:
             self._progress.console.print(text, markup=False)
         self._progress.update(self._task, description=text, refresh=True)
@@ -30,7 +30,7 @@ class Bar:
 
 @contextmanager
 def progress_bar(description: str, total: float) -> Iterator[Bar]:
-    """A bar that is full at ``total``."""
+    """Yield a progress bar that is full at ``total``."""
     columns = (
         TextColumn("{task.description:32}", markup=False),
         BarColumn(),
@@ -42,7 +42,7 @@ def progress_bar(description: str, total: float) -> Iterator[Bar]:
 
 
 def track(items: Iterable[T], description: str, total: int) -> Iterator[T]:
-    """The items, with a bar that advances by one for each."""
+    """Yield the items, with a bar that advances by one for each."""
     with progress_bar(description, total) as bar:
         for item in items:
             yield item

@@ -9,12 +9,12 @@ Array = NDArray[np.float64]
 
 
 def conjugate(q: Array) -> Array:
-    """(..., 4), w first."""
+    """Return the conjugates (..., 4), w first."""
     return np.asarray(q) * np.array([1.0, -1.0, -1.0, -1.0])
 
 
 def multiply(p: Array, q: Array) -> Array:
-    """(..., 4): the turn q, then the turn p."""
+    """Return the products (..., 4): the rotation q, then the rotation p."""
     a, u = p[..., :1], p[..., 1:]
     b, v = q[..., :1], q[..., 1:]
     scalar = a * b - (u * v).sum(-1, keepdims=True)
@@ -22,12 +22,12 @@ def multiply(p: Array, q: Array) -> Array:
 
 
 def rotated(q: Array, v: Array) -> Array:
-    """(..., 3): vectors turned by unit quaternions."""
+    """Return the vectors (..., 3) rotated by unit quaternions."""
     w, u = q[..., :1], q[..., 1:]
     t = 2.0 * np.cross(u, v)
     return v + w * t + np.cross(u, t)
 
 
 def matrices(q: Array) -> Array:
-    """(..., 3, 3): columns are the turned axes."""
+    """Return rotation matrices (..., 3, 3), whose columns are the rotated axes."""
     return np.stack([rotated(q, np.broadcast_to(axis, (*q.shape[:-1], 3))) for axis in np.eye(3)], -1)

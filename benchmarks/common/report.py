@@ -37,7 +37,7 @@ Part = str | Table | Picture
 
 @dataclass(frozen=True)
 class Report:
-    """What a benchmark has to say.
+    """The report of a benchmark.
 
     Attributes:
         title: of the page.
@@ -74,7 +74,7 @@ def show(report: Report, console: Console) -> None:
 
 
 def page_text(report: Report, results: Mapping[str, Any], outputs: Outputs) -> str:
-    """The markdown page. Its head names the command that writes it.
+    """Return the markdown page, whose head names the command that writes it.
 
     After the head come the ``notes`` of the results, if there are any: paragraphs about this measurement that someone
     added to the file of results by hand. The next measurement drops them.
@@ -96,12 +96,12 @@ def page_text(report: Report, results: Mapping[str, Any], outputs: Outputs) -> s
 
 
 def link(page: Path, target: Path) -> str:
-    """Path of ``target`` from the folder of ``page``."""
+    """Return the path of ``target`` from the folder of ``page``."""
     return Path(os.path.relpath(target, page.parent)).as_posix()
 
 
 def write(report: Report, results: Mapping[str, Any], outputs: Outputs) -> list[Path]:
-    """Write all files; their paths."""
+    """Write all files; return their paths."""
     written = []
     if outputs.results is not None:
         write_json(outputs.results, results)

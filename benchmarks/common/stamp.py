@@ -18,7 +18,7 @@ BUSY = 0.5  # load average above which other processes were running
 
 
 def cpu() -> str:
-    """Model name of the processor, as far as the system tells."""
+    """Return the model name of the processor, as far as the system tells."""
     info = Path("/proc/cpuinfo")
     if info.exists():
         for line in info.read_text().splitlines():
@@ -28,7 +28,7 @@ def cpu() -> str:
 
 
 def commit() -> str:
-    """Short hash of the checked-out commit, with a "+" where files differ from it; "" outside a repository."""
+    """Return the short hash of the checked-out commit, with a "+" if files differ from it; "" outside a repository."""
     short, status = _git("rev-parse", "--short", "HEAD"), _git("status", "--porcelain", "--untracked-files=no")
     return short + ("+" if short and status else "")
 
@@ -47,7 +47,7 @@ def load() -> float | None:
 
 
 def version_of(distribution: str) -> str:
-    """Version of an installed distribution; "" where it is not installed."""
+    """Return the version of an installed distribution; "" if it is not installed."""
     try:
         return importlib.metadata.version(distribution)
     except importlib.metadata.PackageNotFoundError:
@@ -55,7 +55,7 @@ def version_of(distribution: str) -> str:
 
 
 def make_stamp(command: str) -> dict[str, Any]:
-    """What is known before a measurement; ``load`` gets its second number after it."""
+    """Return the stamp of a measurement that starts now; ``load`` gets its second number at its end."""
     return {
         "command": command,
         "date": datetime.date.today().isoformat(),
@@ -72,7 +72,7 @@ def make_stamp(command: str) -> dict[str, Any]:
 
 
 def describe(stamp: Mapping[str, Any]) -> str:
-    """One or two sentences for the head of a page. Older results lack some of the entries."""
+    """Return one or two sentences for the head of a page. Older results lack some of the entries."""
     where = f" on {stamp['cpu']}" if stamp.get("cpu") else ""
     commit_text = f" at commit {stamp['commit']}" if stamp.get("commit") else ""
     versions = ", ".join(f"{name} {version}" for name, version in stamp.get("versions", {}).items() if version)

@@ -31,7 +31,7 @@ class Table:
         return "\n".join("| " + " | ".join(line) + " |" for line in (self.header, rule, *self.rows))
 
     def rich(self) -> RichTable:
-        """For the terminal: where it is narrow, headers and words are wrapped, numbers are not."""
+        """Return the table for the terminal; if it is narrow, headers and words are wrapped, numbers are not."""
         table = RichTable()
         for k, name in enumerate(self.header):
             if k < self.words:

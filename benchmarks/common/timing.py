@@ -15,7 +15,7 @@ ROUNDS = 5
 
 
 def usable_cores() -> list[int]:
-    """Cores that this process may run on."""
+    """Return the cores that this process may run on."""
     if hasattr(os, "sched_getaffinity"):
         return sorted(os.sched_getaffinity(0))
     return list(range(os.cpu_count() or 1))
@@ -29,7 +29,7 @@ def pin(*cores: int) -> None:
 
 @contextmanager
 def without_collector() -> Iterator[None]:
-    """Garbage collection is off in the block. What is young is collected before it."""
+    """Switch garbage collection off in the block, after a collection of young objects."""
     was_on = gc.isenabled()
     gc.collect(1)
     gc.disable()
@@ -41,7 +41,7 @@ def without_collector() -> Iterator[None]:
 
 
 def cpu_time(work: Callable[[], object]) -> float:
-    """CPU s of this thread in one call."""
+    """Return the CPU time in s of this thread in one call."""
     with without_collector():
         began = time.thread_time()
         work()
@@ -49,12 +49,12 @@ def cpu_time(work: Callable[[], object]) -> float:
 
 
 def step_time(world: World, steps: int, rounds: int = ROUNDS) -> float:
-    """CPU s of a step: median of ``rounds`` calls of ``steps`` steps. The caller has compiled the kernels."""
+    """Return the CPU time in s of a step, the median of ``rounds`` calls of ``steps`` steps, with compiled kernels."""
     return statistics.median(cpu_time(lambda: world.step(steps)) for _ in range(rounds)) / steps
 
 
 def call_time(function: Callable[[], object], seconds: float, rounds: int = ROUNDS) -> float:
-    """CPU s of a call: median of ``rounds`` means over as many calls as fill ``seconds``.
+    """Return the CPU time in s of a call, the median of ``rounds`` means over as many calls as fill ``seconds``.
 
     The first call, which may compile, is not counted.
     """
@@ -71,5 +71,5 @@ def call_time(function: Callable[[], object], seconds: float, rounds: int = ROUN
 
 
 def median_ratio(times: Sequence[float], base: Sequence[float]) -> float:
-    """Median of the ratios of times that were measured by turns: a slow minute hits both of a pair."""
+    """Return the median ratio of times that were measured by turns, so that a slow minute hits both of a pair."""
     return statistics.median(a / b for a, b in zip(times, base, strict=True))

@@ -48,7 +48,7 @@ def world_at(scene: Scene, rate: int) -> World:
 
 
 def worst(world: World, seconds: float, error: Callable[[float], float]) -> float:
-    """Largest of ``error(time)`` after each step."""
+    """Return the largest ``error(time)`` of all steps."""
     largest = 0.0
     for _ in range(round(seconds / world.timestep)):
         world.step()
@@ -74,7 +74,7 @@ def drag(rate: int) -> float:
 
 
 def ellipse(rate: int) -> float:
-    """x = cos(w t), y = (2/w) sin(w t) on a spring of no relaxed length, w = pi."""
+    """Return the error of x = cos(w t), y = (2/w) sin(w t) on a spring of relaxed length 0, with w = pi."""
     omega = math.pi
     scene = Scene(gravity=(0.0, 0.0))
     scene.add_body("sun", "static")
@@ -107,7 +107,7 @@ def roll_down(rate: int) -> float:
 
 
 def slide_to_rest(rate: int) -> float:
-    """Worst of several speeds: v^2 / (2 mu g)."""
+    """Return the largest error of the path v^2 / (2 mu g), over several speeds v."""
     errors = []
     for speed in SPEEDS:
         scene = Scene()
@@ -121,7 +121,7 @@ def slide_to_rest(rate: int) -> float:
 
 
 def slide_to_roll(rate: int) -> float:
-    """Worst of several speeds: sliding ends at v / (3 mu g), rolling has 2/3 v."""
+    """Return the largest error over several speeds v: sliding ends at v / (3 mu g), rolling has 2/3 v."""
     errors = []
     for speed in SPEEDS:
         world = world_at(sliding_disk(speed), rate)
@@ -133,7 +133,7 @@ def slide_to_roll(rate: int) -> float:
 
 
 def bounces(rate: int) -> float:
-    """Height of the lowest point over three apexes, e = .8, dropped from 1 m."""
+    """Return the error of the height of the lowest point over three apexes, e = .8, dropped from 1 m."""
     world = world_at(bouncing_balls([0.8]), rate)
     fall = math.sqrt(2.0 / G)
 
@@ -148,7 +148,7 @@ def bounces(rate: int) -> float:
 
 
 def oblique_bounce(rate: int) -> float:
-    """Spin of a ball that slides all through its impact, over the closed form; worst of several heights.
+    """Return the largest relative error, over several heights, of the spin of a ball that slides during its impact.
 
     Friction takes mu (1 + e) of the normal speed u from the motion, which gives the spin 2 mu (1 + e) u / r.
     """
@@ -168,7 +168,7 @@ def oblique_bounce(rate: int) -> float:
 
 
 def cradle_heights(rate: int) -> float:
-    """As many of five touching balls out as come in, to the same height, the others at rest; parts of that height."""
+    """Return the error of five touching balls, of which as many swing out as come in, relative to the height."""
     errors = []
     for raised in (1, 2, 3, 4):
         world = world_at(cradle(raised), rate)
@@ -181,12 +181,12 @@ def cradle_heights(rate: int) -> float:
 
 
 def swing(state: Array) -> Array:
-    """A uniform rod of 1 m: (angle, rate)."""
+    """Return the derivative of (angle, rate) of a uniform rod of 1 m."""
     return np.array([state[1], -1.5 * G * math.sin(state[0])])
 
 
 def double_swing(state: Array) -> Array:
-    """Two uniform rods of 1 m and equal masses: angles a, b from hanging and their rates, from Lagrange's equations."""
+    """Return the derivative of angles a, b from hanging and their rates, for two equal uniform rods of 1 m."""
     a, b, p, q = state
     c, s = math.cos(a - b), math.sin(a - b)
     mass = np.array([[4.0 / 3.0, 0.5 * c], [0.5 * c, 1.0 / 3.0]])
@@ -196,7 +196,7 @@ def double_swing(state: Array) -> Array:
 
 @cache
 def runge_kutta(derivative: Callable[[Array], Array], start: tuple[float, ...], seconds: float) -> Array:
-    """States at FINE per second, from the start on."""
+    """Return the states at FINE per second, from the start on."""
     h, states = 1.0 / FINE, [np.array(start)]
     for _ in range(round(seconds * FINE)):
         x = states[-1]
@@ -220,7 +220,7 @@ def pendulum_angle(rate: int) -> float:
 
 
 def double_pendulum_place(rate: int) -> float:
-    """Of the lower rod's middle."""
+    """Return the position of the lower rod's middle."""
     world = world_at(double_pendulum(90.0), rate)
     exact = runge_kutta(double_swing, (0.5 * math.pi, 0.5 * math.pi, 0.0, 0.0), 1.0)
 
@@ -240,7 +240,7 @@ def chain_energy(rate: int) -> float:
 
 
 def oscillation(ratio: float, rate: int) -> float:
-    """Of 2 Hz, over the amplitude."""
+    """Return the error of an oscillation of 2 Hz, divided by the amplitude."""
     world = world_at(spring_mass(2.0, ratio), rate)
     omega = 4.0 * math.pi
     damped = omega * math.sqrt(1.0 - ratio**2)

@@ -42,7 +42,7 @@ class Result:
 
 
 def observed_order(rates: Iterable[int], errors: Iterable[float]) -> float | None:
-    """Slope of log(error) over log(timestep) above rounding; None where fewer than three errors are."""
+    """Return the slope of log(error) over log(timestep) above rounding; None if fewer than three errors are."""
     points = [(-math.log(rate), math.log(error)) for rate, error in zip(rates, errors, strict=True) if error > ROUNDING]
     if len(points) < 3:
         return None
@@ -51,7 +51,7 @@ def observed_order(rates: Iterable[int], errors: Iterable[float]) -> float | Non
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """None of its own."""
+    """Add nothing: this benchmark has no options of its own."""
 
 
 def measure(run: Run) -> dict[str, Any]:
@@ -77,9 +77,9 @@ def report(results: Mapping[str, Any]) -> Report:
         errors = (f"{error:.1e}" for error in r.errors)
         rows.append([r.group, r.scene, r.quantity, *errors, order_text(r.order), expected, r.limit])
     parts: list[Part] = [
-        "Default options: two substeps of half a timestep each. Errors are the largest over all steps, or over several "
-        "speeds or heights where an event falls into a step; against closed forms, and for pendulums against a "
-        "Runge-Kutta solution of their equations of motion.",
+        "All runs use default options, with two substeps of half a timestep each. The error is the largest over all "
+        "steps, or over several speeds or heights where an event falls into a step. The reference is a closed form, "
+        "or for pendulums a Runge-Kutta solution of their equations of motion.",
         "The order is the slope of log(error) over log(timestep), fitted to all errors above "
         f'{ROUNDING:g}; "exact" means an error of rounding size at every timestep.',
         Table(header, rows, WORDS),

@@ -49,7 +49,7 @@ class Frame:
 
 
 def frame(quality: str, width: int, height: int) -> Callable[[], object]:
-    """A function that draws the frame; "2D", or the quality of the 3D renderer."""
+    """Return a function that draws the frame, in "2D" or with a quality of the 3D renderer."""
     if quality == "2D":
         from .planar import make_renderer
 
@@ -63,13 +63,13 @@ def frame(quality: str, width: int, height: int) -> Callable[[], object]:
 
 
 def first_frame(quality: str) -> float:
-    """CPU s of the first frame in a process with an empty kernel cache."""
+    """Return the CPU time in s of the first frame in a process with an empty kernel cache."""
     with tempfile.TemporaryDirectory() as cache:
         return float(run_python(FIRST_FRAME.format(quality=quality), cache).output)
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """None of its own."""
+    """Add nothing: this benchmark has no options of its own."""
 
 
 def measure(run: Run) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from gsenv.solver.planar.shapes import Box, Capsule, Circle, HalfPlane, Polygon
 
 
 def make_world() -> World:
-    """A pyramid of 28 boxes, a polygon, a circle and a capsule on a half-plane."""
+    """Return a pyramid of 28 boxes, a polygon, a circle and a capsule on a half-plane."""
     rng = np.random.default_rng(1)
     scene = Scene()
     scene.add_body("ground", "static", [HalfPlane()])

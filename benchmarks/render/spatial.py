@@ -25,7 +25,7 @@ def turn(axis: tuple[float, float, float], angle: float) -> FloatArray:
 
 
 def turn_z_to(direction: FloatArray) -> FloatArray:
-    """Shortest rotation from z to a direction."""
+    """Return the shortest rotation from z to a direction."""
     d = direction / np.linalg.norm(direction)
     q = np.array([1.0 + d[2], -d[1], d[0], 0.0])
     return q / np.linalg.norm(q) if d[2] > -0.9999 else np.array([0.0, 1.0, 0.0, 0.0])
@@ -53,7 +53,7 @@ class Builder:
 
 
 def make_scene() -> Primitives:
-    """A pyramid of boxes, a car, a figure and a ball: 23 primitives and a plane."""
+    """Return a pyramid of boxes, a car, a figure and a ball: 23 primitives and a plane."""
     still = turn((0, 0, 1), 0.0)
     scene = Builder()
     scene.add(PLANE, (0, 0, 0), still, (0, 0, 0), 0.0, GROUND_COLOR, 0)

@@ -20,13 +20,13 @@ TARGET = 1.5  # of the growth
 
 
 def growth(timings: Sequence[Timing], one: Timing, per_row: bool = False) -> float:
-    """Time per body (or row) over that of BASE boxes."""
+    """Return the time per body (or row) divided by that of BASE boxes."""
     (base,) = (t for t in timings if (t.family, t.solver, t.bodies) == (one.family, one.solver, BASE))
     return one.per_row / base.per_row if per_row else one.per_body / base.per_body
 
 
 def awake_table(timings: Sequence[Timing], solver: str) -> Table:
-    """us per step and box, and in brackets the ratio to BASE boxes."""
+    """Return the table of us per step and box, and in brackets the ratio to BASE boxes."""
     chosen = [t for t in timings if t.solver == solver]
     sizes = sorted({t.bodies for t in chosen})
     rows = []
@@ -54,20 +54,21 @@ def report(results: Mapping[str, Any]) -> Report:
     timings, rests = unpacked(Timing, results["awake"]), unpacked(Rest, results["asleep"])
     worst = max((growth(timings, t), t.family, t.solver, t.bodies) for t in timings if t.bodies >= BASE)
     parts: list[Part] = [
-        "CPU time of step calls on one core of a shared machine, kernels compiled before, median; repeated runs differ "
-        "by 20 %.",
+        "Times are CPU times of step calls on one core of a shared machine with kernels compiled beforehand, as "
+        "medians; repeated runs differ by 20 %.",
         f"## Awake, {SWEEPS} sweeps in each of two substeps",
-        f"Microseconds per step and box, and in brackets the ratio to {BASE} boxes. The last two columns are those of "
-        f"the largest scene. The target is a ratio below {TARGET:g}. "
-        f"Largest ratio: {worst[0]:.2f} ({worst[1]} of {worst[3]}, {worst[2]}).",
-        "towers: towers of ten that do not touch. row: the same towers side by side, touching. tower: one tower. wall: "
-        "bricks in running bond, at most 50 wide. pile: boxes of random sizes between walls. "
-        "Steps of the subspace solver are not counted as sweeps.",
+        f"Each cell has the microseconds per step and box, and in brackets their ratio to those of {BASE} boxes. The "
+        f"last two columns are those of the largest scene. The target is a ratio below {TARGET:g}. The largest ratio "
+        f"is {worst[0]:.2f} ({worst[1]} of {worst[3]}, {worst[2]}).",
+        "The families are towers of ten that do not touch (towers), the same towers side by side and touching (row),"
+        " one tower (tower), bricks in running bond, at most 50 side by side (wall), and boxes of random sizes "
+        "between walls (pile). Direct solutions by the subspace solver are not counted as sweeps.",
         *(awake_table(timings, solver) for solver in SOLVERS),
         Picture("Time per step and box against the number of boxes", partial(picture, timings)),
         "## Asleep, default options",
-        "Microseconds per step. The first share is all asleep over all awake, its target is below 2 %. The second is "
-        "what the sleeping boxes add to a step in which a tower of ten beside them is awake, over their cost awake.",
+        "Times are in microseconds per step. The first share is the time with all boxes asleep divided by that with "
+        "all awake; its target is below 2 %. The second is the time that the sleeping boxes add to a step in which a"
+        " tower of ten beside them is awake, divided by the time with all awake.",
         rest_table(rests),
     ]
     return Report("Growth with the number of bodies" + (" in 3D" if results["dim"] == 3 else ""), parts)

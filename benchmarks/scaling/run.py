@@ -77,12 +77,12 @@ class Rest:
 
 
 def microseconds(world: World, steps: int) -> float:
-    """Median CPU time of a step, us."""
+    """Return the median CPU time of a step in us."""
     return 1e6 * step_time(world, steps)
 
 
 def boxes_of(world: World) -> NDArray[np.intp]:
-    """Indices of the dynamic bodies."""
+    """Return the indices of the dynamic bodies."""
     return np.flatnonzero(world.model.bodies["kind"] == BodyKind.DYNAMIC)
 
 
@@ -100,7 +100,7 @@ class Settled:
         self.disturbance = DISTURBANCE * np.random.default_rng(0).uniform(-1.0, 1.0, (count, ndof))
 
     def time(self, solver: str) -> float:
-        """CPU s of a step: the median of more than one call where a scene is small."""
+        """Return the CPU time in s of a step, for small scenes the median of several calls."""
         self.world.options = replace(FIXED, solver=solver)
         times: list[float] = []
         while not times or (sum(times) < BUDGET and len(times) < 20):
@@ -114,7 +114,7 @@ class Settled:
 def time_awake(
     families: Families, family: str, sizes: Sequence[int], advance: Callable[[int], object]
 ) -> Iterator[Timing]:
-    """All sizes by turns: a machine that is slow for a while is slow for all of them."""
+    """Time all sizes by turns, so that a machine that is slow for a while is slow for all of them."""
     scenes = [Settled(families, family, n) for n in sizes]
     for solver in SOLVERS:
         times: dict[int, list[float]] = {n: [] for n in sizes}
@@ -132,7 +132,7 @@ def time_awake(
 
 
 def put_to_sleep(world: World) -> None:
-    """All but the ten boxes on the plate, if there is one. Directly: to wait until thousands of bricks rest is slow."""
+    """Put all boxes to sleep except ten on the plate, if there is one; waiting until thousands rest would be slow."""
     boxes = boxes_of(world)
     if "plate" in world.model.body_names:
         boxes = boxes[:-10]
@@ -141,7 +141,7 @@ def put_to_sleep(world: World) -> None:
 
 
 def time_asleep(families: Families, family: str, count: int, alone: float) -> Rest:
-    """The scene awake, asleep, and asleep beside a tower that is awake."""
+    """Time the scene awake, asleep, and asleep beside a tower that is awake."""
     build, settle = families[family]
     world = World(build(count), options=SETTLING)
     world.step(settle)
@@ -166,7 +166,7 @@ def awake_tower_alone(dim: int) -> float:
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """None of its own."""
+    """Add nothing: this benchmark has no options of its own."""
 
 
 def measure(run: Run) -> dict[str, Any]:

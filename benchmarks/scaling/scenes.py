@@ -31,7 +31,7 @@ def add_box(scene: Scene, x: float, y: float, half: tuple[float, float] = (0.5, 
 
 
 def towers(count: int, pitch: float = 2.0) -> Scene:
-    """Towers of ten, apart: one island each."""
+    """Return towers of ten that do not touch: one island each."""
     scene = grounded()
     for k in range(count):
         add_box(scene, pitch * (k // 10), 0.5 + k % 10)
@@ -39,12 +39,12 @@ def towers(count: int, pitch: float = 2.0) -> Scene:
 
 
 def row(count: int) -> Scene:
-    """The same, side by side and touching: one island, ten high and as long as it takes."""
+    """Return the same towers side by side and touching: one island, ten boxes high."""
     return towers(count, 1.0)
 
 
 def tower(count: int) -> Scene:
-    """One on the other."""
+    """Return one tower."""
     scene = grounded()
     for k in range(count):
         add_box(scene, 0.0, 0.5 + k)
@@ -52,7 +52,7 @@ def tower(count: int) -> Scene:
 
 
 def wall(count: int) -> Scene:
-    """Bricks in running bond, as many side by side as on each other, at most 50."""
+    """Return bricks in running bond, as many side by side as on top of each other, at most 50."""
     scene = grounded()
     width = min(50, round(math.sqrt(count)))
     for k in range(count):
@@ -62,7 +62,7 @@ def wall(count: int) -> Scene:
 
 
 def pile(count: int) -> Scene:
-    """Boxes of all sizes and angles, dropped between two walls."""
+    """Return boxes of all sizes and angles, dropped between two walls."""
     random = np.random.default_rng(count)
     scene = grounded()
     width = max(4, round(math.sqrt(2 * count)))
@@ -94,7 +94,7 @@ def add_block(
 
 
 def cube_towers(count: int, pitch: float = 2.0) -> Scene:
-    """Towers of ten on a square grid; with a pitch of 1 they touch."""
+    """Return towers of ten on a square grid; with a pitch of 1 they touch."""
     scene = floored()
     side = max(1, math.ceil(math.sqrt(count / 10)))
     for k in range(count):
@@ -111,7 +111,7 @@ def cube_tower(count: int) -> Scene:
 
 
 def brick_wall(count: int) -> Scene:
-    """Bricks in running bond, at most 50 side by side."""
+    """Return bricks in running bond, at most 50 side by side."""
     scene = floored()
     width = min(50, round(math.sqrt(count)))
     for k in range(count):
@@ -121,7 +121,7 @@ def brick_wall(count: int) -> Scene:
 
 
 def cube_pile(count: int) -> Scene:
-    """Boxes of all sizes and attitudes, dropped into a bin."""
+    """Return boxes of all sizes and orientations, dropped into a bin."""
     random = np.random.default_rng(count)
     scene = floored()
     side = max(2, round((count / 2) ** (1 / 3)))

@@ -65,14 +65,14 @@ _TWO_PI = 2.0 * math.pi
 
 @njit
 def _smooth(x):  # type: ignore[no-untyped-def]
-    """0 below 0, 1 above 1, without a kink."""
+    """Return a smooth step: 0 below 0, 1 above 1, and a cubic with level ends in between."""
     x = min(max(x, 0.0), 1.0)
     return x * x * (3.0 - 2.0 * x)
 
 
 @njit
 def _slope(x, difficulty, draws):  # type: ignore[no-untyped-def]
-    """Of the hills without obstacles."""
+    """Return the slope at x (m) of the hills without obstacles."""
     slope = 0.0
     for i in range(_WAVES):
         length = _LENGTHS[i] + _LENGTH_SPANS[i] * draws[2 * i]
@@ -83,13 +83,13 @@ def _slope(x, difficulty, draws):  # type: ignore[no-untyped-def]
 
 @njit
 def slot_x(slot):  # type: ignore[no-untyped-def]
-    """m, middle of a slot, on a vertex."""
+    """Return x in m of the middle of a slot, which is on a vertex of the terrain."""
     return _FIRST_X + _SPACING * math.floor((_FIRST_SLOT + slot * _SLOT_SPACING - _FIRST_X) / _SPACING)
 
 
 @njit
 def _hilliness(x, kinds):  # type: ignore[no-untyped-def]
-    """1 amid the hills, 0 on the flat ground of the start and of obstacles."""
+    """Return the factor of the slope at x: 1 in the hills, 0 on the flat ground of the start and of obstacles."""
     share = _smooth((x - FLAT_START) / BLEND)
     slot = math.floor((x - _FIRST_SLOT) / _SLOT_SPACING + 0.5)
     if 0 <= slot < _SLOTS and kinds[slot] >= 0:
@@ -99,7 +99,7 @@ def _hilliness(x, kinds):  # type: ignore[no-untyped-def]
 
 @njit
 def _shape_terrain(difficulty, draws, kinds, vertices):  # type: ignore[no-untyped-def]
-    """Heights add up from slopes, so no obstacle makes the ground beside it steeper."""
+    """Set the terrain's heights as sums of slopes, so that no obstacle makes the ground beside it steeper."""
     height = 0.0
     for i in range(_VERTICES):
         x = _FIRST_X + _SPACING * (i - 0.5)
@@ -114,7 +114,7 @@ def _shape_terrain(difficulty, draws, kinds, vertices):  # type: ignore[no-untyp
 
 @njit
 def height_at(x, vertices):  # type: ignore[no-untyped-def]
-    """m, of the terrain, by its chain."""
+    """Return the height in m of the terrain at x, interpolated between its vertices."""
     place = min(max((x - _FIRST_X) / _SPACING, 0.0), _VERTICES - 1.001)
     i = int(place)
     low = vertices[i].position[1]
@@ -126,7 +126,7 @@ def height_at(x, vertices):  # type: ignore[no-untyped-def]
 
 @njit
 def _place(world, b, x, y, sine):  # type: ignore[no-untyped-def]
-    """An obstacle, enabled and at rest, turned by the angle of this sine."""
+    """Place body b of an obstacle, enabled and at rest, rotated by the angle with this sine."""
     turn = (math.sqrt(1.0 - sine * sine), sine, math.asin(sine))
     parameters = world.parameters.bodies
     place_body(b, world.state.bodies, parameters, active_contacts(world), (x, y), turn, (0.0, 0.0, 0.0))
@@ -135,7 +135,7 @@ def _place(world, b, x, y, sine):  # type: ignore[no-untyped-def]
 
 @njit
 def _build_bridge(world, k, slot, difficulty, draws):  # type: ignore[no-untyped-def]
-    """A gap, and planks that hang across it in an arc, their ends hinged to its edges."""
+    """Build a gap, and planks that hang across it in an arc and are hinged to its edges."""
     vertices = world.parameters.vertices
     cells = int(10.0 + difficulty * (4.0 + 6.0 * draws[0]))
     first = int((slot_x(slot) - _FIRST_X) / _SPACING + 0.5) - cells // 2
@@ -148,7 +148,7 @@ def _build_bridge(world, k, slot, difficulty, draws):  # type: ignore[no-untyped
 
 @njit
 def _hang_planks(world, k, left, top, width):  # type: ignore[no-untyped-def]
-    """Bridge k over a gap from `left` on, m; its ends are at the height `top`."""
+    """Place the planks of bridge k over a gap that starts at x = `left`; its ends are at the height `top` (m)."""
     radius = 0.5 * width / sin_cos(_BEND)[1]
     half = radius * sin_cos(_BEND / _PLANKS)[1]
     mass = 2.0 * half * _PLANK_MASS
@@ -174,7 +174,7 @@ def _hang_planks(world, k, left, top, width):  # type: ignore[no-untyped-def]
 
 @njit
 def _hinge_planks(world, k, half):  # type: ignore[no-untyped-def]
-    """Hinges of bridge k, whose planks are 2 `half` long: at both ends and between planks, which sleep then."""
+    """Hinge bridge k, whose planks are 2 `half` m long, at both ends and between planks; put the planks to sleep."""
     first = _PLANK_BODY + k * _PLANKS
     for i in range(_HINGES):
         joint = world.parameters.joints[_HINGE + k * _HINGES + i]
@@ -188,7 +188,7 @@ def _hinge_planks(world, k, half):  # type: ignore[no-untyped-def]
 
 @njit
 def _build_seesaw(world, k, slot, difficulty, draws):  # type: ignore[no-untyped-def]
-    """A board on a fulcrum, its near end on the ground."""
+    """Build a board on a fulcrum, with its near end on the ground."""
     bodies, parameters = world.state.bodies, world.parameters.bodies
     middle = slot_x(slot)
     ground = height_at(middle, world.parameters.vertices)
@@ -209,7 +209,7 @@ def _build_seesaw(world, k, slot, difficulty, draws):  # type: ignore[no-untyped
 
 @njit
 def _build_boxes(world, k, slot, difficulty, draws):  # type: ignore[no-untyped-def]
-    """Loose boxes in a row on the ground: one at the least, three from difficulty 2/3 on."""
+    """Build loose boxes in a row on the ground: one at low difficulty, three from difficulty 2/3 on."""
     count = min(1 + int(3.0 * difficulty), _GROUP)
     for i in range(count):
         half_x = 0.12 + 0.08 * draws[2 * i] + 0.08 * difficulty
@@ -225,7 +225,7 @@ def _build_boxes(world, k, slot, difficulty, draws):  # type: ignore[no-untyped-
 
 @njit
 def _deal(difficulty, draws, kinds):  # type: ignore[no-untyped-def]
-    """Which obstacle each slot has: a shuffled deck of two of each kind, -1 where none stands."""
+    """Draw the obstacle of each slot from a shuffled deck with two of each kind; -1 is none."""
     for slot in range(_SLOTS):
         kinds[slot] = slot
     for slot in range(_SLOTS - 1, 0, -1):
@@ -238,7 +238,7 @@ def _deal(difficulty, draws, kinds):  # type: ignore[no-untyped-def]
 
 @njit
 def build_course(world, difficulty, draws):  # type: ignore[no-untyped-def]
-    """Terrain and obstacles of one world, whose obstacles are all parked; fills the task state's `kinds`."""
+    """Build the terrain and obstacles of one world, whose obstacles are all parked; fill the task state's `kinds`."""
     kinds, vertices = world.task.state.kinds, world.parameters.vertices
     _deal(difficulty, draws[2 * _WAVES :], kinds)
     _shape_terrain(difficulty, draws, kinds, vertices)

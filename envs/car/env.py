@@ -1,4 +1,4 @@
-"""GCar-v0: a car with two driven, sprung wheels crosses hills, bridges, see-saws and loose boxes."""
+"""GCar-v0: a car with two driven wheels on springs crosses hills, bridges, see-saws and loose boxes."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from gsenv.solver import Scene
 
 
 def check_difficulty(difficulty: Any) -> float:
-    """0 to 1, or ValueError."""
+    """Return a difficulty from 0 to 1 as a float; raises ValueError for anything else."""
     try:
         value = float(difficulty)
     except (TypeError, ValueError):
@@ -35,14 +35,14 @@ def _heights() -> list[Entry]:
 
 
 class CarTask(Task):
-    """The rules, over many worlds; `settings["difficulty"]` is the default of a reset."""
+    """The rules for many worlds; `settings` has the defaults of a reset."""
 
     actions = (
         Entry("rear drive: positive drives, negative brakes, then backs up", "rear", -1, 1),
         Entry("front drive, likewise", "front", -1, 1),
     )
     observations = (
-        Entry("way to the finish", "to_finish", -0.5, 1.5, "100 m"),
+        Entry("distance to the finish", "to_finish", -0.5, 1.5, "100 m"),
         Entry("chassis, height over the ground below", "height", -5, 10, "m"),
         Entry("chassis, sine of its pitch (nose up is positive)", "sine", -1, 1),
         Entry("chassis, cosine of its pitch", "cosine", -1, 1),
@@ -51,8 +51,8 @@ class CarTask(Task):
         Entry("chassis, pitch rate", "w", -10, 10, "rad/s"),
         Entry("rear wheel, rolling speed forwards", "rear_speed", -3, 3, "10 m/s"),
         Entry("front wheel, rolling speed forwards", "front_speed", -3, 3, "10 m/s"),
-        Entry("rear suspension, compression of its travel", "rear_travel", -1.5, 1.5, f"{scene.TRAVEL} m"),
-        Entry("front suspension, compression of its travel", "front_travel", -1.5, 1.5, f"{scene.TRAVEL} m"),
+        Entry("rear suspension, compression relative to its travel", "rear_travel", -1.5, 1.5, f"{scene.TRAVEL} m"),
+        Entry("front suspension, compression relative to its travel", "front_travel", -1.5, 1.5, f"{scene.TRAVEL} m"),
         Entry("rear suspension, rate of compression", "rear_rate", -10, 10, "m/s"),
         Entry("front suspension, rate of compression", "front_rate", -10, 10, "m/s"),
         Entry("1 while the rear wheel touches something", "rear_touches", 0, 1),
@@ -110,42 +110,42 @@ class CarEnv(TaskEnv):
     """Drive across country: GCar-v0.
 
     ## Description
-    Seen from the side, a car of 124 kg with two sprung wheels crosses 100 m of hills to a flag. On
+    Seen from the side, a car of 124 kg with two wheels on springs crosses 100 m of hills to a flag. On
     its way are up to six obstacles, two of each kind in any order: gaps with bridges of jointed
     planks, see-saws, and loose boxes. Each wheel has its own motor and brake of bounded torque. The
     car is short and high and its tyres are heavy, so it rears up on climbs, leaves the ground at
-    crests that it takes too fast, and turns over; in the air the wheels turn it: speeding them up
-    lifts the nose, braking them drops it. Control runs at 30 Hz.
+    crests that it takes too fast, and turns over; in the air, speeding the wheels up lifts the nose
+    and braking them lowers it. Control runs at 30 Hz.
 
-    `difficulty` 0 is nearly flat and empty. With it the hills grow steeper (slopes never exceed
-    39 degrees), obstacles more frequent (from 0.4 on all six stand), gaps wider, see-saws higher and
-    boxes larger and more.
+    At `difficulty` 0 the course is nearly flat and empty. With rising difficulty, hills become steeper
+    (slopes never exceed 39 degrees), obstacles more frequent (from 0.4 on there are all six), gaps
+    wider, see-saws higher, and boxes larger and more numerous.
 
     ## Action Space
     `Box(-1, 1, (2,), float32)`. Values beyond are clipped; NaN and infinity are refused.
 
     {action_table}
 
-    Positive: the motor drives its wheel with that part of its torque, 350 N m, up to 50 rad/s
-    (20 m/s). Negative: while the car rolls forwards faster than 0.3 m/s, the wheel's brake holds it
-    with that part of 400 N m, down to standstill and no further; slower than that, the motor turns
-    the wheel backwards, up to 5 rad/s (2 m/s). So a driver brakes with full force and never flings
-    the car backwards by mistake, yet can back out where it is stuck. 0: the wheel rolls freely.
+    Positive: the motor drives its wheel with that fraction of its torque, 350 N m, up to 50 rad/s
+    (20 m/s). Negative: while the car rolls forwards faster than 0.3 m/s, the brake slows its wheel
+    with that fraction of 400 N m, until the wheel stands still; at lower speeds, the motor turns the
+    wheel backwards, up to 5 rad/s (2 m/s). So the car brakes with full force without a jump backwards,
+    and can still back out where it is stuck. 0: the wheel rolls freely.
 
     ## Observation Space
     `Box(low, high, (35,), float32)`, always within its bounds.
 
     {observation_table}
 
-    Heights are those of what the wheels would meet: ground, planks, boards and boxes, whichever is
-    highest.
+    Each height is that of the highest thing that a wheel would meet there: ground, plank, board or
+    box.
 
     ## Rewards
     The sum of these terms, which `info["reward_terms"]` lists by name:
 
     {reward_table}
 
-    Progress is a difference of places, so going to and fro earns nothing.
+    Progress is a difference of positions, so going to and fro earns nothing.
 
     ## Starting State
     The car is at rest on flat ground at 0 m; the hills begin at 3 m. They are the sum of three waves
@@ -155,30 +155,31 @@ class CarEnv(TaskEnv):
 
     ## Episode End
     - Termination, success: the middle of the chassis is at 100 m.
-    - Termination, failure: the car lies on its roof (its up points below the horizon, and the chassis
-      touches something) for 1 s, bounces not counted, without having been upright in between.
+    - Termination, failure: the car lies on its roof (its upward axis points below the horizon, and
+      the chassis touches something) for 1 s in total, bounces not counted, without having been upright
+      in between.
     - Truncation: after 1000 steps (33.3 s), by `gymnasium.make` and `gymnasium.make_vec`.
 
-    `info` has `success` and `is_success` (bool), `distance` (m, the farthest it came) and `on_roof`
-    (s).
+    `info` has `success` and `is_success` (bool), `distance` (m, the largest that was reached) and
+    `on_roof` (s).
 
     ## Arguments
     {argument_table}
 
-    `reset(options={"difficulty": d})` overrides it for one episode. All environments have these, too:
+    `reset(options={"difficulty": d})` sets it for one episode. All environments also have these:
 
     - `randomize`: domain randomisation, `dict(friction=(0.4, 0.9))`: at each reset each world draws
-      these quantities uniformly from (low, high), always from scratch; the others stay nominal.
-      `env.unwrapped.physics` says what was drawn.
+      these quantities uniformly from (low, high), independently of earlier episodes; the others
+      stay nominal. `env.unwrapped.physics` has the values that were drawn.
 
     {quantity_table}
 
-    - `fidelity`: "fast", "balanced" (default) or "accurate": the solver's effort.
-    - `diagnostics`: True adds `info["diagnostics"]`, of each step's last 1/60 s (0 after a reset):
+    - `fidelity`: "fast", "balanced" (default) or "accurate", the accuracy of the solver.
+    - `diagnostics`: True adds `info["diagnostics"]`, which describes the last 1/60 s of each step (0 after a reset):
 
     {diagnostics_table}
 
-    - `render_mode`: None or "rgb_array"; `width`, `height`: of frames, multiples of 16 (640 x 480).
+    - `render_mode`: None or "rgb_array"; `width`, `height`: frame size in px, multiples of 16 (640 x 480).
 
     ## Version History
     - v0: first version.

@@ -1,6 +1,6 @@
 """A scripted driver for GCar-v0: brakes before crests and drops, and keeps its nose level in the air.
 
-Pure feedback from the observation, without memory.
+The policy is a function of the observation alone and has no memory.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ THROTTLE = 0.5  # per m/s too slow
 
 
 def drive(observations: NDArray[np.float32]) -> NDArray[np.float32]:
-    """(..., entry) observations to (..., 2) actions."""
+    """Return actions (..., 2) for observations (..., entry)."""
     observations = np.asarray(observations, np.float64)
     seen = {name: observations[..., k] for name, k in _INDEX.items()}
     speed = 10.0 * (seen["vx"] * seen["cosine"] + seen["vy"] * seen["sine"])
@@ -44,7 +44,7 @@ def drive(observations: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 def _safe_speed(heights: NDArray[Any]) -> NDArray[Any]:
-    """m/s at which no crest ahead throws the car, braking in time included."""
+    """Return the speed in m/s from which the car can brake in time for every crest ahead, so that none throws it."""
     bend = (2.0 * heights[..., 1:-1] - heights[..., :-2] - heights[..., 2:]) / _DX**2
     bend = 0.5 * (bend[..., :-1] + bend[..., 1:])
     crest = np.clip(LIFT / np.maximum(bend, 1e-3), CRAWL**2, CRUISE**2)

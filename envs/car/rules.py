@@ -62,7 +62,7 @@ _MOTOR_SLOT = 3  # of a wheel joint's impulses
 
 @njit
 def _apply_physics(physics, parameters):  # type: ignore[no-untyped-def]
-    """Quantities of the episode, in the order of CarTask.quantities, into a world's parameters."""
+    """Write the quantities of the episode, in the order of CarTask.quantities, to a world's parameters."""
     for s in range(len(parameters.shapes)):
         parameters.shapes[s].friction = physics[0]
     set_mass(parameters.bodies[_CHASSIS], physics[1])
@@ -73,7 +73,7 @@ def _apply_physics(physics, parameters):  # type: ignore[no-untyped-def]
 
 @njit
 def initialize_world(world, difficulty, draws):  # type: ignore[no-untyped-def]
-    """An episode begins: a new course, the car at rest at its start."""
+    """Begin an episode: build a new course; the car is at rest at its start."""
     _apply_physics(world.task.physics, world.parameters)
     build_course(world, difficulty, draws)
     task, chassis = world.task.state, world.state.bodies[_CHASSIS]
@@ -87,7 +87,7 @@ def initialize_world(world, difficulty, draws):  # type: ignore[no-untyped-def]
 
 @njit
 def apply_actions(world, actions):  # type: ignore[no-untyped-def]
-    """Actions to the motors; -1, or the first world whose actions are not finite."""
+    """Apply actions (world, 2) to the motors; return -1, or the first world whose actions are not finite."""
     bad = first_not_finite(actions)
     if bad >= 0:
         return bad
@@ -138,7 +138,7 @@ def _touches(contacts):  # type: ignore[no-untyped-def]
 
 @njit
 def _power(bodies, joint_states, timestep):  # type: ignore[no-untyped-def]
-    """W that the motors put in; what brakes take out does not count."""
+    """Return the power in W that the motors put in; power that the brakes take out does not count."""
     power = 0.0
     for k in range(2):
         torque = joint_states[_AXLE + k].total_impulse[_MOTOR_SLOT] / timestep
@@ -149,7 +149,7 @@ def _power(bodies, joint_states, timestep):  # type: ignore[no-untyped-def]
 
 @njit
 def _gaze(chassis, vertices):  # type: ignore[no-untyped-def]
-    """m, where a camera should look: ahead of the car, between it and the ground there."""
+    """Return the point (x, y) in m that a camera should look at: ahead of the car, between it and the ground there."""
     x, y = chassis.position[0], chassis.position[1]
     ahead = 0.5 * (height_at(x + 4.0, vertices) + height_at(x + 8.0, vertices))
     return x + GAZE_AHEAD, 0.5 * (y + ahead)
@@ -157,7 +157,7 @@ def _gaze(chassis, vertices):  # type: ignore[no-untyped-def]
 
 @njit
 def _follow(task, chassis, vertices):  # type: ignore[no-untyped-def]
-    """The camera swings after the car smoothly; it is part of the state, so pictures are, too."""
+    """Move the camera's point smoothly after the car; it is task state, so that a restored world looks the same."""
     x, y = _gaze(chassis, vertices)
     task.gaze[0] += 0.2 * (x + 0.2 * chassis.velocity[0] - task.gaze[0])
     task.gaze[1] += 0.08 * (y - task.gaze[1])
@@ -165,7 +165,7 @@ def _follow(task, chassis, vertices):  # type: ignore[no-untyped-def]
 
 @njit
 def _update_task(world, timestep):  # type: ignore[no-untyped-def]
-    """How far the car is, its power and its time on the roof; returns m of progress in this step."""
+    """Update the car's distance, power and time on the roof; return the progress in m in this step."""
     task, chassis = world.task.state, world.state.bodies[_CHASSIS]
     if chassis.rotation[0] >= 0.0:
         task.roof = 0
@@ -181,7 +181,7 @@ def _update_task(world, timestep):  # type: ignore[no-untyped-def]
 
 @njit
 def evaluate_world(world, timestep):  # type: ignore[no-untyped-def]
-    """Rewards and info of one world after a control step; returns (reward, terminated)."""
+    """Set reward terms and info of one world after a control step; return (reward, terminated)."""
     task, term, info = world.task.state, world.task.terms, world.task.info
     progress = _update_task(world, timestep)
     success = task.place >= _FINISH
@@ -204,7 +204,7 @@ def evaluate_world(world, timestep):  # type: ignore[no-untyped-def]
 
 @njit
 def _raise_heights(out, x, body, size, radius):  # type: ignore[no-untyped-def]
-    """Heights ahead are at least the top of a box (or capsule) that stands there."""
+    """Raise the heights ahead to at least the top of a box or capsule that stands there."""
     c, s = body.rotation[0], body.rotation[1]
     half_y = size[1] + radius
     reach = abs(c) * size[0] + abs(s) * half_y
@@ -222,7 +222,7 @@ def _raise_heights(out, x, body, size, radius):  # type: ignore[no-untyped-def]
 
 @njit
 def _observe_heights(world, out):  # type: ignore[no-untyped-def]
-    """What the wheels would meet ahead (`HEIGHTS` entries), over the chassis' height at the start."""
+    """Write the heights that the wheels would meet ahead (`HEIGHTS` entries), above the height of level ground."""
     bodies, parameters, shapes = world.state.bodies, world.parameters.bodies, world.parameters.shapes
     vertices = world.parameters.vertices
     chassis = bodies[_CHASSIS]
@@ -244,7 +244,7 @@ def _observe_heights(world, out):  # type: ignore[no-untyped-def]
 
 @njit
 def _observe_wheel(out, k, wheel, chassis, axle, center):  # type: ignore[no-untyped-def]
-    """Rolling speed, suspension and its rate of wheel k."""
+    """Write the rolling speed of wheel k, the compression of its suspension, and the rate of compression."""
     c, s = chassis.rotation[0], chassis.rotation[1]
     dx = wheel.position[0] - chassis.position[0]
     dy = wheel.position[1] - chassis.position[1]
@@ -257,7 +257,7 @@ def _observe_wheel(out, k, wheel, chassis, axle, center):  # type: ignore[no-unt
 
 @njit
 def _observe_car(world, out):  # type: ignore[no-untyped-def]
-    """Entries 0 to 12: place, attitude, velocity, wheels."""
+    """Write entries 0 to 12: distance, height, pitch, velocity and wheels."""
     bodies, parameters = world.state.bodies, world.parameters
     chassis = bodies[_CHASSIS]
     out[0] = (_FINISH - chassis.position[0]) / 100.0
@@ -274,7 +274,7 @@ def _observe_car(world, out):  # type: ignore[no-untyped-def]
 
 @njit
 def observe_world(world):  # type: ignore[no-untyped-def]
-    """All observations of a world, within their bounds."""
+    """Write all observations of a world, clipped to their bounds."""
     task, out = world.task.state, world.task.observation
     _observe_car(world, out)
     rear, front, touches = _touches(active_contacts(world))
@@ -293,7 +293,7 @@ def observe_world(world):  # type: ignore[no-untyped-def]
 
 @njit
 def initialize_worlds(world, worlds, difficulty, draws):  # type: ignore[no-untyped-def]
-    """Episodes begin in chosen worlds; draws (chosen, number)."""
+    """Begin episodes in chosen worlds; `draws` is (chosen world, number), uniform in [0, 1)."""
     for i in range(len(worlds)):
         select_world(world, worlds[i])
         initialize_world(world, difficulty, draws[i])
@@ -302,7 +302,7 @@ def initialize_worlds(world, worlds, difficulty, draws):  # type: ignore[no-unty
 
 @njit
 def evaluate_worlds(world, timestep):  # type: ignore[no-untyped-def]
-    """Rewards, ends and observations of all worlds."""
+    """Set rewards, terminations and observations of all worlds."""
     rewards, terminated = world.task.rewards, world.task.terminated
     for w in range(len(rewards)):
         select_world(world, w)

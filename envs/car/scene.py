@@ -30,7 +30,7 @@ WHEEL_MASS = 12.0  # kg, of each
 WHEEL_INERTIA = 1.8  # kg m^2: nearly all in the tyre, so that the drive turns a flying car
 RADIUS = 0.4  # m, of the wheels
 WHEELBASE = 1.7  # m
-CHASSIS_Y = 0.8  # m, of its centre of mass as authored
+CHASSIS_Y = 0.8  # m, of its centre of mass in the scene
 SUSPENSION = 2.0  # Hz
 STIFFNESS = 0.5 * CHASSIS_MASS * (2.0 * math.pi * SUSPENSION) ** 2  # N/m, of each wheel's spring
 TRAVEL = 0.2  # m, up and down
@@ -78,7 +78,7 @@ POLE_HEIGHT = 3.2  # m
 
 
 def build_scene() -> Scene:
-    """Flat ground, the car at x = 0, all obstacles parked, the flag at the finish."""
+    """Return the scene: flat ground, the car at x = 0, all obstacles parked and disabled, the flag at the finish."""
     scene = Scene()
     x = FIRST_X + SPACING * np.arange(VERTICES)
     terrain = Terrain(vertices=np.stack([x, np.zeros(VERTICES)], 1), category=GROUND)
@@ -129,7 +129,7 @@ def _add_seesaws(scene: Scene) -> None:
 
 
 def _join(scene: Scene) -> None:
-    """Hinges; where they are in the ground, each episode says."""
+    """Add all hinges; each episode sets the anchors of those on the ground."""
     for b in range(BRIDGES):
         planks = [f"plank_{b * PLANKS + k}" for k in range(PLANKS)]
         ends = ["ground", *planks], [*planks, "ground"]
@@ -155,7 +155,7 @@ def _join(scene: Scene) -> None:
 
 
 def _add_flag(scene: Scene) -> None:
-    """A checkered flag that stands at the finish; its height follows the ground."""
+    """Add a checkered flag at the finish; each episode sets its height to that of the ground."""
     columns, rows = CHECKS
     dark: list[Box] = []
     light: list[Box] = []

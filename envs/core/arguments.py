@@ -18,7 +18,7 @@ Array = NDArray[Any]
 
 @dataclass(frozen=True)
 class Setting:
-    """A number or choice that an environment takes as an argument, and a reset for one episode."""
+    """A number or choice that an environment takes as an argument, and that a reset option sets for one episode."""
 
     name: str
     default: Any
@@ -33,16 +33,16 @@ class Quantity:
     name: str
     text: str
     nominal: float
-    low: float  # what makes sense at all
+    low: float  # limits of the ranges that users may give
     high: float
     unit: str = "-"
 
 
 def check_settings(given: Mapping[str, Any], known: Sequence[Setting], who: str) -> dict[str, Any]:
-    """All settings, checked, defaults where none is given.
+    """Return all settings by name, checked, with the default of each that is not given.
 
     Raises:
-        TypeError: an argument that the environment does not have.
+        TypeError: the environment has no argument of this name.
         ValueError: a bad value.
     """
     names = [setting.name for setting in known]
@@ -54,7 +54,13 @@ def check_settings(given: Mapping[str, Any], known: Sequence[Setting], who: str)
 
 
 def check_options(given: Mapping[str, Any], known: Sequence[Setting], defaults: Mapping[str, Any]) -> dict[str, Any]:
-    """Options of a reset on top of the settings in force, all checked again: they may be set freely."""
+    """Return all settings of an episode: the given options, and `defaults` for the others.
+
+    All are checked, since users may have assigned any value to an attribute of the environment.
+
+    Raises:
+        ValueError: an unknown option, or a bad value.
+    """
     names = [setting.name for setting in known]
     for name in given:
         if name not in names:
@@ -64,10 +70,10 @@ def check_options(given: Mapping[str, Any], known: Sequence[Setting], defaults: 
 
 
 def check_ranges(given: Mapping[str, Any] | None, known: Sequence[Quantity]) -> dict[str, tuple[float, float]]:
-    """Ranges to draw quantities from.
+    """Return the ranges (low, high) that quantities are drawn from, by name.
 
     Raises:
-        ValueError: not a mapping, an unknown quantity, or a range that makes no sense.
+        ValueError: not a mapping, an unknown quantity, or a range beyond the quantity's limits.
     """
     if given is None:
         return {}
@@ -103,7 +109,7 @@ def check_fidelity(fidelity: Any) -> str:
 
 
 def _setting_property(name: str) -> property:
-    """A setting as an attribute of an environment, for episodes to come."""
+    """Return a property of an environment that reads and writes a setting, which applies from the next reset on."""
 
     def read(env: Any) -> Any:
         return env.task.settings[name]
@@ -125,10 +131,10 @@ def add_settings(cls: type[Any]) -> None:
 # ---------------------------------------------------------------- diagnostics
 
 DIAGNOSTICS = (  # field of the info, its meaning
-    ("residual", "how far the last substep's impulses are from the solution; 0 is exact"),
+    ("residual", "distance of the last substep's impulses from the solution, relative; 0 is exact"),
     ("penetration", "m, deepest overlap"),
     ("joint_error", "m, largest gap of a joint"),
-    ("energy", "J, of motion, height and springs"),
+    ("energy", "J, kinetic, potential and spring energy"),
     ("contacts", "contact points"),
     ("sweeps", "of the solver, all islands and substeps"),
     ("unconverged", "island substeps that ran out of sweeps"),
@@ -138,7 +144,7 @@ DIAGNOSTICS_DTYPE = np.dtype([(name, "i8" if name in WHOLE else "f8") for name, 
 
 
 def read_diagnostics(world: World, out: Array) -> None:
-    """What the last step says of itself, of all worlds, into (world,) of DIAGNOSTICS_DTYPE."""
+    """Write the diagnostics of the last step of all worlds to `out`, (world,) of DIAGNOSTICS_DTYPE."""
     report = world.diagnostics()
     for name, _ in DIAGNOSTICS:
         out[name] = getattr(report, name)

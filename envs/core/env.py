@@ -21,7 +21,7 @@ from gsenv.envs.core.task import Array, Task, TaskSnapshot
 
 @dataclass(frozen=True)
 class EnvSnapshot:
-    """A single environment: its task and its random generator."""
+    """Everything that a bit-exact continuation of a single environment needs."""
 
     task: TaskSnapshot
     generator: dict[str, Any]
@@ -36,9 +36,13 @@ class TaskEnv(gymnasium.Env[Array, NDArray[np.float32]]):
         render_mode: None or "rgb_array"; width, height: px of a frame, multiples of 16.
         observation: "state" or "pixels".
         fidelity: "fast", "balanced" or "accurate".
-        randomize: {quantity: (low, high)}, drawn anew at each reset; see the task's table.
-        diagnostics: whether `info["diagnostics"]` says how exact each step was.
-        settings: the task's own.
+        randomize: {quantity: (low, high)}, ranges from which each reset draws; the task's table lists the quantities.
+        diagnostics: whether `info["diagnostics"]` has the solver's errors and counters of each step.
+        settings: the task's own arguments, such as `blocks=3`.
+
+    Raises:
+        TypeError: the task has no such argument.
+        ValueError: a bad value; the message names the argument.
     """
 
     task_class: ClassVar[type[Task]]
@@ -72,7 +76,7 @@ class TaskEnv(gymnasium.Env[Array, NDArray[np.float32]]):
 
     @property
     def observation(self) -> NDArray[np.float32]:
-        """A copy of the present state observation, which scripted policies read in any case."""
+        """A copy of the present state observation (entry,), also where `observation` is "pixels"."""
         return self.task.observation[0].copy()
 
     @property
@@ -92,10 +96,13 @@ class TaskEnv(gymnasium.Env[Array, NDArray[np.float32]]):
         return self._observe(), self.task.info(0)
 
     def step(self, action: NDArray[np.float32]) -> tuple[Array, float, bool, bool, dict[str, Any]]:
-        """One control step.
+        """Advance by one control step of 1/30 s.
+
+        Returns:
+            (observation, reward, terminated, False, info); truncation is left to Gymnasium's TimeLimit.
 
         Raises:
-            ValueError: an action of a wrong shape, or not finite; nothing has changed then.
+            ValueError: the action has a wrong shape or is not finite; nothing has changed then.
             ResetNeeded: before the first reset, and after an episode has terminated.
         """
         if not self._ready:
@@ -116,12 +123,12 @@ class TaskEnv(gymnasium.Env[Array, NDArray[np.float32]]):
         return self._painter.paint(self.task, 0)
 
     def save(self) -> EnvSnapshot:
-        """All that decides how the environment goes on, its random generator included."""
+        """Return a snapshot for a bit-exact continuation: physics, task state, random generator and settings."""
         generator = dict(self.np_random.bit_generator.state)
         return EnvSnapshot(self.task.save(), generator, self._ready, dict(self.task.settings))
 
     def restore(self, snapshot: EnvSnapshot) -> None:
-        """Go on bit for bit from a snapshot of this or an equal environment, in any process.
+        """Continue bit for bit from a snapshot of this or an equal environment, in any process.
 
         Raises:
             ValueError: the snapshot is of another environment.

@@ -9,20 +9,20 @@ from gsenv.solver.jit import njit
 
 @njit
 def between(low, high, draw):  # type: ignore[no-untyped-def]
-    """A draw from [0, 1), scaled to [low, high)."""
+    """Return a draw from [0, 1) scaled to [low, high)."""
     return low + (high - low) * draw
 
 
 @njit
 def clip(out, low, high):  # type: ignore[no-untyped-def]
-    """Numbers (entry,) within their bounds, in place."""
+    """Clip numbers (entry,) to their bounds, in place."""
     for i in range(len(out)):
         out[i] = min(max(out[i], low[i]), high[i])
 
 
 @njit
 def first_not_finite(actions):  # type: ignore[no-untyped-def]
-    """The first world whose actions (world, ...) are not all finite, or -1."""
+    """Return the first world whose actions (world, ...) are not all finite, or -1."""
     for w in range(len(actions)):
         for value in actions[w].flat:
             if not math.isfinite(value):
@@ -32,5 +32,5 @@ def first_not_finite(actions):  # type: ignore[no-untyped-def]
 
 @njit
 def active_contacts(world):  # type: ignore[no-untyped-def]
-    """(contact,) those of the last step."""
+    """Return the contacts (contact,) of the last step."""
     return world.state.contacts[: world.state.world.contact_count]

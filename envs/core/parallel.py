@@ -24,7 +24,7 @@ from gsenv.envs.core.window import Window
 
 @dataclass(frozen=True)
 class ParallelSnapshot:
-    """A parallel environment: its task, its random generator, and where in the episode it is."""
+    """Everything that a bit-exact continuation of a parallel environment needs."""
 
     task: TaskSnapshot
     generator: dict[str, Any]
@@ -41,7 +41,7 @@ class TaskParallelEnv(ParallelEnv):
 
     Args:
         render_mode: None, "human" or "rgb_array"; width, height: px of a frame, multiples of 16.
-        max_cycles: steps until the episode is truncated; None never does.
+        max_cycles: number of steps after which the episode is truncated; None never truncates.
         observation: "state" or "pixels".
         fidelity, randomize, diagnostics, settings: as in TaskEnv.
     """
@@ -93,16 +93,16 @@ class TaskParallelEnv(ParallelEnv):
         return spaces.Box(0, 255, self._pixels.space.shape[1:], np.uint8)
 
     def observation_space(self, agent: str) -> spaces.Box:
-        """Always the same object."""
+        """Return the agent's space, always the same object, as PettingZoo requires."""
         return self.observation_spaces[agent]
 
     def action_space(self, agent: str) -> spaces.Box:
-        """Always the same object."""
+        """Return the agent's space, always the same object, as PettingZoo requires."""
         return self.action_spaces[agent]
 
     @property
     def observations(self) -> NDArray[np.float32]:
-        """(agent, entry): a copy of the state observations, which scripted policies read in any case."""
+        """A copy of the state observations (agent, entry), also where `observation` is "pixels"."""
         return self.task.observation[0].copy()
 
     @property
@@ -111,7 +111,7 @@ class TaskParallelEnv(ParallelEnv):
         return dict(zip([q.name for q in self.task.quantities], self.task.physics[0].tolist(), strict=True))
 
     def state(self) -> NDArray[np.float32]:
-        """All agents' state observations, one after the other: a centralised critic's input."""
+        """Return all agents' state observations, one after the other, as input of a centralised critic."""
         return self.task.observation[0].ravel().copy()
 
     # ------------------------------------------------- episodes
@@ -119,7 +119,7 @@ class TaskParallelEnv(ParallelEnv):
     def reset(
         self, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, Array], dict[str, dict[str, Any]]]:
-        """Begin a new episode; options are the task's, for this episode.
+        """Begin a new episode; `options` set arguments of the task for this episode.
 
         Raises:
             ValueError: an unknown option or a bad value; nothing has changed then.
@@ -136,7 +136,7 @@ class TaskParallelEnv(ParallelEnv):
         return self._observe(), self._infos()
 
     def step(self, actions: Mapping[str, Array]) -> Step:
-        """One control step of all agents; both end together.
+        """Advance by one control step; the episode ends for all agents at once.
 
         Raises:
             ValueError: actions of a wrong shape, not finite, or not of exactly the agents; nothing has
@@ -161,7 +161,7 @@ class TaskParallelEnv(ParallelEnv):
     def _ordered(self, actions: Mapping[str, Array]) -> list[Array]:
         if not isinstance(actions, Mapping) or set(actions) != set(self.agents):
             given = list(actions) if isinstance(actions, Mapping) else actions
-            raise ValueError(f"step: actions of exactly the agents {self.agents} are needed, got {given!r}.")
+            raise ValueError(f"step: actions must be of exactly the agents {self.agents}, got {given!r}.")
         shape = (len(self.task.actions),)
         for agent in self.agents:
             if np.shape(actions[agent]) != shape:
@@ -184,7 +184,7 @@ class TaskParallelEnv(ParallelEnv):
             self._window.show(self._painter.paint(self.task, 0))
 
     def render(self) -> Frame | None:
-        """A frame; in the mode "human" the window has it already, after each reset and step."""
+        """Return a frame (height, width, 3) in the mode "rgb_array", else None; "human" shows each reset and step."""
         if self.render_mode is None:
             gymnasium.logger.warn("render: make the environment with render_mode='rgb_array'.")
         return self._painter.paint(self.task, 0) if self.render_mode == "rgb_array" else None
@@ -197,7 +197,7 @@ class TaskParallelEnv(ParallelEnv):
         *,
         one_episode: bool = True,
     ) -> Iterator[Frame | None]:
-        """Frames of episodes; the policy maps (agent, entry) to (agent, action), None acts at random."""
+        """Yield frames of episodes; the policy maps (agent, entry) to (agent, action), None acts at random."""
         for a, agent in enumerate(self.possible_agents):
             self.action_space(agent).seed(seed + a)
         self.reset(seed=seed)
@@ -218,12 +218,12 @@ class TaskParallelEnv(ParallelEnv):
     # ------------------------------------------------- snapshots
 
     def save(self) -> ParallelSnapshot:
-        """All that decides how the environment goes on, its random generator included."""
+        """Return a snapshot for a bit-exact continuation: physics, task state, random generator and settings."""
         generator = dict(self._generator.bit_generator.state)
         return ParallelSnapshot(self.task.save(), generator, list(self.agents), self._elapsed, dict(self.task.settings))
 
     def restore(self, snapshot: ParallelSnapshot) -> None:
-        """Go on bit for bit from a snapshot of this or an equal environment, in any process.
+        """Continue bit for bit from a snapshot of this or an equal environment, in any process.
 
         Raises:
             ValueError: the snapshot is of another environment.

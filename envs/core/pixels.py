@@ -17,10 +17,10 @@ OBSERVATIONS = ("state", "pixels")
 
 
 def make_pixels(observation: Any, agents: Sequence[str] = ()) -> Pixels | None:
-    """What draws the observations "pixels", of each agent if there are several; None for "state".
+    """Return the object that draws the observations "pixels" (of each agent if there are several), or None for "state".
 
     Raises:
-        ValueError: neither of the two.
+        ValueError: `observation` is neither of the two.
     """
     if not isinstance(observation, str) or observation not in OBSERVATIONS:
         raise ValueError(f"observation must be 'state' or 'pixels', got {observation!r}.")
@@ -48,7 +48,7 @@ class Pixels:
         return picture
 
     def draw_all(self, task: Task) -> NDArray[np.uint8]:
-        """(world, ...)"""
+        """Return the pictures of all worlds, (world, ...)."""
         return np.stack([self.draw(task, w) for w in range(task.world_count)])
 
     def __getstate__(self) -> dict[str, Any]:

@@ -1,7 +1,7 @@
-"""Policies to look at and to compare with: scripted ones, and trained ones where an asset exists.
+"""Policies for demonstrations and comparisons: scripted ones, and trained ones where an asset exists.
 
-A policy is a function of an environment; it returns the next action. The scripted ones are pure
-feedback from the observation, without memory, so one policy serves any number of environments; the
+A policy is a function of an environment; it returns the next action. All are functions of the
+observation without memory, so one policy serves any number of environments.
 trained ones are too.
 """
 
@@ -26,28 +26,28 @@ BatchPolicy = Callable[[Observations], Actions]
 
 
 def scripted_policy(env_id: str) -> Policy:
-    """The scripted policy of an environment.
+    """Return the scripted policy of an environment, a function of the environment.
 
     Raises:
-        LookupError: there is none.
+        LookupError: the environment has none.
     """
     return _on_env(scripted_actions(env_id))
 
 
 def trained_policy(env_id: str) -> Policy:
-    """The trained policy of an environment, which needs numpy alone.
+    """Return the trained policy of an environment, a function of the environment that needs numpy alone.
 
     Raises:
-        LookupError: there is none.
+        LookupError: the environment has none.
     """
     return _on_env(trained_actions(env_id))
 
 
 def scripted_actions(env_id: str) -> BatchPolicy:
-    """The scripted policy of an environment, of (..., entry) observations.
+    """Return the scripted policy of an environment, a function of observations (..., entry).
 
     Raises:
-        LookupError: there is none.
+        LookupError: the environment has none.
     """
     name = env_id.rpartition(":")[2]
     entry = next((entry for entry in ENVS if entry.id == name), None)
@@ -59,10 +59,10 @@ def scripted_actions(env_id: str) -> BatchPolicy:
 
 
 def trained_actions(env_id: str) -> MlpPolicy:
-    """The trained policy of an environment, of (..., entry) observations.
+    """Return the trained policy of an environment, a function of observations (..., entry).
 
     Raises:
-        LookupError: there is none.
+        LookupError: the environment has none.
     """
     name = env_id.rpartition(":")[2]
     asset = files("gsenv.assets") / f"{name}.npz"

@@ -1,4 +1,4 @@
-"""Tables of actions, observations and rewards: one definition for spaces, users and docs."""
+"""Tables of actions, observations and rewards, from which spaces and docstrings are made."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class RewardTerm:
 
 
 def box_of(entries: Sequence[Entry], agents: Sequence[str] = ()) -> spaces.Box:
-    """The float32 space of the entries; (agent, entry) where there are agents."""
+    """Return the float32 space of the entries; its shape is (agent, entry) where there are agents."""
     low = np.array([entry.low for entry in entries], np.float32)
     high = np.array([entry.high for entry in entries], np.float32)
     if agents:
@@ -43,7 +43,7 @@ def box_of(entries: Sequence[Entry], agents: Sequence[str] = ()) -> spaces.Box:
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """A Markdown table with aligned columns."""
+    """Return a Markdown table with aligned columns."""
     lines = [list(head), *(list(row) for row in rows)]
     widths = [max(len(line[k]) for line in lines) for k in range(len(head))]
     lines.insert(1, ["-" * width for width in widths])
@@ -52,7 +52,7 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 
 
 def entry_table(title: str, entries: Sequence[Entry]) -> str:
-    """Num, `title`, Min, Max, Name, Unit."""
+    """Return the table with the columns Num, `title`, Min, Max, Name and Unit."""
     rows = ((str(k), e.text, f"{e.low:g}", f"{e.high:g}", e.name, e.unit) for k, e in enumerate(entries))
     return table(("Num", title, "Min", "Max", "Name", "Unit"), rows)
 

@@ -25,7 +25,7 @@ _UNIT = 2.0**-53
 
 @njit
 def _high_product(a, b):  # type: ignore[no-untyped-def]
-    """Upper 64 bits of a product of two 64-bit numbers."""
+    """Return the upper 64 bits of the product of two 64-bit numbers."""
     a_low, a_high = a & _LOW_HALF, a >> _32
     b_low, b_high = b & _LOW_HALF, b >> _32
     middle = a_high * b_low + ((a_low * b_low) >> _32)
@@ -35,7 +35,7 @@ def _high_product(a, b):  # type: ignore[no-untyped-def]
 
 @njit
 def _draw(words, worlds, out):  # type: ignore[no-untyped-def]
-    """Uniform numbers in [0, 1) as `Generator.random` gives them, row k from the stream of worlds[k]."""
+    """Fill row k with uniform numbers in [0, 1) from the stream of worlds[k], as `Generator.random` gives them."""
     for k in range(len(worlds)):
         word = words[worlds[k]]
         high, low, add_high, add_low = word[0], word[1], word[2], word[3]
@@ -53,10 +53,10 @@ def _draw(words, worlds, out):  # type: ignore[no-untyped-def]
 
 
 class Streams:
-    """One stream for each world; a single environment's `Generator.random` gives the same numbers.
+    """One random stream for each world, equal to the `Generator.random` of a single environment with its seed.
 
     Attributes:
-        words: (world, 4) uint64, all there is to a stream: state and increment, upper halves first.
+        words: (world, 4) uint64, the state and the increment of each stream, upper halves first.
     """
 
     def __init__(self, generators: Sequence[np.random.Generator]) -> None:
@@ -65,7 +65,7 @@ class Streams:
             self.seed(world, generator)
 
     def seed(self, world: int, generator: np.random.Generator) -> None:
-        """Go on from where a generator (PCG64, as gymnasium makes them) is."""
+        """Set a world's stream to the state of a generator (PCG64, as gymnasium makes them)."""
         state = generator.bit_generator.state["state"]
         numbers = (state["state"], state["inc"])
         self.words[world] = [word for number in numbers for word in divmod(number, 2**64)]
@@ -76,7 +76,7 @@ class Streams:
             _draw(self.words, worlds, out)
 
     def generator(self, world: int) -> np.random.Generator:
-        """A copy of a stream as NumPy's object."""
+        """Return a NumPy generator with the state of a world's stream."""
         high, low, add_high, add_low = self.words[world].tolist()
         bits: Any = np.random.PCG64(0)
         numbers = {"state": high << 64 | low, "inc": add_high << 64 | add_low}

@@ -1,8 +1,8 @@
-"""Task: the rules of an environment for many worlds, with no Gymnasium in them.
+"""Task: the rules of an environment for many worlds, independent of Gymnasium.
 
 A task builds the scene of its worlds and has three hooks that each handle all worlds at once:
 `initialize_episode` (after a reset), `apply_action` (before the physics) and `evaluate` (after it:
-rewards, ends, observations). Single and vector environments run the very same hooks, so their worlds
+rewards, terminations, observations). Single and vector environments run the same hooks, so their worlds
 agree bit for bit.
 """
 
@@ -45,39 +45,43 @@ Array = NDArray[Any]
 
 @dataclass(frozen=True)
 class TaskSnapshot:
-    """Chosen worlds of a Task: physics, task state and last outputs. Picklable, bit-exact."""
+    """A bit-exact copy of chosen worlds of a Task: physics, task state and last outputs. It can be pickled."""
 
     world: Snapshot
     arrays: dict[str, Array]
 
 
 class Task(ABC):
-    """The rules of one environment for `world_count` worlds, with no Gymnasium in them.
+    """The rules of one environment for `world_count` worlds, independent of Gymnasium.
 
-    Subclasses give the tables below, build the scene, and override `initialize_episode`,
+    Subclasses define the tables below, build the scene, and override `initialize_episode`,
     `apply_action` and `evaluate`, which read `world`, `task_state` and `physics` and write the outputs.
 
     Args:
-        world_count: how many worlds; threads: that they are shared out over.
-        settings: the task's own arguments, of `arguments`; defaults of resets.
-        fidelity: "fast", "balanced" or "accurate", of the physics.
-        randomize: (low, high) of quantities that each reset draws anew; the others stay nominal.
-        diagnostics: whether each step says how exact it was.
+        world_count: number of worlds; threads: number of threads that step them.
+        settings: the task's own arguments by name, which `arguments` declares; defaults of resets.
+        fidelity: "fast", "balanced" or "accurate", the solver's options.
+        randomize: {quantity: (low, high)}, ranges from which each reset draws; the others stay nominal.
+        diagnostics: whether each step fills `diagnostics`.
 
     Attributes:
-        world: the physics.
-        physics: (world, quantity) float64, of `quantities` in this episode.
+        world: the simulated worlds.
+        physics: (world, quantity) float64, values of `quantities` in this episode.
         with_diagnostics: whether each step fills `diagnostics`.
-        diagnostics: (world,) errors of the last step; zeros after a reset, and where not asked for.
+        diagnostics: (world,) errors and counters of the last step; zeros after a reset, and where not requested.
         low, high: float32, bounds of the observations.
-        task_state: (world,) of `task_state_fields`: what the task remembers from step to step.
+        task_state: (world,) records of `task_state_fields`, which persist from step to step.
         observation: (world, entry) float32.
         reward: (world,) float64, the sum of `terms`, added from left to right.
-        terms: (world,) reward terms by name.
-        infos: (world,) of `info_fields`: what goes into Gymnasium's info.
+        terms: (world,) records of the reward terms, by name.
+        infos: (world,) records of `info_fields`, the entries of Gymnasium's info.
         terminated: (world,) bool.
 
-    Where a task has `agents`, actions, observation, reward and terms are (world, agent, ...).
+    Where a task has `agents`, the shapes of actions, observation, reward and terms are (world, agent, ...).
+
+    Raises:
+        TypeError: an unknown setting.
+        ValueError: a bad value of a setting, a fidelity or a range.
     """
 
     actions: ClassVar[tuple[Entry, ...]]
@@ -85,7 +89,7 @@ class Task(ABC):
     reward_terms: ClassVar[tuple[RewardTerm, ...]]
     task_state_fields: ClassVar[Sequence[tuple[Any, ...]]] = ()
     info_fields: ClassVar[Sequence[tuple[str, Any]]] = ()
-    draw_count: ClassVar[int]  # uniform numbers in [0, 1) that one start uses up
+    draw_count: ClassVar[int]  # uniform numbers in [0, 1) that the start of an episode uses
     engine_steps: ClassVar[int] = 2  # per control step
     agents: ClassVar[tuple[str, ...]] = ()  # names, where several act in one world
     arguments: ClassVar[tuple[Setting, ...]] = ()
@@ -135,7 +139,7 @@ class Task(ABC):
 
     @property
     def kernel_world(self) -> Bundle:
-        """All worlds as the one argument `world` of the task's kernels; `select_world(world, w)` chooses one.
+        """All worlds as one bundle, the argument `world` of the task's kernels; `select_world(world, w)` selects one.
 
         `world.state` and `world.parameters` are then the physics of world w (bodies, shapes, joints,
         contacts, ...), and `world.task` has the task's own part of it: state, info, terms, observation,
@@ -186,41 +190,41 @@ class Task(ABC):
 
     @property
     def reset_draws(self) -> int:
-        """Uniform numbers that a reset uses up in each world."""
+        """Number of uniform numbers that a reset uses in each world."""
         return self.draw_count + len(self.quantities)
 
-    # ------------------------------------------------- what a task must say
+    # ------------------------------------------------- what a task defines
 
     @abstractmethod
     def build_scene(self) -> Scene:
-        """The scene of one world."""
+        """Return the scene of one world."""
 
     def solver_options(self) -> Options:
-        """How the world is stepped."""
+        """Return the options of the simulation."""
         return Options.preset(self.fidelity)
 
     def check_options(self, options: Mapping[str, Any]) -> Mapping[str, Any]:
-        """Options of a reset, complete and valid.
+        """Return all settings of an episode by name, checked.
 
         Raises:
-            ValueError: an option that the task does not know or accept.
+            ValueError: an option that the task does not have, or a bad value.
         """
         return check_options(options, self.arguments, self.settings)
 
     @abstractmethod
     def initialize_episode(self, worlds: Array, draws: Array, options: Mapping[str, Any]) -> None:
-        """Begin episodes in worlds that are back at the scene's initial state, and observe them.
+        """Begin episodes in worlds that have been reset to the scene's initial state, and fill their observations.
 
         Args:
-            worlds: int (chosen,), where episodes begin.
-            draws: (chosen, `draw_count`), uniform in [0, 1): the only source of chance.
-            options: of the reset, by name, checked.
+            worlds: int (chosen world,), indices.
+            draws: (chosen world, `draw_count`), uniform in [0, 1); the only source of randomness.
+            options: settings of the episode by name, checked.
         """
 
     def apply_action(self, actions: Array) -> int:
-        """Pass actions (world, action) on to the engine, before the physics.
+        """Apply actions (world, action) before the physics step.
 
-        By default action k drives actuator k, -1 to 1 being its range.
+        By default action k drives actuator k, and [-1, 1] is mapped to its range.
 
         Returns:
             -1, or the first world whose actions are not finite; nothing has changed then.
@@ -238,20 +242,20 @@ class Task(ABC):
         """Fill `reward`, `terms`, `terminated`, `infos` and `observation` of all worlds, after the physics."""
 
     def camera(self, world: int, width: int, height: int) -> Any:
-        """A gsenv.render camera for a picture of a world, or None for the renderer's own choice."""
+        """Return a gsenv.render camera for the picture of a world, or None for the renderer's own choice."""
         return None
 
     def captions(self, world: int) -> Sequence[str]:
-        """Lines of text in the corner of a picture."""
+        """Return the lines of text in the corner of the picture of a world."""
         return ()
 
     # ------------------------------------------------- stepping
 
     def reset(self, worlds: Array, draws: Array, options: Mapping[str, Any]) -> None:
-        """New episodes in `worlds`; `options` as `check_options` returns them.
+        """Begin new episodes in `worlds`; `options` are those that `check_options` returns.
 
-        `draws` is (chosen world, `reset_draws`), uniform in [0, 1). Quantities take theirs whether or
-        not they are randomised: equal seeds give equal courses either way.
+        `draws` is (chosen world, `reset_draws`), uniform in [0, 1). Quantities use theirs whether or
+        not they are randomised, so equal seeds give equal episodes either way.
         """
         self.physics[worlds] = self._physics_low + self._physics_span * draws[:, self.draw_count :]
         self.world.reset(worlds)
@@ -264,11 +268,11 @@ class Task(ABC):
         self.initialize_episode(worlds, np.ascontiguousarray(draws[:, : self.draw_count]), options)
 
     def step(self, actions: ArrayLike, ignored: Array | None = None) -> None:
-        """One control step of all worlds.
+        """Advance all worlds by one control step.
 
         Args:
             actions: (world, action), clipped to [-1, 1].
-            ignored: bool (world,), worlds whose actions count as zero, whatever they are.
+            ignored: bool (world,), worlds whose actions are replaced by zeros.
 
         Raises:
             ValueError: actions of a wrong shape, or not finite; nothing has changed then.
@@ -292,7 +296,7 @@ class Task(ABC):
         self.evaluate()
 
     def info(self, world: int, agent: int | None = None) -> dict[str, Any]:
-        """Info of one world, or of one agent in it, in Python's own types."""
+        """Return the info dict of one world, or of one agent in it, as plain Python numbers."""
         at = (world,) if agent is None else (world, agent)
         info = dict(zip(self._info_names, self.infos.item(world), strict=True))
         info["reward_terms"] = dict(zip(self._term_names, self.terms.item(*at), strict=True))
@@ -340,7 +344,7 @@ _EnvClass = TypeVar("_EnvClass", bound="type[Any]")
 
 
 def documented(cls: _EnvClass) -> _EnvClass:
-    """Class decorator: the tables of an environment's docstring, from its task's definitions."""
+    """Fill the tables of an environment's docstring from its task's definitions; a class decorator."""
     task: type[Task] = cls.task_class
     return fill_docstring(
         cls,

@@ -26,7 +26,7 @@ Step = tuple[Array, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], d
 
 @dataclass(frozen=True)
 class VectorSnapshot:
-    """A vector environment: its task, its random generators, and which worlds are done."""
+    """Everything that a bit-exact continuation of a vector environment needs."""
 
     task: TaskSnapshot
     streams: Array
@@ -37,18 +37,18 @@ class VectorSnapshot:
 
 
 class TaskVectorEnv(VectorEnv[Array, NDArray[np.float32], Array]):
-    """N worlds of a task.
+    """N worlds of a task as a Gymnasium vector environment.
 
     World i of `reset(seed=s)` equals the single environment's `reset(seed=s + i)`, bit for bit, for
     every number of worlds, of threads, and in every autoreset mode.
 
     Args:
-        num_envs: worlds.
+        num_envs: number of worlds.
         render_mode: None or "rgb_array"; width, height: px of a frame, multiples of 16.
         observation: "state" or "pixels".
-        max_episode_steps: truncates by itself; None never does.
-        autoreset_mode: one of Gymnasium's three.
-        threads: worlds are shared out over this many.
+        max_episode_steps: number of steps after which an episode is truncated; None never truncates.
+        autoreset_mode: one of Gymnasium's three modes, or its value as a string.
+        threads: number of threads that step the worlds; results do not depend on it.
         fidelity, randomize, diagnostics, settings: see TaskEnv; settings can be set
             (`set_attr("blocks", 3)`) for episodes to come.
     """
@@ -119,8 +119,8 @@ class TaskVectorEnv(VectorEnv[Array, NDArray[np.float32], Array]):
         """Begin new episodes.
 
         Args:
-            seed: an int s gives world i the seed s + i; or one for each world.
-            options: `reset_mask`, bool (num_envs,), chooses worlds; the rest goes to the task.
+            seed: an int s, which gives world i the seed s + i, or one seed for each world.
+            options: `reset_mask`, bool (num_envs,), selects worlds; the other options go to the task.
 
         Raises:
             ValueError: a bad option or number of seeds; nothing has changed then.
@@ -167,11 +167,11 @@ class TaskVectorEnv(VectorEnv[Array, NDArray[np.float32], Array]):
     # ------------------------------------------------- step
 
     def step(self, actions: NDArray[np.float32]) -> Step:
-        """One control step of all worlds.
+        """Advance all worlds by one control step of 1/30 s.
 
         Raises:
             ValueError: actions of a wrong shape, or not finite; nothing has changed then.
-            ResetNeeded: a world has not begun, or (autoreset disabled) is finished.
+            ResetNeeded: a world has not been reset yet, or, where autoreset is disabled, its episode is over.
         """
         self._check_ready()
         if self.autoreset_mode == AutoresetMode.NEXT_STEP and self._finished.any():
@@ -185,13 +185,13 @@ class TaskVectorEnv(VectorEnv[Array, NDArray[np.float32], Array]):
 
     def _check_ready(self) -> None:
         if not self._begun.all():
-            raise ResetNeeded("step: not all worlds have begun, call reset first.")
+            raise ResetNeeded("step: some worlds have not been reset yet, call reset first.")
         if self.autoreset_mode == AutoresetMode.DISABLED and self._finished.any():
             worlds = np.flatnonzero(self._finished).tolist()
             raise ResetNeeded(f"step: worlds {worlds} are finished, reset them with options['reset_mask'] first.")
 
     def _end(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-        """Which worlds have ended in this step: (terminated, truncated)."""
+        """Return which episodes have ended in this step: (terminated, truncated)."""
         self._elapsed += 1
         terminated = self.task.terminated.copy()
         if self.max_episode_steps is None:
@@ -202,7 +202,7 @@ class TaskVectorEnv(VectorEnv[Array, NDArray[np.float32], Array]):
         return terminated, truncated
 
     def _step_and_begin(self, actions: NDArray[np.float32], begin: NDArray[np.bool_]) -> Step:
-        """NEXT_STEP: worlds that ended in the last step begin anew instead of acting."""
+        """Step in the mode NEXT_STEP: worlds that ended in the last step begin anew instead of acting."""
         self.task.step(actions, ignored=begin)
         terminated, truncated = self._end()
         self._begin(np.flatnonzero(begin), self.task.check_options({}))
@@ -212,7 +212,7 @@ class TaskVectorEnv(VectorEnv[Array, NDArray[np.float32], Array]):
         return self.observe(), self.task.reward.copy(), terminated, truncated, infos
 
     def _end_and_begin(self, terminated: NDArray[np.bool_], truncated: NDArray[np.bool_]) -> Step:
-        """SAME_STEP: worlds that ended begin anew at once; their last words go to final_*."""
+        """Finish a step in the mode SAME_STEP: worlds that ended begin anew; `final_*` keep their last step."""
         ended = self._finished.copy()
         reward = self.task.reward.copy()
         last = np.full(self.num_envs, None, object)
@@ -226,11 +226,11 @@ class TaskVectorEnv(VectorEnv[Array, NDArray[np.float32], Array]):
         return self.observe(), reward, terminated, truncated, infos
 
     def observe(self) -> Array:
-        """A copy of the present observations."""
+        """Return a copy of the present observations."""
         return self.task.observation.copy() if self._pixels is None else self._pixels.draw_all(self.task)
 
     def observe_world(self, world: int) -> Array:
-        """A copy of the present observation of one world."""
+        """Return a copy of the present observation of one world."""
         if self._pixels is None:
             return self.task.observation[world].copy()
         return self._pixels.draw(self.task, world)
@@ -241,7 +241,7 @@ class TaskVectorEnv(VectorEnv[Array, NDArray[np.float32], Array]):
         return np.stack([self._pixels.draw(self.task, w) for w in worlds.tolist()])
 
     def _infos(self, mask: NDArray[np.bool_]) -> dict[str, Any]:
-        """Infos of the worlds of `mask`; zeros and a False mask elsewhere."""
+        """Return the infos of the worlds of `mask`, with zeros and a False mask elsewhere."""
         infos: dict[str, Any] = {"reward_terms": _columns(self.task.terms, mask)}
         infos["_reward_terms"] = mask.copy()
         if self.task.with_diagnostics:
@@ -257,14 +257,14 @@ class TaskVectorEnv(VectorEnv[Array, NDArray[np.float32], Array]):
     # ------------------------------------------------- pictures and snapshots
 
     def render(self) -> tuple[Frame, ...] | None:
-        """One frame for each world."""
+        """Return one frame (height, width, 3) for each world, or None without a render mode."""
         if self.render_mode is None:
             gymnasium.logger.warn("render: make the environment with render_mode='rgb_array'.")
             return None
         return tuple(self._painter.paint(self.task, w) for w in range(self.num_envs))
 
     def save(self) -> VectorSnapshot:
-        """All that decides how the environment goes on, its random generators included."""
+        """Return a snapshot for a bit-exact continuation: physics, task state, random generators and settings."""
         return VectorSnapshot(
             self.task.save(),
             self._streams.words.copy(),
@@ -275,7 +275,7 @@ class TaskVectorEnv(VectorEnv[Array, NDArray[np.float32], Array]):
         )
 
     def restore(self, snapshot: VectorSnapshot) -> None:
-        """Go on bit for bit from a snapshot of this or an equal environment, in any process.
+        """Continue bit for bit from a snapshot of this or an equal environment, in any process.
 
         Raises:
             ValueError: the snapshot is of another environment or number of worlds.
@@ -308,9 +308,9 @@ class TaskVectorEnv(VectorEnv[Array, NDArray[np.float32], Array]):
         return {name: self.task.physics[:, k].copy() for k, name in enumerate(names)}
 
     def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
-        """A method's result, or an attribute, once for each world.
+        """Return a method's result, or an attribute, once for each world.
 
-        A tuple or an array with one value for each world is taken apart; anything else is the
+        A tuple or an array with one value for each world is split; anything else is the
         same for all worlds.
         """
         value = getattr(self, name)
@@ -320,7 +320,7 @@ class TaskVectorEnv(VectorEnv[Array, NDArray[np.float32], Array]):
         return tuple(value) if per_world else (value,) * self.num_envs
 
     def get_attr(self, name: str) -> tuple[Any, ...]:
-        """An attribute, once for each world."""
+        """Return an attribute, once for each world."""
         return self.call(name)
 
     def set_attr(self, name: str, values: Any) -> None:
@@ -344,7 +344,7 @@ def _is_positive(value: Any) -> bool:
 
 
 def _columns(records: Array, mask: NDArray[np.bool_]) -> dict[str, Any]:
-    """Fields of (world, ...) records as arrays with `_name` masks beside them."""
+    """Return the fields of records (world, ...) as arrays, each with its mask `_name`."""
     columns: dict[str, Any] = {}
     chosen = mask.reshape(-1, *(1,) * (records.ndim - 1))
     for name in records.dtype.names or ():

@@ -54,7 +54,7 @@ _MAX_TORQUE = scene.MAX_TORQUE
 
 @njit
 def make_block(task, draws, body, shape, weld):  # type: ignore[no-untyped-def]
-    """Size, mass, friction and grasp of a block from its six draws; `task` is the task state, with the ranges."""
+    """Set size, mass, friction and grasp of a block from its six draws; `task`, the task state, has the ranges."""
     x = between(task.half_width[0], task.half_width[1], draws[0])
     y = between(task.half_height[0], task.half_height[1], draws[1])
     set_box(body, shape, x, y, between(task.mass[0], task.mass[1], draws[2]))
@@ -71,7 +71,7 @@ def make_block(task, draws, body, shape, weld):  # type: ignore[no-untyped-def]
 
 @njit
 def grasp_pose(gripper, weld):  # type: ignore[no-untyped-def]
-    """(x, y, cos, sin) of a block in its gripper."""
+    """Return the pose (x, y, cos, sin) of a block in its gripper."""
     gc, gs = gripper.rotation[0], gripper.rotation[1]
     c = gc * weld.reference[0] - gs * weld.reference[1]
     s = gs * weld.reference[0] + gc * weld.reference[1]
@@ -84,7 +84,7 @@ def grasp_pose(gripper, weld):  # type: ignore[no-untyped-def]
 
 @njit
 def hand_over(world, gripper, block, weld):  # type: ignore[no-untyped-def]
-    """A block appears in a gripper and moves with it; both are numbers of bodies."""
+    """Place a block in a gripper, so that it moves with it; both are indices of bodies."""
     bodies, parameters = world.state.bodies, world.parameters.bodies
     holder = bodies[gripper]
     joint = world.parameters.joints[weld]
@@ -99,13 +99,13 @@ def hand_over(world, gripper, block, weld):  # type: ignore[no-untyped-def]
 
 @njit
 def release(world, gripper, block, weld):  # type: ignore[no-untyped-def]
-    """The gripper lets go of a block."""
+    """Release a block from the gripper."""
     disable_joint(world.parameters.joints[weld], world.state.bodies[gripper], world.state.bodies[block])
 
 
 @njit
 def move_mast(world, mast, gripper):  # type: ignore[no-untyped-def]
-    """The mast is only to be seen: it stands on the gripper wherever that is."""
+    """Move the mast, which collides with nothing, onto the gripper."""
     bodies = world.state.bodies
     holder = bodies[gripper]
     position = (holder.position[0], holder.position[1] + 0.1 + _MAST_LENGTH)
@@ -117,7 +117,7 @@ def move_mast(world, mast, gripper):  # type: ignore[no-untyped-def]
 
 @njit
 def _within(speed, limit, here, low, high):  # type: ignore[no-untyped-def]
-    """A speed that leaves the range [low, high] no further than it is already."""
+    """Return the speed, reduced so that a target at `here` stays in [low, high], or leaves it no further."""
     speed = min(speed, max((high - here) / CONTROL_TIME, 0.0))
     speed = max(speed, min((low - here) / CONTROL_TIME, 0.0))
     return min(max(speed, -limit), limit)
@@ -125,7 +125,7 @@ def _within(speed, limit, here, low, high):  # type: ignore[no-untyped-def]
 
 @njit
 def steer(control, drive, right, up, turn, low_x, high_x):  # type: ignore[no-untyped-def]
-    """Actions in [-1, 1] to the three actuators of a gripper, whose target stays in its reach."""
+    """Apply actions in [-1, 1] to the three actuators of a gripper; its target stays within reach."""
     place = drive.target_position
     control[0] = _within(_SPEED * right, _SPEED, place[0], low_x, high_x)
     control[1] = _within(_SPEED * up, _SPEED, place[1], _LOW_Y, _HIGH_Y)
@@ -137,7 +137,7 @@ def steer(control, drive, right, up, turn, low_x, high_x):  # type: ignore[no-un
 
 @njit
 def touches(contacts, levels, base, first_gripper, first_block):  # type: ignore[no-untyped-def]
-    """Bit masks of the blocks: (resting on the level below, touched by a gripper).
+    """Return bit masks of the blocks: (resting on the level below, touched by a gripper).
 
     `base`, `first_gripper`, `first_block` are indices of bodies, in this order.
     """
@@ -196,13 +196,13 @@ def any_fallen(released, base, order, blocks, shapes):  # type: ignore[no-untype
 
 @njit
 def vertical_reach(block, shape):  # type: ignore[no-untyped-def]
-    """m, half the height that a block takes up as it is turned."""
+    """Return half the height in m that a rotated block takes up."""
     return shape.size[0] * abs(block.rotation[1]) + shape.size[1] * abs(block.rotation[0])
 
 
 @njit
 def tower_top(released, base, order, blocks, shapes):  # type: ignore[no-untyped-def]
-    """m, highest point of the released blocks, or the base."""
+    """Return the height in m of the highest point of the released blocks, or of the base."""
     top = base
     for level in range(released):
         k = order[level]
@@ -212,7 +212,7 @@ def tower_top(released, base, order, blocks, shapes):  # type: ignore[no-untyped
 
 @njit
 def fastest(released, order, blocks):  # type: ignore[no-untyped-def]
-    """m/s, speed of the fastest released block."""
+    """Return the speed in m/s of the fastest released block."""
     square = 0.0
     for level in range(released):
         v = blocks[order[level]].velocity
@@ -236,7 +236,7 @@ def meets(x, y, reach, block, shape):  # type: ignore[no-untyped-def]
 
 @njit
 def observe_gripper(out, gripper, drive, time):  # type: ignore[no-untyped-def]
-    """Nine numbers: pose, velocity, and the drive's forces of their bounds."""
+    """Write nine numbers: pose, velocity, and the drive's forces relative to their bounds."""
     out[0] = gripper.position[0]
     out[1] = gripper.position[1]
     out[2] = gripper.angle
@@ -250,7 +250,7 @@ def observe_gripper(out, gripper, drive, time):  # type: ignore[no-untyped-def]
 
 @njit
 def observe_block(out, held, block, body, shape, gripper, x, top):  # type: ignore[no-untyped-def]
-    """Entries 9 to 20: a block against its support, whose middle is at x and whose top is at `top`."""
+    """Write entries 9 to 20: a block relative to its support, whose middle is at x and whose top is at `top`."""
     out[9] = 1.0 if held else 0.0
     out[10] = block.position[0] - x
     out[11] = block.position[1] - vertical_reach(block, shape) - top

@@ -1,4 +1,4 @@
-"""GStack's, tower_v0's and GStack3D's quantities that may be randomised, and how a world takes them on."""
+"""Quantities of GStack, tower_v0 and GStack3D that may be randomised, and their effect on a world's parameters."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ from gsenv.solver.core.edit import set_mass
 from gsenv.solver.jit import njit
 
 QUANTITIES = (
-    Quantity("friction", "friction of all blocks, times", 1.0, 0.1, 3.0),
-    Quantity("mass", "mass of all blocks, times", 1.0, 0.1, 3.0),
-    Quantity("force", "bounds of the gripper's drive, times", 1.0, 0.5, 3.0),
+    Quantity("friction", "factor of the friction of all blocks", 1.0, 0.1, 3.0),
+    Quantity("mass", "factor of the mass of all blocks", 1.0, 0.1, 3.0),
+    Quantity("force", "factor of the force and torque bounds of the gripper's drive", 1.0, 0.5, 3.0),
     Quantity("gravity", "gravity", 9.81, 0.5, 30.0, "m/s^2"),
 )
 
 
 @njit
 def apply_physics(physics, parameters, first_block, first_shape, block_count, drive_count):  # type: ignore[no-untyped-def]
-    """Quantities of the episode into a world's parameters whose blocks have just been made.
+    """Write the quantities of the episode to the parameters of a world whose blocks have just been made.
 
     Joints 0 to drive_count - 1 are drives; the last axis is vertical.
     """

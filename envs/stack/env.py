@@ -18,13 +18,13 @@ _WEIGHTS = REWARD_WEIGHTS
 
 
 class StackTask(Task):
-    """The rules, over many worlds; `settings["blocks"]` is the default of a reset."""
+    """The rules for many worlds; `settings` has the defaults of a reset."""
 
     actions = (
-        Entry(f"gripper velocity to the right, of {scene.SPEED} m/s", "move_x", -1, 1),
-        Entry(f"gripper velocity upwards, of {scene.SPEED} m/s", "move_y", -1, 1),
-        Entry(f"turning rate, of {scene.TURN_SPEED} rad/s", "turn", -1, 1),
-        Entry("let go of the block where positive", "release", -1, 1),
+        Entry(f"gripper velocity to the right, relative to {scene.SPEED} m/s", "move_x", -1, 1),
+        Entry(f"gripper velocity upwards, relative to {scene.SPEED} m/s", "move_y", -1, 1),
+        Entry(f"turning rate, relative to {scene.TURN_SPEED} rad/s", "turn", -1, 1),
+        Entry("releases the block where positive", "release", -1, 1),
     )
     observations = (
         Entry("gripper, position to the right", "gripper_x", -3, 3, "m"),
@@ -33,12 +33,12 @@ class StackTask(Task):
         Entry("gripper, velocity to the right", "gripper_vx", -5, 5, "m/s"),
         Entry("gripper, velocity upwards", "gripper_vy", -5, 5, "m/s"),
         Entry("gripper, turning rate", "gripper_w", -10, 10, "rad/s"),
-        Entry("drive, force to the right, of its bound", "drive_x", -1, 1),
-        Entry("drive, force upwards, of its bound", "drive_y", -1, 1),
-        Entry("drive, torque, of its bound", "drive_torque", -1, 1),
+        Entry("drive, force to the right, relative to its bound", "drive_x", -1, 1),
+        Entry("drive, force upwards, relative to its bound", "drive_y", -1, 1),
+        Entry("drive, torque, relative to its bound", "drive_torque", -1, 1),
         Entry("1 while a block is held", "holding", 0, 1),
-        Entry("block, right of the middle of its support", "block_dx", -5, 5, "m"),
-        Entry("block, lowest point above the top of its support", "block_gap", -5, 6, "m"),
+        Entry("block, distance to the right of its support's middle", "block_dx", -5, 5, "m"),
+        Entry("block, height of its lowest point above its support's top", "block_gap", -5, 6, "m"),
         Entry("block, angle", "block_angle", -3.2, 3.2, "rad"),
         Entry("block, velocity to the right", "block_vx", -10, 10, "m/s"),
         Entry("block, velocity upwards", "block_vy", -10, 10, "m/s"),
@@ -47,16 +47,16 @@ class StackTask(Task):
         Entry("block, half-height", "block_half_height", 0, 0.5, "m"),
         Entry("block, mass", "block_mass", 0, 2, "10 kg"),
         Entry("block, friction coefficient", "block_friction", 0, 1),
-        Entry("gripper, right of the middle of the block", "grasp_dx", -5, 5, "m"),
+        Entry("gripper, distance to the right of the block's middle", "grasp_dx", -5, 5, "m"),
         Entry("support, half-width (ground: 1)", "support_half_width", 0, 1, "m"),
         Entry("support, angle", "support_angle", -1, 1, "rad"),
-        Entry("block, right of the middle of the first block", "lean", -5, 5, "m"),
+        Entry("block, distance to the right of the first block's middle", "lean", -5, 5, "m"),
         Entry("speed of the fastest released block", "tower_speed", 0, 10, "m/s"),
         Entry("gripper, height above the released blocks", "clearance", -5, 6, "m"),
         Entry("how much the gripper must rise for the next block", "rise", 0, 2, "m"),
-        Entry("blocks placed, of 8", "placed", 0, 1),
-        Entry("blocks to go, of 8", "to_go", 0, 1),
-        Entry("time that the released blocks have stood, of success_time", "stand_time", 0, 1),
+        Entry("blocks placed, divided by 8", "placed", 0, 1),
+        Entry("blocks to go, divided by 8", "to_go", 0, 1),
+        Entry("time that the released blocks have stood, divided by success_time", "stand_time", 0, 1),
     )
     reward_terms = (
         RewardTerm(
@@ -163,22 +163,23 @@ class StackEnv(TaskEnv):
     released blocks have stood).
 
     ## Arguments
-    What stands in this table can also be set for one episode: `reset(options={"blocks": 3})`.
+    The arguments of this table can also be set for one episode: `reset(options={"blocks": 3})`.
 
     {argument_table}
 
     - `observation`: "state" (default) or "pixels".
     - `randomize`: domain randomisation, `dict(friction=(0.5, 1.5))`: at each reset each world draws
-      these quantities uniformly from (low, high), always from scratch; the others stay nominal.
+      these quantities uniformly from (low, high), independently of earlier episodes; the others
+      stay nominal.
 
     {quantity_table}
 
-    - `fidelity`: "fast", "balanced" (default) or "accurate": the solver's effort.
-    - `diagnostics`: True adds `info["diagnostics"]`, of each step's last 1/60 s (0 after a reset):
+    - `fidelity`: "fast", "balanced" (default) or "accurate", the accuracy of the solver.
+    - `diagnostics`: True adds `info["diagnostics"]`, which describes the last 1/60 s of each step (0 after a reset):
 
     {diagnostics_table}
 
-    - `render_mode`: None or "rgb_array"; `width`, `height`: of frames, multiples of 16 (640 x 480).
+    - `render_mode`: None or "rgb_array"; `width`, `height`: frame size in px, multiples of 16 (640 x 480).
 
     ## Version History
     - v0: first version.

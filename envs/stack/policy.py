@@ -25,7 +25,7 @@ Seen = dict[str, NDArray[Any]]
 
 
 def build_tower(observations: NDArray[np.float32]) -> NDArray[np.float32]:
-    """(..., entry) observations to (..., 4) actions.
+    """Return actions (..., 4) for observations (..., entry).
 
     With a block: level it and centre it over its support, come down, let go once it has landed.
     Without: go straight up until the next block arrives.
@@ -53,13 +53,13 @@ def build_tower(observations: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 def _target_x(seen: Seen) -> NDArray[Any]:
-    """Where on its support the block belongs: a little back towards the first block."""
+    """Return where on its support the block belongs, in m: a little back towards the first block."""
     support_lean = seen["lean"] - seen["block_dx"]
     return -_LEAN_SHARE * support_lean
 
 
 def _descent(seen: Seen, ready: NDArray[np.bool_]) -> NDArray[Any]:
-    """Vertical speed with a block: wait above the support until ready, then land softly."""
+    """Return the vertical speed with a block: wait above the support until ready, then land softly."""
     gap = seen["block_gap"]
     high = _GAIN * (_CARRY_GAP - gap)
     low = np.minimum(-_GAIN * gap, -_LANDING_SPEED)
@@ -67,7 +67,7 @@ def _descent(seen: Seen, ready: NDArray[np.bool_]) -> NDArray[Any]:
 
 
 def _ascent(seen: Seen) -> NDArray[Any]:
-    """Vertical speed without a block: up, gently at first, to where the next one comes."""
+    """Return the vertical speed without a block: up, gently at first, to where the next one comes."""
     clearance = np.maximum(seen["clearance"], 0.0)
     finished = (seen["rise"] == 0.0) & (clearance > _PARTING)
     return np.where(finished, 0.0, np.minimum(0.3 + 8.0 * clearance, 1.5))

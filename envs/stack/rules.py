@@ -32,7 +32,7 @@ _ORDER = np.arange(_MAX_BLOCKS)  # block k belongs at level k
 
 @njit
 def apply_actions(world, actions):  # type: ignore[no-untyped-def]
-    """Actions to the drive and the magnet; -1, or the first world whose actions are not finite."""
+    """Apply actions (world, 4) to drive and magnet; return -1, or the first world whose actions are not finite."""
     bad = first_not_finite(actions)
     if bad >= 0:
         return bad
@@ -84,7 +84,7 @@ def _top(world, released):  # type: ignore[no-untyped-def]
 
 @njit
 def _rise(world):  # type: ignore[no-untyped-def]
-    """m, how much higher the gripper must be for the next block, were it above the tower."""
+    """Return how much higher, in m, the gripper must be for the next block if it is above the tower."""
     task = world.task.state
     k = task.arrived
     if task.held >= 0 or k >= task.blocks:
@@ -95,7 +95,7 @@ def _rise(world):  # type: ignore[no-untyped-def]
 
 @njit
 def _support(world, k):  # type: ignore[no-untyped-def]
-    """(x, top y, half-width, angle) of what block k belongs on; the ground lies right below it."""
+    """Return (x, top y, half-width, angle) of the support of block k; the ground counts as centred below it."""
     bodies = world.state.bodies
     if k == 0:
         return bodies[_BLOCK].position[0], 0.0, 1.0, 0.0
@@ -107,7 +107,7 @@ def _support(world, k):  # type: ignore[no-untyped-def]
 
 @njit
 def _distance(world):  # type: ignore[no-untyped-def]
-    """m to go: of the held block to its place, or of the gripper to where the next one comes."""
+    """Return the distance in m of the held block from its place, or of the gripper from where the next one comes."""
     k = world.task.state.held
     if k < 0:
         return _rise(world)
@@ -119,7 +119,7 @@ def _distance(world):  # type: ignore[no-untyped-def]
 
 @njit
 def _approach(world):  # type: ignore[no-untyped-def]
-    """m nearer since the last step; 0 in the first one of a phase, so nothing is paid twice."""
+    """Return by how much the distance has fallen since the last step, in m; 0 in the first step of a phase."""
     task = world.task.state
     before = task.distance
     task.distance = _distance(world)
@@ -128,7 +128,7 @@ def _approach(world):  # type: ignore[no-untyped-def]
 
 @njit
 def _evaluate_tower(world):  # type: ignore[no-untyped-def]
-    """What stands and what has fallen, in task state and info; returns (newly placed, fallen, success)."""
+    """Update task state and info with the blocks that stand; return (newly placed, fallen, success)."""
     task, info = world.task.state, world.task.info
     blocks = world.state.bodies[_BLOCK:]
     resting, gripped = parts.touches(active_contacts(world), _ORDER, _GROUND, _GRIPPER, _BLOCK)
@@ -151,7 +151,7 @@ def _evaluate_tower(world):  # type: ignore[no-untyped-def]
 
 @njit
 def evaluate_world(world):  # type: ignore[no-untyped-def]
-    """Rewards and info of one world after a control step; returns (reward, terminated)."""
+    """Set reward terms and info of one world after a control step; return (reward, terminated)."""
     task, term = world.task.state, world.task.terms
     term.approach = task.approach_weight * _approach(world)
     placed, fallen, success = _evaluate_tower(world)
@@ -171,7 +171,7 @@ def evaluate_world(world):  # type: ignore[no-untyped-def]
 
 @njit
 def _observe_block(world, out, k, held):  # type: ignore[no-untyped-def]
-    """The block in the gripper, or the last one that was, against what it belongs on."""
+    """Write the block in the gripper, or the last one that was, relative to its support."""
     bodies, parameters = world.state.bodies, world.parameters
     block = bodies[_BLOCK + k]
     x, top, width, angle = _support(world, k)
@@ -196,7 +196,7 @@ def _observe_tower(world, out, released):  # type: ignore[no-untyped-def]
 
 @njit
 def observe_world(world, timestep):  # type: ignore[no-untyped-def]
-    """All observations of a world, within their bounds."""
+    """Write all observations of a world, clipped to their bounds."""
     task, out = world.task.state, world.task.observation
     held = task.held >= 0
     parts.observe_gripper(out, world.state.bodies[_GRIPPER], world.state.joints[_DRIVE], timestep)
@@ -210,7 +210,7 @@ def observe_world(world, timestep):  # type: ignore[no-untyped-def]
 
 @njit
 def initialize_worlds(world, worlds, draws, timestep):  # type: ignore[no-untyped-def]
-    """Episodes begin in chosen worlds; draws (chosen, number)."""
+    """Begin episodes in chosen worlds; `draws` is (chosen world, number), uniform in [0, 1)."""
     for i in range(len(worlds)):
         select_world(world, worlds[i])
         initialize_world(world, draws[i])
@@ -220,7 +220,7 @@ def initialize_worlds(world, worlds, draws, timestep):  # type: ignore[no-untype
 
 @njit
 def evaluate_worlds(world, timestep):  # type: ignore[no-untyped-def]
-    """Rewards, ends and observations of all worlds."""
+    """Set rewards, terminations and observations of all worlds."""
     rewards, terminated = world.task.rewards, world.task.terminated
     for w in range(len(rewards)):
         select_world(world, w)

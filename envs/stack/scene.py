@@ -58,7 +58,7 @@ MAST_COLOR = (150, 160, 174)
 
 
 def build_scene() -> Scene:
-    """Ground, gantry, gripper and all blocks, parked."""
+    """Return the scene: ground, gantry, gripper, and all blocks, which are parked and disabled."""
     scene = Scene()
     scene.add_body("ground", "static", [HalfPlane(friction=0.8)])
     rail = Box(half_extents=(2.6, 0.05), mask=NOTHING)
@@ -95,7 +95,7 @@ def add_gripper(scene: Scene, name: str, x: float, color: Color) -> Handle:
 
 
 def add_block(scene: Scene, k: int) -> Handle:
-    """Block k, parked and disabled."""
+    """Add block k, parked and disabled."""
     return scene.add_body(
         f"block_{k}",
         shapes=[Box(half_extents=(HALF_WIDTH[1], HALF_HEIGHT[1]))],
@@ -112,7 +112,7 @@ def add_drive(scene: Scene, name: str, gripper: Handle) -> Handle:
 
 
 def add_actuators(scene: Scene, drive: Handle, suffix: str) -> None:
-    """Those that `blocks.steer` sets, in its order."""
+    """Add the actuators that `blocks.steer` sets, in its order."""
     scene.add_actuator(f"move_x{suffix}", drive, "x", "velocity", -SPEED, SPEED)
     scene.add_actuator(f"move_y{suffix}", drive, "y", "velocity", -SPEED, SPEED)
     scene.add_actuator(f"turn{suffix}", drive, "angle", "velocity", -TURN_SPEED, TURN_SPEED)

@@ -33,7 +33,7 @@ Limits = tuple[float, float]
 
 
 def blocks_setting(default: int, least: int, most: int) -> Setting:
-    """`blocks`, a whole number."""
+    """Return the setting `blocks`, a whole number."""
 
     def check(blocks: Any) -> int:
         whole = isinstance(blocks, (int, np.integer)) and not isinstance(blocks, bool)
@@ -45,13 +45,13 @@ def blocks_setting(default: int, least: int, most: int) -> Setting:
 
 
 def _number(value: Any) -> float | None:
-    """A finite float, or None."""
+    """Return a finite float, or None for anything else."""
     real = isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
     return float(value) if real and math.isfinite(value) else None
 
 
 def number_setting(name: str, default: float, text: str, limits: Limits) -> Setting:
-    """A number within limits."""
+    """Return a setting whose value is a number within limits."""
     low, high = limits
 
     def check(given: Any) -> float:
@@ -64,7 +64,7 @@ def number_setting(name: str, default: float, text: str, limits: Limits) -> Sett
 
 
 def range_setting(name: str, default: Range, text: str, limits: Limits) -> Setting:
-    """Two numbers within limits, the lower first."""
+    """Return a setting whose value is two numbers within limits, the lower first."""
     least, most = limits
 
     def check(given: Any) -> Range:
@@ -79,7 +79,7 @@ def range_setting(name: str, default: Range, text: str, limits: Limits) -> Setti
 
 
 def weights_setting(defaults: Mapping[str, float]) -> Setting:
-    """`reward_weights`: all weights, the given ones and the defaults of the others."""
+    """Return the setting `reward_weights`, whose value has the given weights and the defaults of the others."""
 
     def check(given: Any) -> dict[str, float]:
         weights = dict(defaults)
@@ -118,7 +118,7 @@ _ELSEWHERE = ("success_time", "reward_weights")
 
 
 def write_settings(task_states: NDArray[Any], worlds: NDArray[Any], settings: Mapping[str, Any]) -> None:
-    """Checked settings into the task state of worlds whose episodes begin."""
+    """Write checked settings to the task state of worlds whose episodes begin."""
     for name, value in settings.items():
         if name not in _ELSEWHERE:
             task_states[name][worlds] = value

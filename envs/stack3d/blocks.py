@@ -1,4 +1,4 @@
-"""Blocks in a gripper and on a tower in space: the jitted parts of GStack3D-v0's rules.
+"""Blocks in a gripper and on a 3D tower: the jitted parts of GStack3D-v0's rules.
 
 `blocks` and `shapes` are records of the blocks alone; block k belongs at level k, the first one on the ground.
 """
@@ -66,19 +66,19 @@ _QUARTER = 0.5 * math.pi
 
 @njit
 def heading(q):  # type: ignore[no-untyped-def]
-    """rad, how far a rotation (4,) turns about the vertical."""
+    """Return the heading in rad of a rotation (4,): its angle about the vertical."""
     return atan2(2.0 * (q[0] * q[3] + q[1] * q[2]), 1.0 - 2.0 * (q[2] * q[2] + q[3] * q[3]))
 
 
 @njit
 def upwards(q):  # type: ignore[no-untyped-def]
-    """The body's own z axis in the world."""
+    """Return the body's own z axis in the world."""
     return 2.0 * (q[1] * q[3] + q[0] * q[2]), 2.0 * (q[2] * q[3] - q[0] * q[1]), 1.0 - 2.0 * (q[1] * q[1] + q[2] * q[2])
 
 
 @njit
 def to_sides(angle):  # type: ignore[no-untyped-def]
-    """An angle against the nearest of four sides, -pi/4 to pi/4."""
+    """Return an angle relative to the nearest of four sides, from -pi/4 to pi/4."""
     return angle - _QUARTER * math.floor(angle / _QUARTER + 0.5)
 
 
@@ -87,7 +87,7 @@ def to_sides(angle):  # type: ignore[no-untyped-def]
 
 @njit
 def make_block(task, draws, body, shape, weld):  # type: ignore[no-untyped-def]
-    """Size, mass, friction and grasp of a block from its eight draws; `task` is the task state, with the ranges."""
+    """Set size, mass, friction and grasp of a block from its eight draws; `task`, the task state, has the ranges."""
     x = between(task.half_width[0], task.half_width[1], draws[0])
     y = between(task.half_width[0], task.half_width[1], draws[1])
     z = between(task.half_height[0], task.half_height[1], draws[2])
@@ -107,7 +107,7 @@ def make_block(task, draws, body, shape, weld):  # type: ignore[no-untyped-def]
 
 @njit
 def grasp_pose(gripper, weld):  # type: ignore[no-untyped-def]
-    """(position, rotation) of a block in the gripper."""
+    """Return (position, quaternion) of a block in the gripper."""
     own = quaternion(gripper.rotation)
     q = multiply(own, quaternion(weld.reference))
     anchor = add(vec(gripper.position), turned(own, vec(weld.anchor_a)))
@@ -116,7 +116,7 @@ def grasp_pose(gripper, weld):  # type: ignore[no-untyped-def]
 
 @njit
 def hand_over(world, gripper, block, weld):  # type: ignore[no-untyped-def]
-    """A block appears in the gripper and moves with it; both are numbers of bodies."""
+    """Place a block in the gripper, so that it moves with it; both are indices of bodies."""
     bodies, parameters = world.state.bodies, world.parameters.bodies
     holder = bodies[gripper]
     joint = world.parameters.joints[weld]
@@ -132,13 +132,13 @@ def hand_over(world, gripper, block, weld):  # type: ignore[no-untyped-def]
 
 @njit
 def release(world, gripper, block, weld):  # type: ignore[no-untyped-def]
-    """The gripper lets go of a block."""
+    """Release a block from the gripper."""
     disable_joint(world.parameters.joints[weld], world.state.bodies[gripper], world.state.bodies[block])
 
 
 @njit
 def move_mast(world, mast, gripper):  # type: ignore[no-untyped-def]
-    """The mast is only to be seen: it stands on the gripper wherever that is."""
+    """Move the mast, which collides with nothing, onto the gripper."""
     bodies = world.state.bodies
     holder = bodies[gripper].position
     position = (holder[0], holder[1], holder[2] + _MAST_RISE)
@@ -150,7 +150,7 @@ def move_mast(world, mast, gripper):  # type: ignore[no-untyped-def]
 
 @njit
 def _within(speed, limit, here, low, high):  # type: ignore[no-untyped-def]
-    """A speed that leaves the range [low, high] no further than it is already."""
+    """Return the speed, reduced so that a target at `here` stays in [low, high], or leaves it no further."""
     speed = min(speed, max((high - here) / CONTROL_TIME, 0.0))
     speed = max(speed, min((low - here) / CONTROL_TIME, 0.0))
     return min(max(speed, -limit), limit)
@@ -158,7 +158,7 @@ def _within(speed, limit, here, low, high):  # type: ignore[no-untyped-def]
 
 @njit
 def steer(control, drive, action):  # type: ignore[no-untyped-def]
-    """Actions in [-1, 1] to the four actuators of the gripper, whose target stays in its reach and upright."""
+    """Apply actions in [-1, 1] to the four actuators of the gripper; its target stays within reach and upright."""
     place = drive.target_position
     control[0] = _within(_SPEED * action[0], _SPEED, place[0], -_REACH, _REACH)
     control[1] = _within(_SPEED * action[1], _SPEED, place[1], -_REACH, _REACH)
@@ -176,7 +176,7 @@ def steer(control, drive, action):  # type: ignore[no-untyped-def]
 
 @njit
 def touches(contacts):  # type: ignore[no-untyped-def]
-    """Bit masks of the blocks: (resting on the level below, touched by the gripper)."""
+    """Return bit masks of the blocks: (resting on the level below, touched by the gripper)."""
     resting = 0
     gripped = 0
     for i in range(len(contacts)):
@@ -213,7 +213,7 @@ def standing(first, last, resting, gripped, blocks):  # type: ignore[no-untyped-
 
 @njit
 def twist(k, blocks):  # type: ignore[no-untyped-def]
-    """rad, of block k against the sides of the one below; 0 of the first, which lies as it likes."""
+    """Return the twist in rad of block k relative to the sides of the one below; 0 for the first block."""
     if k == 0:
         return 0.0
     return to_sides(heading(blocks[k].rotation) - heading(blocks[k - 1].rotation))
@@ -235,7 +235,7 @@ def any_fallen(released, blocks, shapes):  # type: ignore[no-untyped-def]
 
 @njit
 def vertical_reach(block, shape):  # type: ignore[no-untyped-def]
-    """m, half the height that a block takes up as it is turned."""
+    """Return half the height in m that a rotated block takes up."""
     q = block.rotation
     x = 2.0 * (q[1] * q[3] - q[0] * q[2])
     y = 2.0 * (q[2] * q[3] + q[0] * q[1])
@@ -245,7 +245,7 @@ def vertical_reach(block, shape):  # type: ignore[no-untyped-def]
 
 @njit
 def tower_top(released, blocks, shapes):  # type: ignore[no-untyped-def]
-    """m, highest point of the released blocks, or the ground."""
+    """Return the height in m of the highest point of the released blocks, or of the ground."""
     top = 0.0
     for k in range(released):
         top = max(top, blocks[k].position[2] + vertical_reach(blocks[k], shapes[k]))
@@ -254,7 +254,7 @@ def tower_top(released, blocks, shapes):  # type: ignore[no-untyped-def]
 
 @njit
 def fastest(released, blocks):  # type: ignore[no-untyped-def]
-    """m/s, speed of the fastest released block."""
+    """Return the speed in m/s of the fastest released block."""
     speed = 0.0
     for k in range(released):
         v = blocks[k].velocity

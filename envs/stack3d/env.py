@@ -1,4 +1,4 @@
-"""GStack3D-v0: a force-limited gantry gripper builds a tower from blocks of all sizes, in space."""
+"""GStack3D-v0: a force-limited gantry gripper builds a tower from blocks of all sizes, in 3D."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ _SPEED = scene.SPEED
 
 
 class Stack3DTask(Task):
-    """The rules, over many worlds; `settings["blocks"]` is the default of a reset."""
+    """The rules for many worlds; `settings` has the defaults of a reset."""
 
     actions = (
-        Entry(f"gripper velocity along x, of {_SPEED} m/s", "move_x", -1, 1),
-        Entry(f"gripper velocity along y, of {_SPEED} m/s", "move_y", -1, 1),
-        Entry(f"gripper velocity upwards, of {_SPEED} m/s", "move_z", -1, 1),
-        Entry(f"turning rate about the vertical, of {scene.TURN_SPEED} rad/s", "turn", -1, 1),
-        Entry("let go of the block where positive", "release", -1, 1),
+        Entry(f"gripper velocity along x, relative to {_SPEED} m/s", "move_x", -1, 1),
+        Entry(f"gripper velocity along y, relative to {_SPEED} m/s", "move_y", -1, 1),
+        Entry(f"gripper velocity upwards, relative to {_SPEED} m/s", "move_z", -1, 1),
+        Entry(f"turning rate about the vertical, relative to {scene.TURN_SPEED} rad/s", "turn", -1, 1),
+        Entry("releases the block where positive", "release", -1, 1),
     )
     observations = (
         Entry("gripper, position along x", "gripper_x", -3, 3, "m"),
@@ -42,16 +42,16 @@ class Stack3DTask(Task):
         Entry("gripper, velocity along y", "gripper_vy", -5, 5, "m/s"),
         Entry("gripper, velocity upwards", "gripper_vz", -5, 5, "m/s"),
         Entry("gripper, turning rate about the vertical", "gripper_wz", -10, 10, "rad/s"),
-        Entry("drive, force along x, of its bound", "drive_x", -1, 1),
-        Entry("drive, force along y, of its bound", "drive_y", -1, 1),
-        Entry("drive, force upwards, of its bound", "drive_z", -1, 1),
-        Entry("drive, torque about x, of its bound", "drive_turn_x", -1, 1),
-        Entry("drive, torque about y, of its bound", "drive_turn_y", -1, 1),
-        Entry("drive, torque about the vertical, of its bound", "drive_turn_z", -1, 1),
+        Entry("drive, force along x, relative to its bound", "drive_x", -1, 1),
+        Entry("drive, force along y, relative to its bound", "drive_y", -1, 1),
+        Entry("drive, force upwards, relative to its bound", "drive_z", -1, 1),
+        Entry("drive, torque about x, relative to its bound", "drive_turn_x", -1, 1),
+        Entry("drive, torque about y, relative to its bound", "drive_turn_y", -1, 1),
+        Entry("drive, torque about the vertical, relative to its bound", "drive_turn_z", -1, 1),
         Entry("1 while a block is held", "holding", 0, 1),
         Entry("block, along x from the middle of its support", "block_dx", -5, 5, "m"),
         Entry("block, along y from the middle of its support", "block_dy", -5, 5, "m"),
-        Entry("block, lowest point above the top of its support", "block_gap", -5, 6, "m"),
+        Entry("block, height of its lowest point above its support's top", "block_gap", -5, 6, "m"),
         Entry("block, heading against the nearest sides of its support", "block_twist", -0.8, 0.8, "rad"),
         Entry("block, its upright axis along x", "block_tilt_x", -1, 1),
         Entry("block, its upright axis along y", "block_tilt_y", -1, 1),
@@ -78,9 +78,9 @@ class Stack3DTask(Task):
         Entry("speed of the fastest released block", "tower_speed", 0, 10, "m/s"),
         Entry("gripper, height above the released blocks", "clearance", -5, 6, "m"),
         Entry("how much the gripper must rise for the next block", "rise", 0, 2, "m"),
-        Entry(f"blocks placed, of {MAX_BLOCKS}", "placed", 0, 1),
-        Entry(f"blocks to go, of {MAX_BLOCKS}", "to_go", 0, 1),
-        Entry("time that the released blocks have stood, of success_time", "stand_time", 0, 1),
+        Entry(f"blocks placed, relative to {MAX_BLOCKS}", "placed", 0, 1),
+        Entry(f"blocks to go, relative to {MAX_BLOCKS}", "to_go", 0, 1),
+        Entry("time that the released blocks have stood, divided by success_time", "stand_time", 0, 1),
     )
     reward_terms = (
         RewardTerm(
@@ -113,7 +113,7 @@ class Stack3DTask(Task):
         rules.evaluate_worlds(self.kernel_world, self.world.timestep)
 
     def camera(self, world: int, width: int, height: int) -> Any:
-        """Three quarters from above; higher and farther away for towers of more than three blocks."""
+        """Return a camera that looks down obliquely, from farther away for towers of more than three blocks."""
         from gsenv.render.spatial import SpatialCamera
 
         state = self.task_state[world]
@@ -133,7 +133,7 @@ class Stack3DTask(Task):
 
 @documented
 class Stack3DEnv(TaskEnv):
-    """Build a tower in space: GStack3D-v0.
+    """Build a tower in 3D: GStack3D-v0.
 
     ## Description
     A gripper hangs from a gantry and holds a block by a magnet. Set the block down, let go, rise,
@@ -191,22 +191,23 @@ class Stack3DEnv(TaskEnv):
     released blocks have stood).
 
     ## Arguments
-    What stands in this table can also be set for one episode: `reset(options={"blocks": 4})`.
+    The arguments of this table can also be set for one episode: `reset(options={"blocks": 4})`.
 
     {argument_table}
 
     - `observation`: "state" (default) or "pixels".
     - `randomize`: domain randomisation, `dict(friction=(0.5, 1.5))`: at each reset each world draws
-      these quantities uniformly from (low, high), always from scratch; the others stay nominal.
+      these quantities uniformly from (low, high), independently of earlier episodes; the others
+      stay nominal.
 
     {quantity_table}
 
-    - `fidelity`: "fast", "balanced" (default) or "accurate": the solver's effort.
-    - `diagnostics`: True adds `info["diagnostics"]`, of each step's last 1/60 s (0 after a reset):
+    - `fidelity`: "fast", "balanced" (default) or "accurate", the accuracy of the solver.
+    - `diagnostics`: True adds `info["diagnostics"]`, which describes the last 1/60 s of each step (0 after a reset):
 
     {diagnostics_table}
 
-    - `render_mode`: None or "rgb_array"; `width`, `height`: of frames, multiples of 16 (640 x 480).
+    - `render_mode`: None or "rgb_array"; `width`, `height`: frame size in px, multiples of 16 (640 x 480).
 
     ## Version History
     - v0: first version.

@@ -25,7 +25,7 @@ Seen = dict[str, NDArray[Any]]
 
 
 def build_tower(observations: NDArray[np.float32]) -> NDArray[np.float32]:
-    """(..., entry) observations to (..., 5) actions.
+    """Return actions (..., 5) for observations (..., entry).
 
     With a block: turn it in line and centre it over its support, come down, let go once it has landed.
     Without: go straight up until the next block arrives.
@@ -54,13 +54,13 @@ def build_tower(observations: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 def _descent(seen: Seen, ready: NDArray[np.bool_]) -> NDArray[Any]:
-    """Vertical speed with a block: wait above the support until ready, then land softly."""
+    """Return the vertical speed with a block: wait above the support until ready, then land softly."""
     gap = seen["block_gap"]
     return np.where(ready, np.minimum(-_GAIN * gap, -_LANDING_SPEED), _GAIN * (_CARRY_GAP - gap))
 
 
 def _ascent(seen: Seen) -> NDArray[Any]:
-    """Vertical speed without a block: up, gently at first, to where the next one comes."""
+    """Return the vertical speed without a block: up, gently at first, to where the next one comes."""
     clearance = np.maximum(seen["clearance"], 0.0)
     finished = (seen["rise"] == 0.0) & (clearance > _PARTING)
     return np.where(finished, 0.0, np.minimum(0.3 + 8.0 * clearance, 1.5))

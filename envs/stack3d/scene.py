@@ -43,7 +43,7 @@ NOTHING = 0  # mask of what is only to be seen
 
 
 def build_scene() -> Scene:
-    """Ground, mast, gripper and all blocks, parked."""
+    """Return the scene: ground, mast, gripper, and all blocks, which are parked and disabled."""
     scene = Scene(dim=3)
     scene.add_body("ground", "static", [Plane(friction=0.8)])
     mast = Box(half_extents=(0.03, 0.03, MAST_HALF_LENGTH), mask=NOTHING)
@@ -77,7 +77,7 @@ def _add_gripper(scene: Scene) -> Handle:
 
 
 def _add_block(scene: Scene, k: int) -> Handle:
-    """Block k, parked and disabled."""
+    """Add block k, parked and disabled."""
     return scene.add_body(
         f"block_{k}",
         shapes=[Box(half_extents=(HALF_WIDTH[1], HALF_WIDTH[1], HALF_HEIGHT[1]))],

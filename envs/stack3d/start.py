@@ -42,7 +42,7 @@ _START_Z, _START_TOP = scene.START_Z
 
 @njit
 def hand_over(world, k):  # type: ignore[no-untyped-def]
-    """Block k appears in the gripper."""
+    """Place block k in the gripper."""
     parts.hand_over(world, _GRIPPER, _BLOCK + k, _WELD + k)
     task = world.task.state
     task.held = k
@@ -52,7 +52,7 @@ def hand_over(world, k):  # type: ignore[no-untyped-def]
 
 @njit
 def initialize_world(world, draws):  # type: ignore[no-untyped-def]
-    """An episode begins: the gripper at a drawn place, the first block in it."""
+    """Begin an episode: put the gripper at a drawn position with the first block in it."""
     bodies, parameters = world.state.bodies, world.parameters
     at = (
         between(-_START, _START, draws[0]),

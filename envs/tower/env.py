@@ -23,21 +23,21 @@ _WEIGHTS = REWARD_WEIGHTS
 
 
 def check_blocks(blocks: Any) -> int:
-    """2, 4, 6 or 8, or ValueError."""
+    """Return a number of blocks, 2, 4, 6 or 8; raises ValueError for anything else."""
     if isinstance(blocks, bool) or blocks not in range(2, scene.MAX_BLOCKS + 1, 2):
         raise ValueError(f"blocks must be 2, 4, 6 or {scene.MAX_BLOCKS}, got {blocks!r}.")
     return int(blocks)
 
 
 class TowerTask(Task):
-    """The rules, over many worlds with two agents each."""
+    """The rules for many worlds with two agents each."""
 
     agents = ("gripper_0", "gripper_1")
     actions = (
-        Entry(f"gripper velocity inwards, of {stack.SPEED} m/s", "move_x", -1, 1),
-        Entry(f"gripper velocity upwards, of {stack.SPEED} m/s", "move_y", -1, 1),
-        Entry(f"turning rate inwards, of {stack.TURN_SPEED} rad/s", "turn", -1, 1),
-        Entry("let go of the block where positive", "release", -1, 1),
+        Entry(f"gripper velocity inwards, relative to {stack.SPEED} m/s", "move_x", -1, 1),
+        Entry(f"gripper velocity upwards, relative to {stack.SPEED} m/s", "move_y", -1, 1),
+        Entry(f"turning rate inwards, relative to {stack.TURN_SPEED} rad/s", "turn", -1, 1),
+        Entry("releases the block where positive", "release", -1, 1),
     )
     observations = (
         Entry("gripper, position inwards of the middle", "gripper_x", -3, 3, "m"),
@@ -46,12 +46,12 @@ class TowerTask(Task):
         Entry("gripper, velocity inwards", "gripper_vx", -5, 5, "m/s"),
         Entry("gripper, velocity upwards", "gripper_vy", -5, 5, "m/s"),
         Entry("gripper, turning rate", "gripper_w", -10, 10, "rad/s"),
-        Entry("drive, force inwards, of its bound", "drive_x", -1, 1),
-        Entry("drive, force upwards, of its bound", "drive_y", -1, 1),
-        Entry("drive, torque, of its bound", "drive_torque", -1, 1),
+        Entry("drive, force inwards, relative to its bound", "drive_x", -1, 1),
+        Entry("drive, force upwards, relative to its bound", "drive_y", -1, 1),
+        Entry("drive, torque, relative to its bound", "drive_torque", -1, 1),
         Entry("1 while a block is held", "holding", 0, 1),
         Entry("block, inwards of the middle of its support", "block_dx", -5, 5, "m"),
-        Entry("block, lowest point above the top of its support", "block_gap", -5, 6, "m"),
+        Entry("block, height of its lowest point above its support's top", "block_gap", -5, 6, "m"),
         Entry("block, angle", "block_angle", -3.2, 3.2, "rad"),
         Entry("block, velocity inwards", "block_vx", -10, 10, "m/s"),
         Entry("block, velocity upwards", "block_vy", -10, 10, "m/s"),
@@ -66,7 +66,7 @@ class TowerTask(Task):
         Entry("support, inwards of the middle of the plinth", "lean", -5, 5, "m"),
         Entry("speed of the fastest released block", "tower_speed", 0, 10, "m/s"),
         Entry("gripper, height above the tower", "clearance", -5, 6, "m"),
-        Entry("way out to where blocks arrive", "to_depot", 0, 5, "m"),
+        Entry("distance outwards to where blocks arrive", "to_depot", 0, 5, "m"),
         Entry("how much the gripper must rise for its next block", "rise", 0, 2, "m"),
         Entry("other gripper, inwards of this one", "other_dx", -5, 5, "m"),
         Entry("other gripper, above this one", "other_dy", -5, 5, "m"),
@@ -75,13 +75,13 @@ class TowerTask(Task):
         Entry("other gripper, angle", "other_angle", -1.6, 1.6, "rad"),
         Entry("1 while the other gripper holds a block", "other_holding", 0, 1),
         Entry("other's block, inwards of the middle of its support", "other_block_dx", -5, 5, "m"),
-        Entry("other's block, lowest point above the top of its support", "other_block_gap", -5, 6, "m"),
+        Entry("other's block, height of its lowest point above its support's top", "other_block_gap", -5, 6, "m"),
         Entry("other's block, half-width", "other_half_width", 0, 0.5, "m"),
         Entry("other's block, half-height", "other_half_height", 0, 0.5, "m"),
-        Entry("blocks placed, of 8", "placed", 0, 1),
-        Entry("own blocks to let go, of 4", "to_go", 0, 1),
-        Entry("other's blocks to let go, of 4", "other_to_go", 0, 1),
-        Entry("time that the released blocks have stood, of success_time", "stand_time", 0, 1),
+        Entry("blocks placed, divided by 8", "placed", 0, 1),
+        Entry("own blocks not yet released, divided by 4", "to_go", 0, 1),
+        Entry("other's blocks not yet released, divided by 4", "other_to_go", 0, 1),
+        Entry("time that the released blocks have stood, divided by success_time", "stand_time", 0, 1),
     )
     reward_terms = (
         RewardTerm(

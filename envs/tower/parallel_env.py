@@ -15,18 +15,18 @@ class TowerParallelEnv(TaskParallelEnv):
 
     ## Description
     Two grippers hang from a gantry, one on either side of a low plinth, and each holds a block by a
-    magnet. Together they build one tower on the plinth: half of the blocks comes to each of them, and
-    whichever is let go next belongs on top, whosever it is. So each must build, both hold a block at a
-    time, and they must agree on who goes first: grippers and blocks are solid, and two don't fit over
-    the plinth. Grippers and blocks are those of GStack-v0: a body of 10 kg that a drive moves by at
-    most 400 N along each axis and 80 N m, and blocks of all sizes, held off their middle and tilted.
-    Control runs at 30 Hz.
+    magnet. Together they build one tower on the plinth: each gripper gets half of the blocks, and the
+    block that is released next belongs on top, whichever gripper held it. So each must build, both hold
+    a block at the same time, and they must agree on who goes first, because grippers and blocks are
+    solid and there is no room for two above the plinth. Grippers and blocks are those of GStack-v0: a
+    body of 10 kg that a drive moves by at most 400 N along each axis and 80 N m, and blocks of all
+    sizes, held off their middle and tilted. Control runs at 30 Hz.
 
-    A block that is let go belongs on the one let go before it, the first one on the plinth. It is
-    *placed* once it touches what it belongs on, moves slower than 0.08 m/s and 0.12 rad/s, and no
-    gripper is on it. An empty gripper gets its next block when its last one has been placed, it is
-    more than 1.2 m out on its side, and the circle around the block's place, 5 cm wider than the block,
-    is clear of blocks and ground, and 30 cm further of the other gripper.
+    A released block belongs on the one released before it, the first one on the plinth. It is *placed*
+    once it touches what it belongs on, moves slower than 0.08 m/s and 0.12 rad/s, and no gripper is on
+    it. An empty gripper gets its next block when its last one has been placed, it is more than 1.2 m
+    out on its side, and the circle around the block's place, 5 cm wider than the block, is clear of
+    blocks and ground, and a circle 30 cm larger is clear of the other gripper.
 
     The agents are `gripper_0` on the left and `gripper_1` on the right. Each acts and sees in its own
     frame, where x points inwards, from its side towards the other's: the right one's is mirrored, so
@@ -74,19 +74,20 @@ class TowerParallelEnv(TaskParallelEnv):
     released blocks have stood) and `bump` (whether the grippers, or what they hold, touch).
 
     ## Arguments
-    What stands in this table can also be set for one episode: `reset(options={"blocks": 2})`.
+    The arguments of this table can also be set for one episode: `reset(options={"blocks": 2})`.
 
     {argument_table}
 
     - `max_cycles`: steps until truncation; None never truncates.
     - `observation`: "state" (default) or "pixels".
     - `randomize`: domain randomisation, `{"friction": (0.5, 1.5)}`: at each reset these quantities are
-      drawn uniformly from (low, high), always from scratch; the others stay nominal.
+      drawn uniformly from (low, high), independently of earlier episodes; the others stay nominal.
 
     {quantity_table}
 
-    - `fidelity`: "fast", "balanced" (default) or "accurate": the solver's effort.
-    - `diagnostics`: True adds `infos[agent]["diagnostics"]`, of each step's last 1/60 s (0 after a reset):
+    - `fidelity`: "fast", "balanced" (default) or "accurate", the accuracy of the solver.
+    - `diagnostics`: True adds `infos[agent]["diagnostics"]`, which describes the last 1/60 s of each step (0 after
+      a reset):
 
     {diagnostics_table}
 

@@ -27,7 +27,7 @@ Seen = dict[str, NDArray[Any]]
 
 
 def build_together(observations: NDArray[np.float32]) -> NDArray[np.float32]:
-    """(..., entry) observations of one or many grippers to (..., 4) actions.
+    """Return actions (..., 4) for observations (..., entry) of one or many grippers.
 
     Of two that hold a block the nearer one builds, the other waits on its side, and so it does until the
     empty gripper has left. An empty gripper rises off the tower and goes out to its next block.
@@ -60,24 +60,24 @@ def _my_turn(seen: Seen) -> NDArray[np.bool_]:
 
 
 def _inwards(seen: Seen, error_x: NDArray[Any]) -> NDArray[Any]:
-    """Speed with a block; beside the tower it rises before it comes near."""
+    """Return the speed inwards with a block, which must rise beside the tower before it comes near."""
     low = (seen["block_gap"] < 0.5 * _CARRY_GAP) & (seen["block_dx"] < -_BUSY) & (error_x > 0.0)
     return np.where(low, 0.0, _GAIN * error_x)
 
 
 def _outwards(seen: Seen) -> NDArray[Any]:
-    """Speed without a block: out to the depot, once clear of the tower."""
+    """Return the speed inwards without a block: out to the depot, once clear of the tower."""
     return np.where(seen["clearance"] > _PARTING, -_GAIN * (seen["to_depot"] + 0.05), 0.0)
 
 
 def _descent(seen: Seen, error_x: NDArray[Any], ready: NDArray[np.bool_]) -> NDArray[Any]:
-    """Vertical speed with a block: wait above the support until ready, then land softly."""
+    """Return the vertical speed with a block: wait above the support until ready, then land softly."""
     gap = seen["block_gap"]
     return np.where(ready, np.minimum(-_GAIN * gap, -_LANDING_SPEED), _GAIN * (_CARRY_GAP - gap))
 
 
 def _ascent(seen: Seen) -> NDArray[Any]:
-    """Vertical speed without a block: up off the tower, gently at first, and on the way out high enough."""
+    """Return the vertical speed without a block: up off the tower, gently at first, and high enough on the way out."""
     clearance = seen["clearance"]
     off = np.minimum(0.3 + 8.0 * np.maximum(clearance, 0.0), _GAIN * (2.0 * _PARTING - clearance))
     return np.where(seen["to_depot"] > 0.0, off, np.minimum(_GAIN * seen["rise"] + 0.1 * (seen["rise"] > 0), 1.5))

@@ -39,7 +39,7 @@ _MIRRORED = (0, 2, 3, 5, 6, 8, 10, 12, 13, 15, 20, 22, 23, 28, 30, 32, 34)
 
 @njit
 def _side(a):  # type: ignore[no-untyped-def]
-    """1 left, -1 right: the direction inwards."""
+    """Return the direction inwards: 1 for the left gripper, -1 for the right one."""
     return 1.0 - 2.0 * a
 
 
@@ -48,7 +48,7 @@ def _side(a):  # type: ignore[no-untyped-def]
 
 @njit
 def apply_actions(world, actions):  # type: ignore[no-untyped-def]
-    """Actions to drives and magnets; -1, or the first world whose actions are not finite."""
+    """Apply actions (world, agent, 4) to drives and magnets; return -1, or the first world with one not finite."""
     bad = first_not_finite(actions)
     if bad >= 0:
         return bad
@@ -90,7 +90,7 @@ def _apply_action(world, a, action):  # type: ignore[no-untyped-def]
 
 @njit
 def _hand_of(body, task):  # type: ignore[no-untyped-def]
-    """The gripper that a body is, or that holds it; or -1."""
+    """Return the gripper that a body is or that holds it, or -1."""
     for a in range(2):
         if body == _GRIPPER + a or (task.held[a] == 1 and body == _BLOCK + task.block[a]):
             return a
@@ -118,13 +118,13 @@ def _has_next(task, a):  # type: ignore[no-untyped-def]
 
 @njit
 def _to_depot(world, a):  # type: ignore[no-untyped-def]
-    """m, how far gripper a must go outwards to get a block."""
+    """Return how far, in m, gripper a must go outwards to get a block."""
     return max(_side(a) * world.state.bodies[_GRIPPER + a].position[0] - _DEPOT_X, 0.0)
 
 
 @njit
 def _arrival(world, a):  # type: ignore[no-untyped-def]
-    """(x, y, radius m) of the circle that gripper a's next block needs."""
+    """Return (x, y, radius), in m, of the circle that gripper a's next block needs."""
     k = 2 * world.task.state.arrived[a] + a
     x, y, _, _ = parts.grasp_pose(world.state.bodies[_GRIPPER + a], world.parameters.joints[_WELD + k])
     return x, y, world.parameters.bodies[_BLOCK + k].radius + ARRIVAL_MARGIN
@@ -132,7 +132,7 @@ def _arrival(world, a):  # type: ignore[no-untyped-def]
 
 @njit
 def _rise(world, a):  # type: ignore[no-untyped-def]
-    """m, how much higher the empty gripper must be for its next block to hang clear of the ground."""
+    """Return how much higher, in m, the empty gripper must be so that its next block hangs clear of the ground."""
     if not _has_next(world.task.state, a):
         return 0.0
     _, y, reach = _arrival(world, a)
@@ -161,7 +161,7 @@ def _arrives(world, a):  # type: ignore[no-untyped-def]
 
 @njit
 def _support(world, a):  # type: ignore[no-untyped-def]
-    """(x, top y, half-width, angle) of what gripper a's block belongs on."""
+    """Return (x, top y, half-width, angle) of the support of gripper a's block."""
     task, bodies = world.task.state, world.state.bodies
     level = task.released if task.held[a] == 1 else task.level[task.block[a]]
     if level == 0:
@@ -174,7 +174,7 @@ def _support(world, a):  # type: ignore[no-untyped-def]
 
 @njit
 def _distance(world, a):  # type: ignore[no-untyped-def]
-    """m to go: of the held block to its place, or of the empty gripper to its depot."""
+    """Return the distance in m of the held block from its place, or of the empty gripper from its depot."""
     task = world.task.state
     if task.held[a] == 0:
         return _to_depot(world, a) + _rise(world, a)
@@ -187,7 +187,7 @@ def _distance(world, a):  # type: ignore[no-untyped-def]
 
 @njit
 def _evaluate_tower(world):  # type: ignore[no-untyped-def]
-    """What stands and what has fallen, in task state and info; returns (placed before, fallen, success)."""
+    """Update task state and info with the blocks that stand; return (placed before, fallen, success)."""
     task, info = world.task.state, world.task.info
     contacts, blocks = active_contacts(world), world.state.bodies[_BLOCK:]
     resting, gripped = parts.touches(contacts, task.level, _PLINTH, _GRIPPER, _BLOCK)
@@ -210,7 +210,7 @@ def _evaluate_tower(world):  # type: ignore[no-untyped-def]
 
 @njit
 def _reward(world, a, placed, fallen, success):  # type: ignore[no-untyped-def]
-    """Gripper a's reward and its terms; `placed` is how many blocks had been placed before this step."""
+    """Set gripper a's reward and its terms; `placed` is the number of blocks that were placed before this step."""
     task, term = world.task.state, world.task.terms[a]
     before = task.distance[a]
     now = _distance(world, a)
@@ -231,7 +231,7 @@ def _reward(world, a, placed, fallen, success):  # type: ignore[no-untyped-def]
 
 @njit
 def evaluate_world(world, rewards):  # type: ignore[no-untyped-def]
-    """Rewards (agent,) and info of one world after a control step; returns whether it has ended."""
+    """Set rewards (agent,) and info of one world after a control step; return whether it has ended."""
     placed, fallen, success = _evaluate_tower(world)
     for a in range(2):
         rewards[a] = _reward(world, a, placed, fallen, success)
@@ -247,7 +247,7 @@ def evaluate_world(world, rewards):  # type: ignore[no-untyped-def]
 
 @njit
 def _observe_other(world, out, a):  # type: ignore[no-untyped-def]
-    """Entries 28 to 37: the other gripper and its block."""
+    """Write entries 28 to 37: the other gripper and its block."""
     b = 1 - a
     task, bodies = world.task.state, world.state.bodies
     me, other = bodies[_GRIPPER + a], bodies[_GRIPPER + b]
@@ -269,13 +269,13 @@ def _observe_other(world, out, a):  # type: ignore[no-untyped-def]
 
 @njit
 def _to_go(task, a):  # type: ignore[no-untyped-def]
-    """Gripper a's blocks that are yet to be let go, of 4."""
+    """Return the fraction of gripper a's blocks that it has not released yet, of 4."""
     return ((task.blocks + 1 - a) // 2 - task.arrived[a] + task.held[a]) / 4.0
 
 
 @njit
 def _observe_own(world, out, a, timestep):  # type: ignore[no-untyped-def]
-    """Entries 0 to 27: the gripper, its block, what it belongs on, and the tower."""
+    """Write entries 0 to 27: the gripper, its block, the support, and the tower."""
     task, bodies, parameters = world.task.state, world.state.bodies, world.parameters
     gripper = bodies[_GRIPPER + a]
     k = task.block[a]
@@ -296,7 +296,7 @@ def _observe_own(world, out, a, timestep):  # type: ignore[no-untyped-def]
 
 @njit
 def observe_agent(world, a, timestep):  # type: ignore[no-untyped-def]
-    """All observations of gripper a, in the world's frame, then mirrored into its own, within their bounds."""
+    """Write all observations of gripper a, mirrored from the world's frame into its own and clipped to their bounds."""
     task, out = world.task.state, world.task.observation[a]
     _observe_own(world, out, a, timestep)
     _observe_other(world, out, a)
@@ -315,7 +315,7 @@ def observe_agent(world, a, timestep):  # type: ignore[no-untyped-def]
 
 @njit
 def initialize_worlds(world, worlds, draws, timestep):  # type: ignore[no-untyped-def]
-    """Episodes begin in chosen worlds; draws (chosen, number)."""
+    """Begin episodes in chosen worlds; `draws` is (chosen world, number), uniform in [0, 1)."""
     for i in range(len(worlds)):
         select_world(world, worlds[i])
         initialize_world(world, draws[i])
@@ -326,7 +326,7 @@ def initialize_worlds(world, worlds, draws, timestep):  # type: ignore[no-untype
 
 @njit
 def evaluate_worlds(world, timestep):  # type: ignore[no-untyped-def]
-    """Rewards, ends and observations of all worlds."""
+    """Set rewards, terminations and observations of all worlds."""
     rewards, terminated = world.task.rewards, world.task.terminated
     for w in range(len(rewards)):
         select_world(world, w)

@@ -31,7 +31,7 @@ MAST_COLORS = ((132, 164, 208), (214, 142, 152))
 
 
 def build_scene() -> Scene:
-    """Ground, plinth, gantry, two grippers and all blocks, parked."""
+    """Return the scene: ground, plinth, gantry, two grippers, and all blocks, which are parked and disabled."""
     scene = Scene()
     scene.add_body("ground", "static", [HalfPlane(friction=0.8)])
     plinth = Box(half_extents=(PLINTH_HALF_WIDTH, PLINTH_HEIGHT / 2), friction=0.8)

@@ -53,7 +53,7 @@ _START_Y, _START_TO_Y = scene.START_Y
 
 @njit
 def hand_over(world, a):  # type: ignore[no-untyped-def]
-    """Gripper a gets its next block: its n-th one is block 2 n + a."""
+    """Place the next block in gripper a; its n-th one is block 2 n + a."""
     task = world.task.state
     k = 2 * task.arrived[a] + a
     parts.hand_over(world, _GRIPPER + a, _BLOCK + k, _WELD + k)
@@ -71,7 +71,7 @@ def _place(world, body, x, y):  # type: ignore[no-untyped-def]
 
 @njit
 def initialize_world(world, draws):  # type: ignore[no-untyped-def]
-    """An episode begins: plinth and grippers at drawn places, a block in each gripper."""
+    """Begin an episode: put plinth and grippers at drawn positions, with a block in each gripper."""
     task, parameters = world.task.state, world.parameters
     _place(world, _PLINTH, between(-_PLINTH_X, _PLINTH_X, draws[0]), _PLINTH_Y)
     for k in range(_MAX_BLOCKS):

@@ -134,17 +134,17 @@ LEASH = Part(line_path(), Spot.B, Spot.GOAL, 0.0016, TARGET_COLOR, DrawFlag.NONE
 CROSS = tuple(LEASH._replace(path=path, start=Spot.GOAL) for path in (dash_path(0.0140), dash_path(0.0, 0.0140)))
 
 
-def choose_parts(kind: str, fixed: bool, sprung: bool, rigid: bool) -> tuple[Part, ...]:
+def choose_parts(kind: str, fixed: bool, has_spring: bool, rigid: bool) -> tuple[Part, ...]:
     """Return the parts of a joint from its fields in JointTable; a kind that is never drawn has none."""
     plate = (PLATE,) if fixed else ()
     if kind == "revolute":
         return (*plate, PIN)
     if kind == "distance":
-        return (*plate, SPRING if sprung else ROD if rigid else ROPE, *ENDS)
+        return (*plate, SPRING if has_spring else ROD if rigid else ROPE, *ENDS)
     if kind == "prismatic":
-        return (RAIL, COIL, SLIDER) if sprung else (RAIL, SLIDER)
+        return (RAIL, COIL, SLIDER) if has_spring else (RAIL, SLIDER)
     if kind == "wheel":
-        return (TOWER, STRUT, STRUT_END) if sprung else ()
+        return (TOWER, STRUT, STRUT_END) if has_spring else ()
     return {"weld": (WELD,), "target": (LEASH, *CROSS)}.get(kind, ())
 
 
@@ -241,7 +241,7 @@ def make_joint_stencil(table: JointTable, kinds: Collection[str]) -> JointStenci
         (joint, part)
         for joint, kind in enumerate(table.kinds)
         if kind in kinds
-        for part in choose_parts(kind, table.fixed[joint], table.sprung[joint], table.rigid[joint])
+        for part in choose_parts(kind, table.fixed[joint], table.has_spring[joint], table.rigid[joint])
     ]
     if not chosen:
         return None

@@ -47,7 +47,7 @@ class JointTable(NamedTuple):
     body_a: NDArray[np.int32]
     body_b: NDArray[np.int32]
     fixed: NDArray[np.bool_]  # body a is static
-    sprung: NDArray[np.bool_]  # has a spring
+    has_spring: NDArray[np.bool_]  # has a spring
     rigid: NDArray[np.bool_]  # a distance joint is a rod
     size: FloatArray  # m, length scale of the drawing: half width of the slimmer moving body; inf if neither moves
     span: FloatArray  # m, distance of body b's farthest point from its anchor
@@ -143,15 +143,15 @@ def read_joint_table(world: World) -> JointTable:
     """Return the constant fields of all joints."""
     model = world.model
     joints, nominal = model.joints, model.nominal_joints
-    sprung = (nominal["frequency"] > 0.0) | (nominal["stiffness"] > 0.0)
-    size = find_sizes(world, sprung & (joints["kind"] == JointKind.DISTANCE))
+    has_spring = (nominal["frequency"] > 0.0) | (nominal["stiffness"] > 0.0)
+    size = find_sizes(world, has_spring & (joints["kind"] == JointKind.DISTANCE))
     arm = nominal["anchor_b"] - model.nominal_bodies["center"][joints["body_b"]]
     return JointTable(
         kinds=tuple(JointKind(kind).name.lower() for kind in joints["kind"]),
         body_a=joints["body_a"],
         body_b=joints["body_b"],
         fixed=model.bodies["kind"][joints["body_a"]] == BodyKind.STATIC,
-        sprung=sprung,
+        has_spring=has_spring,
         rigid=nominal["rigid"] != 0,
         size=size,
         span=np.hypot(*arm.T) + model.nominal_bodies["radius"][joints["body_b"]],

@@ -89,7 +89,7 @@ def _dispatcher(function: Any, options: dict[str, Any]) -> Any:
 
 
 def inline_njit(function: _Kernel) -> _Kernel:
-    """`njit` for small helpers: inlined into their callers by LLVM."""
+    """Compile a small helper like `njit`; LLVM inlines it into its callers."""
     return njit(forceinline=True)(function)
 
 
@@ -205,7 +205,7 @@ class _KernelCache(FunctionCache):
         self._cache_file = _EntryFiles(self._cache_path, self._impl.filename_base, digest)
 
     def _index_key(self, sig: Any, codegen: Any) -> Any:
-        """Numba's key, and whether the entry has no wrapper for Python."""
+        """Return numba's key, and whether the entry has no wrapper for Python."""
         return (*super()._index_key(sig, codegen), getattr(self._kernel, "inner", False))
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:

@@ -326,7 +326,7 @@ def test_unknown_argument() -> None:
 @pytest.mark.parametrize(
     ("actions", "message"),
     [
-        ({"gripper_0": IDLE}, r"exactly the agents \['gripper_0', 'gripper_1'\] are needed, got \['gripper_0'\]"),
+        ({"gripper_0": IDLE}, r"exactly the agents \['gripper_0', 'gripper_1'\], got \['gripper_0'\]"),
         ({**IDLE_BOTH, "robot": IDLE}, "exactly the agents"),
         ([IDLE, IDLE], "exactly the agents"),
         ({**IDLE_BOTH, "gripper_1": IDLE[:3]}, r"of 'gripper_1' must have the shape \(4,\), got \(3,\)"),
@@ -374,7 +374,7 @@ def test_docstring_is_the_specification(heading: str) -> None:
         f"slower than {parts.REST_SPEED:g} m/s and {1.5 * parts.REST_SPEED:g} rad/s",
         f"more than {-scene.DEPOT_X:g} m out",
         f"{100 * parts.ARRIVAL_MARGIN:g} cm wider than the block",
-        f"and {100 * rules.GRIPPER_SIZE:g} cm further of the other gripper",
+        f"a circle {100 * rules.GRIPPER_SIZE:g} cm larger is clear of the other gripper",
         f"between {-scene.REACH_X[0]:g} m outwards and {scene.REACH_X[1]:g} m inwards of the middle, between "
         f"{stack.REACH_Y[0]:g} and {stack.REACH_Y[1]:g} m high, and within {stack.REACH_ANGLE:g} rad",
         f"the plinth up to {scene.PLINTH_X:g} m left or right",

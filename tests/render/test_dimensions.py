@@ -1,11 +1,13 @@
-"""One call for the renderer of either dimension, and what `gsenv record` aims at scenes in space."""
+"""One call for the renderer of either dimension, and the camera that `gsenv record` sets for 3D scenes."""
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from gsenv.cli import _aim
+import gsenv.render
+from gsenv import cli
 from gsenv.render import SceneRenderer, make_renderer
 from gsenv.render.spatial import SpatialRenderer
 from gsenv.render.spatial.style import GROUND_COLOR
@@ -30,13 +32,21 @@ def test_lines_of_text_are_written_over_the_same_picture() -> None:
     assert not changed[30:].any()
 
 
-def test_scenes_in_space_are_seen_from_where_they_say() -> None:
-    spec = SCENES["cube_stack"]
-    assert spec.camera is not None
-    renderer = make_renderer(make_world("cube_stack"), 64, 48)
-    _aim(renderer, spec)
-    np.testing.assert_array_equal(renderer.camera.eye, spec.camera[0])
-    np.testing.assert_array_equal(renderer.camera.target, spec.camera[1])
+def test_a_recording_has_the_camera_of_its_scene(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    made = []
+
+    def recorded_renderer(*arguments: Any) -> Any:
+        made.append(make_renderer(*arguments))
+        return made[-1]
+
+    monkeypatch.setattr(gsenv.render, "make_renderer", recorded_renderer)
+    monkeypatch.setattr(World, "step", lambda world, count=1: None)  # saves the kernels of a step
+    out = tmp_path / "x.gif"
+    assert cli.main(["record", "scene:cube_stack", "--out", str(out), "--steps", "1", "--size", "64x48"]) == 0
+    eye, target = SCENES["cube_stack"].camera or (None, None)
+    (renderer,) = made
+    np.testing.assert_array_equal(renderer.camera.eye, eye)
+    np.testing.assert_array_equal(renderer.camera.target, target)
 
 
 def test_a_body_without_a_colour_beside_one_with() -> None:

@@ -16,7 +16,7 @@ VIEW = 8.0  # m
 
 def one_joint(kind: str, **fields: Any) -> tuple[JointStencil, JointState]:
     """Stencil and state of one joint from (1, 2) to (4, -2): 5 m apart."""
-    given = {"fixed": False, "sprung": False, "rigid": False, "size": np.inf, "span": 0.5, "mount": -1.0}
+    given = {"fixed": False, "has_spring": False, "rigid": False, "size": np.inf, "span": 0.5, "mount": -1.0}
     table = {name: np.array([fields.pop(name, value)]) for name, value in given.items()}
     bodies = np.zeros(1, np.int32)
     stencil = make_joint_stencil(JointTable((kind,), bodies, bodies + 1, **table), KNOWN_JOINTS)
@@ -87,7 +87,7 @@ def test_ropes_hang_along_gravity() -> None:
 
 
 def test_springs_stretch_by_their_pitch_alone() -> None:
-    stencil, state = one_joint("distance", sprung=True)
+    stencil, state = one_joint("distance", has_spring=True)
     turns, pitches = [], []
     for stretch in (0.2, 1.0, 3.0):
         end = np.array([[1.0 + 3.0 * stretch, 2.0 - 4.0 * stretch]])
@@ -123,7 +123,7 @@ def test_rails_without_limits_cross_the_picture() -> None:
 
 @pytest.mark.parametrize(("kind", "end"), [("prismatic", -1.0), ("wheel", 1.5)])
 def test_springs_of_a_travel_run_from_body_a_to_the_anchor_on_body_b(kind: str, end: float) -> None:
-    stencil, state = one_joint(kind, sprung=True, mount=end)
+    stencil, state = one_joint(kind, has_spring=True, mount=end)
     path = longest(stencil.fill(state, VIEW))
     np.testing.assert_allclose(path[[0, -1]], [(1.0 + 0.6 * end, 2.0 - 0.8 * end), (4.0, -2.0)])
 
@@ -138,14 +138,14 @@ def test_targets_are_marked_and_tied_to_their_body() -> None:
 
 @pytest.mark.parametrize("kind", KNOWN_JOINTS)
 def test_disabled_joints_are_hidden(kind: str) -> None:
-    stencil, state = one_joint(kind, sprung=kind == "wheel")
+    stencil, state = one_joint(kind, has_spring=kind == "wheel")
     assert stencil.fill(state, VIEW).items["alpha"].min() == 1.0
     state = state._replace(enabled=np.zeros(1, bool))
     assert stencil.fill(state, VIEW).items["alpha"].max() == 0.0
 
 
 def test_lines_are_as_wide_in_any_view_until_their_bodies_are_smaller() -> None:
-    stencil, state = one_joint("distance", sprung=True, size=0.1)
+    stencil, state = one_joint("distance", has_spring=True, size=0.1)
     shares, widths = [], []
     for view in (0.5, 1.0, 4.5, 9.0, 90.0):
         draw_list = stencil.fill(state, view)

@@ -193,7 +193,7 @@ def test_jelly_is_squashed_and_recovers() -> None:
 
 
 def test_jelly_keeps_its_place_without_weight() -> None:
-    """Springs are relaxed as authored."""
+    """Springs are relaxed at the initial poses."""
     scene = jelly(4, 3)
     world = World(scene)
     world.parameters.set(gravity=(0.0, 0.0))
@@ -228,7 +228,7 @@ def test_car_gets_over_the_hills_on_its_wheels() -> None:
     assert done.position[-1, chassis, 0] > 5.0 + 9.0 * 4
     assert np.abs(done.angle[:, chassis]).max() < math.radians(50.0)
     travel = [abs(done.world.joint_coordinate(f"{end}_axle")[0]) for end in ("rear", "front")]
-    assert max(travel) < 0.01  # back on flat ground, where it carries its chassis as authored
+    assert max(travel) < 0.01  # back on flat ground, where it carries its chassis at the initial height
 
 
 def test_rigid_car_that_brakes_slides_as_far_as_friction_lets_it() -> None:

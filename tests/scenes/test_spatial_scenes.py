@@ -84,7 +84,7 @@ def test_gyroscope_starts_in_its_motion() -> None:
 
 
 def test_soft_cube_keeps_its_place_without_weight() -> None:
-    """Springs are relaxed as authored."""
+    """Springs are relaxed at the initial poses."""
     world = World(soft_cube(3))
     world.parameters.set(gravity=(0.0, 0.0, 0.0))
     start = world.position

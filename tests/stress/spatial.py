@@ -1,4 +1,4 @@
-"""Random scenes in space that try to break the solver.
+"""Random scenes in 3D that try to break the solver.
 
 ``random_spatial_case(seed)`` is a function of the seed alone; measure.py says what is promised of it.
 All scenes share one variant of the step kernel.

@@ -1,4 +1,4 @@
-"""Random scenes in space; ``python -m benchmarks stress --dim 3`` runs as many as are asked for."""
+"""Random scenes in 3D; ``python -m benchmarks stress --dim 3`` runs as many as are asked for."""
 
 from __future__ import annotations
 

@@ -102,4 +102,6 @@ def test_needs_no_torch() -> None:
         "from gsenv.train import evaluate\n"
         "sys.exit(evaluate.main(['GStack-v0', '--policy', 'scripted', '--episodes', '1', '--set', 'blocks=1']))"
     )
-    subprocess.run([sys.executable, "-c", code], check=True, timeout=120)
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120)
+    assert result.returncode == 0, result.stderr
+    assert "success 100% of 1 episodes" in result.stdout

@@ -53,7 +53,7 @@ def occlude(lines: FloatArray, j: Any, m: Any, gap: Any, reach: Any) -> None:
 
 @njit
 def occlude_solid(lines: FloatArray, first: Any, last: Any, m: Any, item: Any, ray: Ray) -> None:
-    """Occlusion by all kinds but hulls; the distance is that of a box, minus a radius."""
+    """Return the occlusion by a shape that is no hull; its distance is that of a box, minus a radius."""
     reach = item.reach
     sx, sy, sz, radius = item.size_x, item.size_y, item.size_z, item.radius
     if item.kind == CAPSULE:
@@ -77,7 +77,7 @@ def occlude_solid(lines: FloatArray, first: Any, last: Any, m: Any, item: Any, r
 
 @njit
 def occlude_hull(lines: FloatArray, first: Any, last: Any, m: Any, item: Any, ray: Ray, faces: FloatArray) -> None:
-    """Occlusion by a hull; the distance is the largest to the planes of its faces."""
+    """Return the occlusion by a hull; its distance is the largest to the planes of its faces."""
     reach = item.reach
     for j in range(first, last):
         lines[NEAREST, j] = -FAR

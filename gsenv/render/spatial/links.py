@@ -44,7 +44,7 @@ def with_links(primitives: Primitives, table: LinkTable, links: LinkState) -> Pr
 def find_colors(table: LinkTable) -> NDArray[np.uint8]:
     """Return the links' colours (link, 3) RGB."""
     stiff = np.where(table.rigid[:, None], ROD_COLOR, ROPE_COLOR)
-    return np.where(table.sprung[:, None], SPRING_COLOR, stiff).astype(np.uint8)
+    return np.where(table.has_spring[:, None], SPRING_COLOR, stiff).astype(np.uint8)
 
 
 def _rotations_along(span: FloatArray, length: FloatArray) -> FloatArray:

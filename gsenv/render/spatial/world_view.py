@@ -112,7 +112,7 @@ class LinkTable(NamedTuple):
     body_a: NDArray[np.int32]
     body_b: NDArray[np.int32]
     size: FloatArray  # m, radius of the smaller body; inf where neither has shapes
-    sprung: NDArray[np.bool_]
+    has_spring: NDArray[np.bool_]
     rigid: NDArray[np.bool_]
 
 
@@ -133,8 +133,8 @@ def read_link_table(world: Any) -> LinkTable:
     known = np.stack([radius[body_a], radius[body_b]])
     known[known <= 0.0] = np.inf
     chosen = nominal[index]
-    sprung = (chosen["frequency"] > 0.0) | (chosen["stiffness"] > 0.0) | (chosen["damping"] > 0.0)
-    return LinkTable(index, body_a, body_b, known.min(axis=0), sprung, chosen["rigid"] != 0)
+    has_spring = (chosen["frequency"] > 0.0) | (chosen["stiffness"] > 0.0) | (chosen["damping"] > 0.0)
+    return LinkTable(index, body_a, body_b, known.min(axis=0), has_spring, chosen["rigid"] != 0)
 
 
 def read_links(world: Any, index: int, table: LinkTable) -> LinkState:

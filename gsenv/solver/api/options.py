@@ -17,25 +17,32 @@ class Options:
     """Options of the simulation. The defaults suit stacks, ropes and mass ratios up to 1000.
 
     Attributes:
-        timestep: s, one ``World.step``.
-        substeps: solves per step; contacts are found once per step.
+        timestep: s, duration of one ``World.step``.
+        substeps: number of solves per step; contacts are found once per step.
         max_substeps: largest number of substeps of an island whose taut joints need more than ``substeps``.
-        solver: ``"pgs"`` (plain projected Gauss-Seidel) or ``"nncg"`` (the same sweeps,
-            accelerated as a conjugate gradient method) or ``"subspace"`` (these with direct
-            steps on the active rows of towers and chains) or ``"newton"``
-            (a guarded Newton method for islands of up to 30 bodies, nncg for larger ones) or
-            ``"soft"`` (sweeps with soft rows before positions move and with rigid ones after;
-            made for ``substeps=4, sweeps=1``: cheap, but light bodies sag under heavy ones).
-        sweeps: largest number of sweeps per island and substep; of soft, in each of its two solves.
-        tolerance: natural-map residual at which an island's sweeps stop.
-        position_sweeps: sweeps of the position pass; soft has no position pass.
-        warm_start: start from the impulses of the last substep.
-        sleep: put islands at rest to sleep.
+        solver: the method that solves the rows.
+
+            - ``"pgs"``: plain projected Gauss-Seidel sweeps;
+            - ``"nncg"``: the same sweeps, accelerated as a nonlinear conjugate gradient method (Silcowitz, Niebe,
+              Erleben 2010);
+            - ``"subspace"``: nncg with direct solutions of all active rows between sweeps;
+            - ``"newton"``: 2D only, a guarded Newton method for islands of up to 30 bodies, nncg for larger ones;
+            - ``"soft"``: sweeps with soft rows before positions move and with rigid ones after, made for
+              ``substeps=4, sweeps=1``: it is cheap, but light bodies sag under heavy ones.
+        sweeps: largest number of sweeps per island and substep; for soft, in each of its two solves.
+        tolerance: an island's sweeps stop when the change by a sweep, a velocity relative to the speeds before the
+            solve, is below this number; docs/method.md has the formula.
+        position_sweeps: number of sweeps of the position pass; soft has no position pass.
+        warm_start: whether a solve starts from the impulses of the last substep.
+        sleep: whether islands at rest are put to sleep.
         sleep_speed: m/s, largest speed of a body's fastest point that counts as rest.
-        sleep_time: s at rest before an island sleeps.
-        slop: overlap that is not corrected, as a fraction of the bodies' extent.
+        sleep_time: s, time at rest after which an island falls asleep.
+        slop: overlap that is not corrected, as a fraction of the bodies' extent (smallest half-width).
         push_speed: extents per second, largest speed at which an overlap is corrected.
         correction_rate: fraction of a position error that is corrected per substep, 0 to 1.
+
+    Raises:
+        ValueError: an option that is out of its range.
     """
 
     timestep: float = 1.0 / 60.0
@@ -73,8 +80,9 @@ class Options:
         """Return the options of a named fidelity, with changes.
 
         Args:
-            fidelity: "fast" (half the cost, errors of some 1e-3; no mass ratios above 30), "balanced"
-                (the default) or "accurate" (twice the cost, errors of some 1e-6).
+            fidelity: "fast" (half the cost of "balanced", errors of about 1e-3, mass ratios up to 30), "balanced"
+                (the defaults) or "accurate" (twice the cost, errors of about 1e-6).
+            changes: options by name that replace those of the fidelity.
 
         Raises:
             ValueError: an unknown fidelity, or a bad option.

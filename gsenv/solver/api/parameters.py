@@ -92,7 +92,7 @@ class Parameters(ParameterArrays):
         """
         chosen = check.worlds(worlds, len(self.worlds))
         if not fields:
-            raise ValueError("parameters: there is no field to set.")
+            raise ValueError("parameters: set needs at least one field, such as friction=0.5.")
         if item is None:
             unknown = set(fields) - {"gravity"}
             if unknown:
@@ -217,7 +217,7 @@ class Parameters(ParameterArrays):
                 raise ValueError(f"{where}: its shape has no {name}.")
 
     def _set_mass(self, body: int, chosen: Array, checked: Mapping[str, Array]) -> None:
-        """Masses, inertias, sizes that were written and flags, with all that follows from them."""
+        """Set masses, inertias and flags, and all fields that follow from them and from sizes that were written."""
         model = self._model
         bodies, shapes = as_records(self.bodies), as_records(self.shapes)
         checked = {name: np.ascontiguousarray(values) for name, values in checked.items()}  # kernels: one layout

@@ -82,7 +82,7 @@ class World(Actions):
 
     @property
     def options(self) -> Options:
-        """The options of the simulation, which may be replaced between steps."""
+        """The options of the simulation; a new ``Options`` may be assigned between steps."""
         return self._options
 
     @options.setter
@@ -90,7 +90,7 @@ class World(Actions):
         if not isinstance(options, Options):
             raise ValueError(f"World: options must be an Options, got {options!r}.")
         if options.solver == "newton" and self.model.dim == 3:
-            raise ValueError("World: the newton solver is there in 2D only; 3D has pgs, nncg, subspace and soft.")
+            raise ValueError("World: the solver newton exists in 2D only; 3D has pgs, nncg, subspace and soft.")
         self._options = options
         self._options_record = options.record()
         self._calls: list[_Call] = []
@@ -98,7 +98,7 @@ class World(Actions):
 
     @property
     def control(self) -> Array:
-        """float64 (world, actuator), writable; see the class."""
+        """float64 (world, actuator), read at each step; entries and the whole array may be assigned."""
         return self.state.control
 
     @control.setter
@@ -230,14 +230,14 @@ class World(Actions):
 
     @property
     def position(self) -> Array:
-        """(world, body, dim) m, of the bodies' own frames; like all of these a copy."""
+        """(world, body, dim) m, origins of the bodies' own frames; a copy, as are all readings."""
         bodies = self.state.bodies
         turned = self._dimension.joint_readings.rotated(bodies["rotation"], self.parameters.bodies["center"])
         return np.asarray(bodies["position"] - turned)
 
     @property
     def center_of_mass(self) -> Array:
-        """(world, body, dim) m."""
+        """(world, body, dim) m, centres of mass."""
         return self.state.bodies["position"].copy()
 
     @property
@@ -261,18 +261,18 @@ class World(Actions):
 
     @property
     def angular_velocity(self) -> Array:
-        """rad/s: (world, body), in 3D (world, body, 3) in the world's axes."""
+        """(world, body) rad/s; in 3D (world, body, 3), in the world's axes."""
         velocity = self.state.bodies["velocity"]
         return (velocity[..., 2] if self.model.dim == 2 else velocity[..., 3:]).copy()
 
     @property
     def asleep(self) -> Array:
-        """(world, body) bool."""
+        """(world, body) bool, whether each body sleeps."""
         return self.state.bodies["asleep"] != 0
 
     @property
     def time(self) -> Array:
-        """(world,) s since the last reset, computed with the present timestep."""
+        """(world,) s, number of steps since the last reset times the present timestep."""
         return self.state.worlds["step"] * self._options.timestep
 
     def contacts(self, world: int = 0) -> Contacts:

@@ -20,7 +20,7 @@ _INFINITY = float("inf")
 
 
 @njit
-def bounces(world: Any, island: Any) -> Any:
+def any_restitution(world: Any, island: Any) -> Any:
     """Whether a contact of the island has a restitution."""
     contacts = world.state.contacts
     island_contacts = part(world.scratch.island_contacts, island.contact_first, island.contact_count)
@@ -70,8 +70,8 @@ def moved(row: Any, substep_bodies: Any) -> Any:
     a = substep_bodies[row.body_a]
     b = substep_bodies[row.body_b]
     for i in range(len(row.jacobian_a)):
-        s += row.jacobian_a[i] * (a.displacement[i] + a.shift[i])
-        s += row.jacobian_b[i] * (b.displacement[i] + b.shift[i])
+        s += row.jacobian_a[i] * (a.displacement[i] + a.impact_displacement[i])
+        s += row.jacobian_b[i] * (b.displacement[i] + b.impact_displacement[i])
     return s
 
 

@@ -54,7 +54,7 @@ def share_of(a: MovingShape, b: MovingShape) -> float:
 
 @njit
 def linear_norm(vector: Any, dim: int) -> float:
-    """Euclidean norm of the linear part of a vector [linear, angular] of ``dim`` dimensions."""
+    """Return the Euclidean norm of the linear part of a vector [linear, angular] of ``dim`` dimensions."""
     square = 0.0
     for d in range(dim):
         square += vector[d] * vector[d]
@@ -63,7 +63,7 @@ def linear_norm(vector: Any, dim: int) -> float:
 
 @njit
 def angular_norm(vector: Any, dim: int) -> float:
-    """Euclidean norm of the angular part of such a vector."""
+    """Return the Euclidean norm of the angular part of such a vector."""
     square = 0.0
     for d in range(dim, len(vector)):
         square += vector[d] * vector[d]

@@ -2,7 +2,7 @@
 
 A body in flight meets another at the root t of  gap + u t + a t^2/2 = 0.  There an impulse p changes
 the approach speed u + a t to -e times itself.  The impulse acts over the rest of the substep
-only, so ``shift`` subtracts  t M^-1 J^T p  from the displacement: bounces are exact parabolas at any
+only, so ``impact_displacement`` subtracts  t M^-1 J^T p  from the displacement: bounces are exact parabolas at any
 timestep.  The earliest impact comes first and may cause the next (Newton's cradle); a simultaneous
 solve would distribute the momentum among all.  Approach speeds are those before the gravity of the
 substep is added; otherwise bounces would gain height.
@@ -43,13 +43,13 @@ def acceleration_of(row: Any, substep_bodies: Any) -> Any:
     a = substep_bodies[row.body_a]
     b = substep_bodies[row.body_b]
     for i in range(len(row.jacobian_a)):
-        s += row.jacobian_a[i] * a.path[i] + row.jacobian_b[i] * b.path[i]
+        s += row.jacobian_a[i] * a.constrained_acceleration[i] + row.jacobian_b[i] * b.constrained_acceleration[i]
     return s
 
 
 @njit
 def speed_at(row: Any, bodies: Any, substep_bodies: Any, time: Any) -> Any:
-    """J v of a row ``time`` s into the substep."""
+    """Return J v of a row ``time`` s into the substep."""
     u = relative_velocity(row, bodies[row.body_a], bodies[row.body_b])
     return u + time * acceleration_of(row, substep_bodies)
 
@@ -61,7 +61,7 @@ def shifted(row: Any, substep_bodies: Any) -> Any:
     a = substep_bodies[row.body_a]
     b = substep_bodies[row.body_b]
     for i in range(len(row.jacobian_a)):
-        s += row.jacobian_a[i] * a.shift[i] + row.jacobian_b[i] * b.shift[i]
+        s += row.jacobian_a[i] * a.impact_displacement[i] + row.jacobian_b[i] * b.impact_displacement[i]
     return s
 
 
@@ -161,8 +161,8 @@ def _apply_to_free(row: Any, bodies: Any, substep_bodies: Any, impulse: Any, tim
         db = substep_b.inverse[i] * row.jacobian_b[i] * impulse
         a.velocity[i] += da
         b.velocity[i] += db
-        substep_a.shift[i] -= time * da
-        substep_b.shift[i] -= time * db
+        substep_a.impact_displacement[i] -= time * da
+        substep_b.impact_displacement[i] -= time * db
 
 
 @njit
@@ -174,7 +174,7 @@ def _apply_to_jointed(row: Any, bodies: Any, substep_bodies: Any, impulse: Any, 
         body = entries[p].order
         for i in range(len(entries[p].x)):
             bodies[body].velocity[i] += entries[p].x[i]
-            substep_bodies[body].shift[i] -= time * entries[p].x[i]
+            substep_bodies[body].impact_displacement[i] -= time * entries[p].x[i]
     for side in range(2):
         body = row.body_a if side == 0 else row.body_b
         if entries[body].place < 0:
@@ -182,7 +182,7 @@ def _apply_to_jointed(row: Any, bodies: Any, substep_bodies: Any, impulse: Any, 
             for i in range(len(jacobian)):
                 response = substep_bodies[body].inverse[i] * jacobian[i]
                 bodies[body].velocity[i] += response * impulse
-                substep_bodies[body].shift[i] -= time * response * impulse
+                substep_bodies[body].impact_displacement[i] -= time * response * impulse
 
 
 @njit
@@ -213,7 +213,7 @@ def apply_impulse_at(row: Any, bodies: Any, substep_bodies: Any, impulse: Any, t
 
 
 @njit
-def set_paths(world: Any, island: Any, joint_factor: Any) -> None:
+def set_constrained_accelerations(world: Any, island: Any, joint_factor: Any) -> None:
     """Set the accelerations x along the joints: (M + E^T s^-1 E) x = M a - E^T s^-1 dE/dt v.
 
     The bias of a row is h/2 dE/dt v.
@@ -229,14 +229,14 @@ def set_paths(world: Any, island: Any, joint_factor: Any) -> None:
             add_force(row, entries, -2.0 * row.bias / (island.h * EPSILON * row.diagonal))
     for p in range(size):
         substep_body = substep_bodies[entries[p].order]
-        for i in range(len(substep_body.path)):
-            for j in range(len(substep_body.path)):
+        for i in range(len(substep_body.constrained_acceleration)):
+            for j in range(len(substep_body.constrained_acceleration)):
                 entries[p].x[i] += substep_body.mass_matrix[i, j] * substep_body.acceleration[j]
     substitute(size, entries, joint_factor.blocks)
     for p in range(size):
         substep_body = substep_bodies[entries[p].order]
-        for i in range(len(substep_body.path)):
-            substep_body.path[i] = entries[p].x[i]
+        for i in range(len(substep_body.constrained_acceleration)):
+            substep_body.constrained_acceleration[i] = entries[p].x[i]
 
 
 @njit

@@ -50,9 +50,9 @@ def _start_body(body: Any, parameters: Any, gravity: Any, substep_body: Any) -> 
     substep_body.start_angle = body.angle
     begin_rotation(body, parameters, substep_body)
     for d in range(len(body.velocity)):
-        substep_body.path[d] = substep_body.acceleration[d]
+        substep_body.constrained_acceleration[d] = substep_body.acceleration[d]
         substep_body.displacement[d] = 0.0
-        substep_body.shift[d] = 0.0
+        substep_body.impact_displacement[d] = 0.0
         substep_body.correction[d] = 0.0
         substep_body.start_velocity[d] = body.velocity[d]
         substep_body.free_velocity[d] = body.velocity[d]
@@ -72,7 +72,7 @@ def hold_disabled(bodies: Any, body_parameters: Any, substep_bodies: Any) -> Non
     for i in range(len(bodies)):
         if body_parameters[i].enabled == 0:
             for d in range(len(bodies[i].velocity)):
-                substep_bodies[i].held_velocity[d] = bodies[i].velocity[d]
+                substep_bodies[i].saved_velocity[d] = bodies[i].velocity[d]
                 bodies[i].velocity[d] = 0.0
 
 
@@ -82,7 +82,7 @@ def release_disabled(bodies: Any, body_parameters: Any, substep_bodies: Any) -> 
     for i in range(len(bodies)):
         if body_parameters[i].enabled == 0:
             for d in range(len(bodies[i].velocity)):
-                bodies[i].velocity[d] = substep_bodies[i].held_velocity[d]
+                bodies[i].velocity[d] = substep_bodies[i].saved_velocity[d]
 
 
 @njit
@@ -131,10 +131,11 @@ def copy_velocities(island_bodies: Any, bodies: Any, solver_bodies: Any) -> None
 
 @njit
 def integrate_positions(world: Any, island: Any) -> None:
-    """Set x += h (v + correction) + shift; with ``island.smooth`` = 1, v is the mean of old and new velocity.
+    """Set x += h (v + correction) + impact_displacement.
 
-    The mean makes smooth motion second order (a parabola exact); ``smooth`` is 0 where a velocity
-    jumped at a contact, since the mean would move the body into the other one.
+    With ``island.smooth`` = 1, v is the mean of old and new velocity.  The mean
+    makes smooth motion second order (a parabola exact); ``smooth`` is 0 where a velocity jumped at a contact,
+    since the mean would move the body into the other one.
     """
     bodies = world.state.bodies
     body_parameters = world.parameters.bodies
@@ -147,10 +148,10 @@ def integrate_positions(world: Any, island: Any) -> None:
         substep_body = substep_bodies[i]
         for d in range(len(body.velocity)):
             v = body.velocity[d] + 0.5 * island.smooth * (substep_body.start_velocity[d] - body.velocity[d])
-            step = h * (v + substep_body.correction[d]) + substep_body.shift[d]
+            step = h * (v + substep_body.correction[d]) + substep_body.impact_displacement[d]
             substep_body.correction[d] = step  # from here on the displacement of the substep
             substep_body.displacement[d] += step
-            substep_body.shift[d] = 0.0
+            substep_body.impact_displacement[d] = 0.0
         for d in range(len(body.position)):
             body.position[d] += substep_body.correction[d]
         move_body(body, body_parameters[i], substep_body, h)

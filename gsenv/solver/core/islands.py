@@ -122,7 +122,7 @@ def _join_through_joints(joint_models: Any, joint_parameters: Any, islands: Any)
             continue
         a = islands[joint_models[j].body_a]
         b = islands[joint_models[j].body_b]
-        if _wakes(a.label, b.label) or (joint_models[j].wakes and (a.label == ASLEEP or b.label == ASLEEP)):
+        if _wakes(a.label, b.label) or (joint_models[j].driven and (a.label == ASLEEP or b.label == ASLEEP)):
             return False
         if a.parent >= 0 and b.parent >= 0:
             _unite(islands, joint_models[j].body_a, joint_models[j].body_b)
@@ -227,7 +227,7 @@ def _fill_joints(joint_models: Any, joint_parameters: Any, islands: Any, island_
         island = islands[i]
         island_joints[island.joint_first + island.joint_count] = j
         island.joint_count += 1
-        if joint_models[j].wakes and island.activity != KINEMATIC_CONTACT:
+        if joint_models[j].driven and island.activity != KINEMATIC_CONTACT:
             island.activity = DRIVEN
         if a.label == MOVING or b.label == MOVING:
             island.activity = KINEMATIC_CONTACT

@@ -119,7 +119,7 @@ def set_motor_row(row: Any, slot: Any, joint: Any, speeds: Any, substep_bodies: 
     row.correction = NO_CORRECTION
     row.bias = -min(max(joint.state.motor_speed, speeds[0]), speeds[1])
     bound_row(row, h * effort)
-    if joint.model.torque:
+    if joint.model.effort_controlled:
         row.lower = h * min(max(joint.state.effort, -effort), effort)
         row.upper = row.lower
 

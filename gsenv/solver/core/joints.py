@@ -246,7 +246,7 @@ def _drive_target(actuator: Any, value: Any, state: Any, parameters: Any, body: 
 def move_targets(island_joints: Any, joint_models: Any, joints: Any, h: Any) -> None:
     """Move the target poses by ``h`` s at the velocities of the targets."""
     for k in range(len(island_joints)):
-        if joint_models[island_joints[k]].wakes:
+        if joint_models[island_joints[k]].driven:
             move_target(joints[island_joints[k]], h)
 
 

@@ -97,7 +97,8 @@ def _displacement_rate(row: Any, bodies: Any, substep_bodies: Any, smooth: Any, 
         substep_body = substep_bodies[i]
         for d in range(len(jacobian)):
             v = bodies[i].velocity[d]
-            s += jacobian[d] * (v + 0.5 * smooth * (substep_body.start_velocity[d] - v) + substep_body.shift[d] / h)
+            mean = v + 0.5 * smooth * (substep_body.start_velocity[d] - v)
+            s += jacobian[d] * (mean + substep_body.impact_displacement[d] / h)
     return s
 
 

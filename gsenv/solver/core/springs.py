@@ -118,7 +118,7 @@ def release_springs(rows: Any, end: Any) -> None:
 
 @njit
 def any_sprung(island_joints: Any, joint_parameters: Any) -> Any:
-    """Whether a joint may inverse_mass back stored energy."""
+    """Whether a joint may give back stored energy."""
     for k in range(len(island_joints)):
         if has_spring(joint_parameters[island_joints[k]]):
             return True

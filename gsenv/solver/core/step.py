@@ -114,17 +114,17 @@ def step_islands(world: Any, island_count: Any) -> None:
     counters = world.state.world
     scratch = world.scratch
     island = scratch.island
-    error = 0.0
-    load = 0.0
-    size = 0.0
+    error_sum = 0.0
+    velocity_sum = 0.0
+    impulse_sum = 0.0
     for i in range(island_count):
         if scratch.islands[i].activity == ALL_ASLEEP:
             continue
         enter_island(island, scratch.islands[i])
         step_island(world, island, world.state.joints, scratch.joint_factor)
-        error += island.error
-        load += island.load
-        size += island.size
+        error_sum += island.error_sum
+        velocity_sum += island.velocity_sum
+        impulse_sum += island.impulse_sum
         counters.island_count += 1
         counters.awake_count += island.body_count
         # a body that touches nothing keeps moving, however slowly
@@ -132,7 +132,7 @@ def step_islands(world: Any, island_count: Any) -> None:
         island_bodies = part(scratch.island_bodies, island.body_first, island.body_count)
         bodies = world.state.bodies
         update_sleep(island_bodies, bodies, world.parameters.bodies, scratch.substep_bodies, world.options, restless)
-    counters.natural_residual = (error / max(load, size)) ** 0.5 if error > 0.0 else 0.0
+    counters.natural_residual = (error_sum / max(velocity_sum, impulse_sum)) ** 0.5 if error_sum > 0.0 else 0.0
     if island.kinematic:
         move_kinematic(world, world.options.timestep)
 

@@ -14,14 +14,14 @@ from ..methods.joint_factor import factorise_equations
 from ..methods.soft import keep_pseudo_velocities, solve_biased
 from .contact_rows import (
     add_contact_rows,
-    bounces,
+    any_restitution,
     forget_contact_impulses,
     refresh_contact_rows,
     store_contact_impulses,
 )
 from .dispatch import by_dimension, never, nothing
 from .energy import apply_warm_start, clear_equation_biases, gains_energy, guard_energy, natural_residual
-from .impacts import resolve_impacts, set_paths
+from .impacts import resolve_impacts, set_constrained_accelerations
 from .integrate import copy_velocities, integrate_positions, integrate_velocities, keep_velocities, move_kinematic
 from .islands import AWAKE, KINEMATIC_CONTACT
 from .joints import (
@@ -41,7 +41,7 @@ from .springs import any_sprung, guard_springs, release_springs
 
 rotate_contact_rows = by_dimension("contact_rows", "rotate_contact_rows", otherwise=nothing)
 enter_frames = by_dimension("rotation", "enter_frames", otherwise=nothing)
-any_tilted = by_dimension("rotation", "any_tilted", otherwise=never)
+any_rotated_frame = by_dimension("rotation", "any_rotated_frame", otherwise=never)
 flies_freely = by_dimension("rotation", "flies_freely", otherwise=never)
 has_single_pivot = by_dimension("single_pivot", "has_single_pivot", otherwise=never)
 swing_about_pivot = by_dimension("single_pivot", "swing_about_pivot", otherwise=nothing)
@@ -54,9 +54,9 @@ CONTRADICTED = 0.1  # residual above which the rows contradict each other; their
 @njit
 def step_island(world: Any, island: Any, joints: Any, joint_factor: Any) -> None:
     """Advance the bodies of one island by one timestep."""
-    island.error = 0.0
-    island.load = 0.0
-    island.size = 0.0
+    island.error_sum = 0.0
+    island.velocity_sum = 0.0
+    island.impulse_sum = 0.0
     if step_exactly(world, island, joint_factor):
         return
     start_island(world, island, joints, joint_factor)
@@ -81,7 +81,7 @@ def start_island(world: Any, island: Any, joints: Any, joint_factor: Any) -> Non
     options = world.options
     island.substeps = options.substeps
     island.driven = island.activity != AWAKE
-    island.sprung = False
+    island.has_springs = False
     island.joint_rows = 0
     island.residual = 0.0
     start_island_joints(world, island, joints, joint_factor)
@@ -92,14 +92,14 @@ def start_island(world: Any, island: Any, joints: Any, joint_factor: Any) -> Non
     island.warm_start = options.warm_start / island.stored_scale
     enter_frames(world, island)
     island.rows = add_contact_rows(world, island)
-    island.tilted = any_tilted(world, island)
-    island.bounces = bounces(world, island)
+    island.rotated_frame = any_rotated_frame(world, island)
+    island.has_restitution = any_restitution(world, island)
     world.state.world.row_count += island.rows
 
 
 @njit
 def start_island_joints(world: Any, island: Any, joints: Any, joint_factor: Any) -> None:
-    """Set the number of joint rows and what follows from the joints: driven, sprung, the number of substeps."""
+    """Set the number of joint rows and what follows from the joints: driven, has_springs, the number of substeps."""
     if joints is None:
         return
     joint_models = world.model.joints
@@ -107,7 +107,7 @@ def start_island_joints(world: Any, island: Any, joints: Any, joint_factor: Any)
     island_joints = part(world.scratch.island_joints, island.joint_first, island.joint_count)
     island.joint_rows = count_joint_rows(island_joints, joint_models, joint_parameters)
     island.driven = island.driven or any_driven(island_joints, joint_models, joint_parameters)
-    island.sprung = any_sprung(island_joints, joint_parameters)
+    island.has_springs = any_sprung(island_joints, joint_parameters)
     if joint_factor is not None:
         if joint_factor.plan.used:
             island.substeps = substeps_for(world, island, joints)
@@ -126,12 +126,12 @@ def substep(world: Any, island: Any, s: Any, joints: Any, joint_factor: Any) -> 
     integrate_velocities(world, island)
     add_joint_rows(world, island, joints, joint_factor, island.warm_start)
     factorise_joints(world, island, joint_factor, variant.soft)
-    island.scale = apply_warm_start(world, island)
+    island.residual_scale = apply_warm_start(world, island)
     add_gyroscopic_biases(world, island, joint_factor)
     if island.rows > 0:
         solve(world, island, joint_factor, variant.soft, variant.newton)
         if last:
-            island.error, island.load, island.size = natural_residual(world, island)
+            island.error_sum, island.velocity_sum, island.impulse_sum = natural_residual(world, island)
     island.smooth = smooth_fraction(world, island)
     if island.rows > 0:
         position_phase(world, island, joint_factor, variant.soft)
@@ -149,12 +149,12 @@ def clear_factor(joint_factor: Any) -> None:
 
 @njit
 def move_surroundings(world: Any, island: Any, s: Any) -> None:
-    """Move kinematic bodies and the frames of tilted bodies to the start of substep ``s``."""
+    """Move kinematic bodies and the rotated frames of bodies to the start of substep ``s``."""
     if island.kinematic:
         move_kinematic(world, s * island.h)
     if s > 0:
         enter_frames(world, island)
-        if island.tilted:
+        if island.rotated_frame:
             rotate_contact_rows(world, island)
 
 
@@ -163,7 +163,7 @@ def impact_phase(world: Any, island: Any, joints: Any, joint_factor: Any, restit
     """Resolve impacts before the solve; ``restitution`` is None in a scene without restitution."""
     if restitution is None:
         return
-    if not island.bounces:
+    if not island.has_restitution:
         return
     factorise_for_impacts(world, island, joints, joint_factor)
     world.state.world.impacts += resolve_impacts(world, island, joint_factor)
@@ -183,7 +183,7 @@ def factorise_for_impacts(world: Any, island: Any, joints: Any, joint_factor: An
     add_joint_rows(world, island, joints, joint_factor, 0.0)
     release_springs(world.scratch.rows, island.joint_rows)
     factorise_joints(world, island, joint_factor, None)
-    set_paths(world, island, joint_factor)
+    set_constrained_accelerations(world, island, joint_factor)
 
 
 @njit
@@ -215,9 +215,9 @@ def forget_joint_factor(world: Any, island: Any, joint_factor: Any) -> None:
 
 @njit
 def add_gyroscopic_biases(world: Any, island: Any, joint_factor: Any) -> None:
-    """Set the gyroscopic biases of the joint rows of tilted 3D bodies."""
+    """Set the gyroscopic biases of the joint rows of 3D bodies with a rotated frame."""
     if joint_factor is not None:
-        if island.tilted and joint_factor.plan.used:
+        if island.rotated_frame and joint_factor.plan.used:
             set_gyroscopic_biases(world, island)
 
 
@@ -225,7 +225,7 @@ def add_gyroscopic_biases(world: Any, island: Any, joint_factor: Any) -> None:
 def add_gyroscopic_errors(world: Any, island: Any, joint_factor: Any) -> None:
     """Set the position errors that these rows will have at the end of the substep."""
     if joint_factor is not None:
-        if island.tilted and island.smooth > 0.0 and joint_factor.plan.used:
+        if island.rotated_frame and island.smooth > 0.0 and joint_factor.plan.used:
             set_gyroscopic_errors(world, island)
 
 
@@ -240,7 +240,7 @@ def solve(world: Any, island: Any, joint_factor: Any, soft: Any, newton: Any) ->
         counters.sweeps += solve_biased(world, island)
     island_bodies = part(world.scratch.island_bodies, island.body_first, island.body_count)
     jointed = any_equation(rows, island.joint_rows)
-    passive = not island.driven and not island.sprung
+    passive = not island.driven and not island.has_springs
     residual = 0.0
     for attempt in range(2):
         sweeps, residual = solve_rows(world, island, joint_factor, soft, newton)
@@ -266,7 +266,7 @@ def guard_stiff_springs(world: Any, island: Any, joint_factor: Any) -> None:
     """Limit the energy that an unfinished solve may have added by stiff springs."""
     if joint_factor is not None:
         unfinished = island.residual > world.options.tolerance
-        if island.sprung and not island.driven and joint_factor.plan.size > 0 and unfinished:
+        if island.has_springs and not island.driven and joint_factor.plan.size > 0 and unfinished:
             guard_springs(world, island, joint_factor)
 
 

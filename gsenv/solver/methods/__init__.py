@@ -31,7 +31,7 @@ def solve_rows(world: Any, island: Any, joint_factor: Any, soft: Any, newton: An
     count = island.rows
     bodies = scratch.solver_bodies
     island_bodies = part(scratch.island_bodies, island.body_first, island.body_count)
-    limits = (int64(world.options.sweeps), world.options.tolerance, island.scale)
+    limits = (int64(world.options.sweeps), world.options.tolerance, island.residual_scale)
     contact = island.activity == KINEMATIC_CONTACT
     if soft is not None:
         return solve_pgs(rows, count, bodies, joint_factor, limits)

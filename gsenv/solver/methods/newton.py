@@ -70,22 +70,22 @@ def _regularisation(rows: Any, r: Any, count: Any) -> Any:
 def _bounded_impulse(rows: Any, r: Any, count: Any, u: Any) -> Any:
     """Return (impulse, its derivative -d/du) of a single row."""
     row = rows[r]
-    give = _regularisation(rows, r, count) + row.softness
-    x = -u / give
+    compliance = _regularisation(rows, r, count) + row.softness
+    x = -u / compliance
     if x < row.lower:
         return row.lower, 0.0
     if x > row.upper:
         return row.upper, 0.0
-    return x, 1.0 / give
+    return x, 1.0 / compliance
 
 
 @njit
 def _contact_impulse(rows: Any, r: Any, count: Any, un: Any, ut: Any) -> Any:
     """Return (normal, tangential, state): the nearest point of the cone to -u / R."""
     mu = rows[r + 1].friction
-    give = _regularisation(rows, r, count)
-    x = -un / give
-    y = -ut / give
+    compliance = _regularisation(rows, r, count)
+    x = -un / compliance
+    y = -ut / compliance
     if abs(y) <= mu * x:
         return x, y, STICKS
     if mu * abs(y) <= -x:
@@ -100,11 +100,11 @@ def _start_pass(rows: Any, count: Any, bodies: Any) -> None:
     for r in range(count):
         row = rows[r]
         if row.kind == FRICTION:
-            give = _regularisation(rows, r - 1, count)
+            compliance = _regularisation(rows, r - 1, count)
         else:
-            give = _regularisation(rows, r, count)
+            compliance = _regularisation(rows, r, count)
         slip = relative_velocity(row, bodies[row.body_a], bodies[row.body_b])
-        row.position_impulse = slip + row.bias - give * row.impulse
+        row.position_impulse = slip + row.bias - compliance * row.impulse
         if row.kind == FRICTION:
             rows[r - 1].position_impulse += row.friction * abs(slip)
 
@@ -145,14 +145,14 @@ def _potential(rows: Any, count: Any, length: Any) -> Any:
         if row.kind == FRICTION or row.diagonal <= 0.0:
             continue
         u = row.position_impulse + length * row.direction
-        give = _regularisation(rows, r, count)
+        compliance = _regularisation(rows, r, count)
         if _is_contact(rows, r, count):
             ut = rows[r + 1].position_impulse + length * rows[r + 1].direction
             n, t, _ = _contact_impulse(rows, r, count, u, ut)
-            s -= n * u + t * ut + 0.5 * give * (n * n + t * t)
+            s -= n * u + t * ut + 0.5 * compliance * (n * n + t * t)
         else:
             x, _ = _bounded_impulse(rows, r, count, u)
-            s -= x * (u + 0.5 * (give + row.softness) * x)
+            s -= x * (u + 0.5 * (compliance + row.softness) * x)
     return s
 
 

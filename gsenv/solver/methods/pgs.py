@@ -16,7 +16,7 @@ from .joint_factor import solve_equations
 
 @njit
 def _no_disc(rows: Any, r: Any, bodies: Any, normal: Any, push: Any) -> Any:
-    """2D contacts have one tangent."""
+    """Do nothing: 2D contacts have one tangent."""
     return 0.0
 
 

@@ -69,7 +69,7 @@ def solve_biased(world: Any, island: Any) -> Any:
             _soften(row, contact, options.push_speed * contacts[row.source].extent)
         elif row.correction == BILATERAL or (row.correction == UNILATERAL and row.error < 0.0):
             _soften(row, joint, _INFINITY)
-    sweeps, _ = solve_pgs(rows, island.rows, bodies, None, (options.sweeps, options.tolerance, island.scale))
+    sweeps, _ = solve_pgs(rows, island.rows, bodies, None, (options.sweeps, options.tolerance, island.residual_scale))
     for r in range(island.rows):
         row = rows[r]
         row.bias = row.position_impulse

@@ -44,27 +44,49 @@ MAX_POLYGON_VERTICES = 64  # since feature ids are numbers in base 64
 
 @dataclass(frozen=True, kw_only=True)
 class Shape(BaseShape):
-    """The common arguments of all 2D shapes."""
+    """The arguments that all 2D shapes have: those of ``BaseShape``, and the pose in the body's own frame.
 
-    position: Vector = (0.0, 0.0)  # m, in the body's frame
-    angle: float = 0.0  # rad
+    Args:
+        position: m, (2,).
+        angle: rad.
+    """
+
+    position: Vector = (0.0, 0.0)
+    angle: float = 0.0
 
 
 @dataclass(frozen=True)
 class Circle(Shape):
+    """A disc around the shape's origin.
+
+    Args:
+        radius: m.
+    """
+
     kind: ClassVar[ShapeKind] = ShapeKind.CIRCLE
     radius: float  # m
 
 
 @dataclass(frozen=True)
 class Box(Shape):
+    """A rectangle around the shape's origin, with sides along its axes.
+
+    Args:
+        half_extents: m, (2,), half of the width and half of the height.
+    """
+
     kind: ClassVar[ShapeKind] = ShapeKind.BOX
     half_extents: Vector  # m
 
 
 @dataclass(frozen=True)
 class Capsule(Shape):
-    """A segment along x, rounded by a radius."""
+    """All points within a radius of a segment along the shape's x axis.
+
+    Args:
+        half_length: m, half of the length of the segment, so the capsule is 2 (half_length + radius) long.
+        radius: m.
+    """
 
     kind: ClassVar[ShapeKind] = ShapeKind.CAPSULE
     half_length: float  # m, of the segment
@@ -73,7 +95,11 @@ class Capsule(Shape):
 
 @dataclass(frozen=True)
 class Polygon(Shape):
-    """A convex polygon, vertices in either direction."""
+    """A convex polygon.
+
+    Args:
+        vertices: m, (n, 2), 3 to 64 corners in either direction; no three in line.
+    """
 
     kind: ClassVar[ShapeKind] = ShapeKind.POLYGON
     vertices: Any  # (n, 2) m
@@ -81,7 +107,12 @@ class Polygon(Shape):
 
 @dataclass(frozen=True)
 class HalfPlane(Shape):
-    """All points with normal . x <= offset."""
+    """All points x with ``normal . x <= offset``, for static and kinematic bodies.
+
+    Args:
+        normal: (2,), outward, usually of length 1.
+        offset: m, if the normal has length 1.
+    """
 
     kind: ClassVar[ShapeKind] = ShapeKind.HALF_PLANE
     solid: ClassVar[bool] = False
@@ -91,11 +122,15 @@ class HalfPlane(Shape):
 
 @dataclass(frozen=True)
 class Terrain(Shape):
-    """A chain of segments with the solid on its right.
+    """A chain of segments with the solid on its right, for static and kinematic bodies.
 
-    From left to right the solid lies below.  Segments are one-sided: a shape that is entirely behind a
-    segment does not touch it.  `closed` joins the last vertex to the first: counter-clockwise is a
-    cave (solid outside), clockwise an island (solid inside).
+    If the vertices go from left to right, the solid lies below.  Segments are one-sided: a shape that is
+    entirely behind a segment does not touch it.
+
+    Args:
+        vertices: m, (n, 2), at least 2, or 3 if closed; neighbours must differ.
+        closed: whether to join the last vertex to the first.  A counter-clockwise chain is then a cave (solid
+            outside), a clockwise one an island (solid inside).
     """
 
     kind: ClassVar[ShapeKind] = ShapeKind.TERRAIN

@@ -35,7 +35,7 @@ CONVEX, FLAT, CONCAVE = int(Turn.CONVEX), int(Turn.FLAT), int(Turn.CONCAVE)
 
 
 def vertex_dtype() -> np.dtype[Any]:
-    """A vertex of a polygon or terrain, in the shape's frame; indices count within the shape."""
+    """Return the dtype of a vertex of a polygon or terrain, in the shape's frame; indices count within the shape."""
     return np.dtype(
         [
             ("position", "f8", (2,)),  # m

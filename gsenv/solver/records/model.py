@@ -106,7 +106,7 @@ def body_parameter_dtype(dim: int) -> np.dtype[Any]:
 
 def shape_parameter_dtype(dim: int) -> np.dtype[Any]:
     """Return the dtype of the parameters of a shape, which may differ from world to world."""
-    turning: list[Any] = [] if dim == 2 else [("torsional_friction", "f8"), ("rolling_friction", "f8")]  # m
+    rolling: list[Any] = [] if dim == 2 else [("torsional_friction", "f8"), ("rolling_friction", "f8")]  # m
     return np.dtype(
         [
             ("local_position", "f8", (dim,)),  # m, in the body's own frame
@@ -115,7 +115,7 @@ def shape_parameter_dtype(dim: int) -> np.dtype[Any]:
             ("radius", "f8"),  # m, of round shapes, else 0
             ("extent", "f8"),  # m, smallest half-width
             ("friction", "f8"),
-            *turning,
+            *rolling,
             ("restitution", "f8"),
             ("density", "f8"),  # kg/m^2 or kg/m^3
             ("enabled", "i4"),
@@ -125,7 +125,7 @@ def shape_parameter_dtype(dim: int) -> np.dtype[Any]:
 
 
 def solid_dtype(dim: int) -> np.dtype[Any]:
-    """What a shape's size and density make of its body; see core/edit.py."""
+    """Return the dtype of the mass properties that follow from a shape's size and density; see core/edit.py."""
     inertia = () if dim == 2 else (3,)
     return np.dtype(
         [
@@ -161,26 +161,22 @@ def body_state_dtype(dim: int) -> np.dtype[Any]:
 
 def contact_dtype(dim: int) -> np.dtype[Any]:
     """Return the dtype of a contact. Contacts are sorted by (shape_a, shape_b, feature); normals point from a to b."""
-    turning: list[Any] = [] if dim == 2 else [("torsional_friction", "f8"), ("rolling_friction", "f8")]  # m
-    miss: list[Any] = (
-        [] if dim == 2 else [("miss", "f8")]
-    )  # m, distance by which a candidate for a secondary impact misses, else 0
+    rolling: list[Any] = [] if dim == 2 else [("torsional_friction", "f8"), ("rolling_friction", "f8")]  # m
+    # m, distance by which a candidate for a secondary impact misses, else 0
+    miss: list[Any] = [] if dim == 2 else [("miss_distance", "f8")]
     return np.dtype(
         [
             ("shape_a", "i4"),
             ("shape_b", "i4"),
             ("body_a", "i4"),
             ("body_b", "i4"),
-            (
-                "feature",
-                "i4",
-            ),  # id of the touching corner, edge or face: contacts with equal ids are matched from step to step
+            ("feature", "i4"),  # id of the touching corner, edge or face, equal from step to step
             ("sensor", "i4"),  # 1: no rows
             ("point", "f8", (dim,)),  # m
             ("normal", "f8", (dim,)),  # unit, from a to b
             ("separation", "f8"),  # m, negative for an overlap
             ("friction", "f8"),
-            *turning,
+            *rolling,
             ("restitution", "f8"),
             ("extent", "f8"),  # m, length scale of the pair
             *miss,
@@ -222,8 +218,8 @@ def joint_model_dtype() -> np.dtype[Any]:
             ("joint_b", "i4"),
             ("row_first", "i4"),  # of user constraints: first of their rows in the parameters
             ("row_count", "i4"),  # rows besides those of limit, motor and spring
-            ("wakes", "i4"),  # 1: driven, so its island never sleeps
-            ("torque", "i4"),  # 1: an actuator sets the effort of the motor instead of its speed
+            ("driven", "i4"),  # 1: a target, actuated or with an update function, so its island never sleeps
+            ("effort_controlled", "i4"),  # 1: an actuator sets the effort of the motor instead of its speed
             ("frame", "i4"),  # of user constraints: 1 = directions fixed in body_a
         ],
         align=True,
@@ -337,19 +333,16 @@ PAIR_DTYPE = np.dtype(
 )
 
 
-TURNING: list[Any] = [
-    (
-        "frame",
-        "f8",
-        (3, 3),
-    ),  # rows: principal axes half a substep ahead, or the world's axes where all moments are equal
-    ("tilted", "i4"),  # 1: the frame is not that of the world
-    ("middle", "f8", (4,)),  # rotation of a tilted body at the middle of the substep
-    ("slowest", "f8", (3,)),  # m/s, per axis, smallest and largest velocity that impacts of the step may cause
-    ("fastest", "f8", (3,)),
-    ("likely", "f8", (3,)),  # m/s, centre of a ball that contains these velocities
-    ("spread", "f8"),  # m/s, radius of this ball
-    ("backed", "i4"),  # 1: a fixed body may stop it in the step
+SUBSTEP_BODY_FIELDS_3D: list[Any] = [
+    # rows: principal axes half a substep ahead, or the world's axes where all moments are equal
+    ("frame", "f8", (3, 3)),
+    ("rotated_frame", "i4"),  # 1: the rows of ``frame`` are principal axes, not the world's axes
+    ("mid_rotation", "f8", (4,)),  # own frame at the middle of the substep, where ``rotated_frame`` is 1
+    ("velocity_lower", "f8", (3,)),  # m/s, smallest and largest velocity that impacts of the step may cause
+    ("velocity_upper", "f8", (3,)),
+    ("velocity_center", "f8", (3,)),  # m/s, centre of a ball that contains these velocities
+    ("velocity_radius", "f8"),  # m/s, radius of this ball
+    ("blocked", "i4"),  # 1: it may hit a fixed body in the step, directly or through others
 ]
 
 
@@ -359,24 +352,24 @@ def substep_body_dtype(dim: int) -> np.dtype[Any]:
     In 3D angular quantities are in the body's ``frame`` of the substep, in which its inertia is diagonal.
     """
     ndof = NDOF[dim]
-    turning: list[Any] = [] if dim == 2 else TURNING
+    spatial: list[Any] = [] if dim == 2 else SUBSTEP_BODY_FIELDS_3D
     return np.dtype(
         [
             ("acceleration", "f8", (ndof,)),  # m/s^2 and rad/s^2, by gravity and applied forces
-            ("path", "f8", (ndof,)),  # the same with the forces of rigid joints, for the times of impacts
+            ("constrained_acceleration", "f8", (ndof,)),  # the same with the forces of rigid joints
             ("start_velocity", "f8", (ndof,)),  # at the start of the substep, after impacts
             ("free_velocity", "f8", (ndof,)),  # before constraint impulses
             ("correction", "f8", (ndof,)),  # pseudo-velocity of the position pass; then the displacement of the substep
             ("inverse", "f8", (ndof,)),  # 1/kg and 1/(kg m^2)
-            ("shift", "f8", (ndof,)),  # m and rad, correction of the displacement for impacts within the substep
+            ("impact_displacement", "f8", (ndof,)),  # m and rad, added to the substep's motion by its impacts
             ("displacement", "f8", (ndof,)),  # m and rad, since the contacts were found
-            ("held_velocity", "f8", (ndof,)),  # of a disabled body, restored after the step
+            ("saved_velocity", "f8", (ndof,)),  # of a disabled body, restored after the step
             ("start_position", "f8", (dim,)),  # at the start of the step
             ("start_rotation", "f8", (ROTATION_SIZE[dim],)),
             ("start_angle", "f8"),
             ("mass_matrix", "f8", (ndof, ndof)),  # kg and kg m^2, of dynamic bodies
             ("event_time", "f8"),  # s, time of the body's last impact within the substep
-            *turning,
+            *spatial,
         ],
         align=True,
     )
@@ -420,9 +413,9 @@ ISLAND_STEP_DTYPE = np.dtype(
         ("activity", "i4"),
         ("kinematic", "i4"),  # 1: the world has enabled kinematic bodies
         ("driven", "i4"),  # 1: joints or kinematic bodies may do work on it
-        ("sprung", "i4"),  # 1: a joint has a spring, which may release energy
-        ("bounces", "i4"),  # 1: a contact has a restitution
-        ("tilted", "i4"),  # 1: a body's frame is not the world's (3D)
+        ("has_springs", "i4"),  # 1: a joint has a spring, which may release energy
+        ("has_restitution", "i4"),  # 1: a contact has a restitution
+        ("rotated_frame", "i4"),  # 1: one of its bodies has a rotated frame (3D)
         ("substeps", "i8"),
         ("joint_rows", "i8"),  # number of joint rows, which come before those of contacts
         ("rows", "i8"),  # all rows
@@ -430,12 +423,12 @@ ISLAND_STEP_DTYPE = np.dtype(
         ("stored_scale", "f8"),  # factor of impulses that are stored for substeps of the usual length
         ("warm_start", "f8"),  # factor of the stored impulses; 0 for a cold start
         ("gravity_norm", "f8"),  # m/s^2
-        ("scale", "f8"),  # of the squared residual in this substep
+        ("residual_scale", "f8"),  # of the squared residual in this substep
         ("residual", "f8"),  # of this substep's solve
         ("smooth", "f8"),  # 1: no velocity jumped in this substep, else 0
-        ("error", "f8"),  # sums |e|^2, |q/s|^2, |s r|^2 of the last substep; see natural_residual
-        ("load", "f8"),
-        ("size", "f8"),
+        ("error_sum", "f8"),  # J; sums |e|^2, |q/s|^2, |s r|^2 of the last substep, see natural_residual
+        ("velocity_sum", "f8"),
+        ("impulse_sum", "f8"),
     ],
     align=True,
 )

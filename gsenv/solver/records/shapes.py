@@ -20,7 +20,17 @@ _COUNTS = {2: "two", 3: "three", 4: "four"}
 
 @dataclass(frozen=True, kw_only=True)
 class BaseShape:
-    """Material and filter of a shape; the pose in the body's frame is in the subclasses of 2D and 3D."""
+    """The arguments that all shapes have; the pose in the body's frame is in the subclasses of 2D and 3D.
+
+    Args:
+        density: kg/m^2 in 2D, kg/m^3 in 3D, from which mass, centre of mass and inertia of the body follow.
+        friction: coefficient; that of a contact is the geometric mean of the two shapes' coefficients.
+        restitution: 0 to 1; that of a contact is the larger of the two.
+        category: bits of the categories that the shape belongs to.
+        mask: bits of the categories that the shape collides with; both shapes of a pair must accept each other.
+        sensor: True reports contacts without forces, and adds no mass.
+        name: for ``Parameters.set``; by default "body/0", "body/1" and so on.
+    """
 
     kind: ClassVar[IntEnum]
     solid: ClassVar[bool] = True  # False: unbounded, without mass, for static and kinematic bodies

@@ -86,7 +86,7 @@ def is_round(parameters: Any) -> Any:
 def begin_rotation(body: Any, parameters: Any, substep_body: Any) -> None:
     """Set the inertia at the start of a step, with the world's frame."""
     _set_world_frame(substep_body)
-    substep_body.tilted = 1 if parameters.inv_mass > 0.0 and not is_round(parameters) else 0
+    substep_body.rotated_frame = 1 if parameters.inv_mass > 0.0 and not is_round(parameters) else 0
     for d in range(3):
         substep_body.mass_matrix[3 + d, 3 + d] = parameters.inertia[d]
         substep_body.inverse[3 + d] = parameters.inv_inertia[d]
@@ -119,13 +119,13 @@ def enter_frames(world: Any, island: Any) -> None:
         substep_body = substep_bodies[i]
         parameters = body_parameters[i]
         torque = spin_of(bodies[i].force)
-        if substep_body.tilted:
+        if substep_body.rotated_frame:
             _enter_frame(bodies[i], parameters, substep_body, island.h)
             torque = in_frame(substep_body, torque)
         for d in range(3):
             substep_body.acceleration[3 + d] = torque[d] * parameters.inv_inertia[d]
         for d in range(6):
-            substep_body.path[d] = substep_body.acceleration[d]
+            substep_body.constrained_acceleration[d] = substep_body.acceleration[d]
 
 
 @njit
@@ -136,7 +136,7 @@ def _enter_frame(body: Any, parameters: Any, substep_body: Any, h: Any) -> None:
     middle, spin = rotate_with_velocity(principal, vec(parameters.inertia), spin_of(body.velocity), 0.5 * h)
     rotation = multiply(middle, conjugate(axes))
     for d in range(4):
-        substep_body.middle[d] = rotation[d]
+        substep_body.mid_rotation[d] = rotation[d]
     own = pose_of((0.0, 0.0, 0.0), middle)
     for d in range(3):
         substep_body.frame[0, d] = own.x[d]
@@ -154,7 +154,7 @@ def _leave_frame(body: Any, parameters: Any, substep_body: Any, extra: Vec, h: A
     """
     axes = quaternion(parameters.axes)
     turn = turn_of(in_world(substep_body, extra))
-    middle = multiply(turn, multiply(quaternion(substep_body.middle), axes))
+    middle = multiply(turn, multiply(quaternion(substep_body.mid_rotation), axes))
     spin = turned(turn, in_world(substep_body, spin_of(body.velocity)))
     after, spin = rotate_with_velocity(middle, vec(parameters.inertia), spin, 0.5 * h)
     rotation = normalised(multiply(after, conjugate(axes)))
@@ -166,7 +166,7 @@ def _leave_frame(body: Any, parameters: Any, substep_body: Any, extra: Vec, h: A
 @njit
 def spin_change(substep_body: Any, parameters: Any) -> Vec:
     """Return the angular acceleration by the body's own inertia, rad/s^2 in the frame: I^-1 (I w x w)."""
-    if substep_body.tilted == 0:
+    if substep_body.rotated_frame == 0:
         return 0.0, 0.0, 0.0
     w = spin_of(substep_body.start_velocity)
     i = parameters.inertia
@@ -175,21 +175,21 @@ def spin_change(substep_body: Any, parameters: Any) -> Vec:
 
 
 @njit
-def any_tilted(world: Any, island: Any) -> Any:
+def any_rotated_frame(world: Any, island: Any) -> Any:
     """Whether a body of the island has a frame that rotates with it."""
     substep_bodies = world.scratch.substep_bodies
     island_bodies = part(world.scratch.island_bodies, island.body_first, island.body_count)
     for k in range(len(island_bodies)):
-        if substep_bodies[island_bodies[k]].tilted:
+        if substep_bodies[island_bodies[k]].rotated_frame:
             return True
     return False
 
 
 @njit
 def move_body(body: Any, parameters: Any, substep_body: Any, h: Any) -> None:
-    """Rotate a body by its displacement in this substep, which ``correction`` holds; a tilted one leaves its frame."""
+    """Rotate a body by its displacement in this substep, which ``correction`` holds; a rotated frame ends here."""
     turn = spin_of(substep_body.correction)
-    if substep_body.tilted:
+    if substep_body.rotated_frame:
         old = spin_of(substep_body.start_velocity)
         new = spin_of(body.velocity)
         mean = scaled(add(old, new), 0.5 * h)  # rad, by both halves of the free rotation

@@ -52,29 +52,55 @@ _box_inertia = getattr(box_inertia, "py_func", box_inertia)
 
 @dataclass(frozen=True, kw_only=True)
 class Shape(BaseShape):
-    """The common arguments of all 3D shapes."""
+    """The arguments that all 3D shapes have: those of ``BaseShape``, two frictions, and the pose in the body's frame.
 
-    torsional_friction: float = 0.0  # m, largest torque about the normal over the normal force
-    rolling_friction: float = 0.0  # m, largest torque against rolling over the normal force
-    position: Vector = (0.0, 0.0, 0.0)  # m, in the body's frame
-    orientation: Vector = (1.0, 0.0, 0.0, 0.0)  # quaternion (w, x, y, z)
+    Args:
+        torsional_friction: m, largest torque about the normal over the normal force.
+        rolling_friction: m, largest torque against rolling over the normal force.
+        position: m, (3,).
+        orientation: quaternion (w, x, y, z) of any length but 0.
+
+    A contact has the larger torsional and the larger rolling friction of the two shapes.
+    """
+
+    torsional_friction: float = 0.0
+    rolling_friction: float = 0.0
+    position: Vector = (0.0, 0.0, 0.0)
+    orientation: Vector = (1.0, 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
 class Sphere(Shape):
+    """A ball around the shape's origin.
+
+    Args:
+        radius: m.
+    """
+
     kind: ClassVar[ShapeKind] = ShapeKind.SPHERE
     radius: float  # m
 
 
 @dataclass(frozen=True)
 class Box(Shape):
+    """A cuboid around the shape's origin, with edges along its axes.
+
+    Args:
+        half_extents: m, (3,), half of the size along x, y and z.
+    """
+
     kind: ClassVar[ShapeKind] = ShapeKind.BOX
     half_extents: Vector  # (3,) m
 
 
 @dataclass(frozen=True)
 class Capsule(Shape):
-    """A segment along z, rounded by a radius."""
+    """All points within a radius of a segment along the shape's z axis.
+
+    Args:
+        half_length: m, half of the length of the segment, so the capsule is 2 (half_length + radius) long.
+        radius: m.
+    """
 
     kind: ClassVar[ShapeKind] = ShapeKind.CAPSULE
     half_length: float  # m, of the segment
@@ -83,7 +109,12 @@ class Capsule(Shape):
 
 @dataclass(frozen=True)
 class Cylinder(Shape):
-    """A disc moved along z."""
+    """A cylinder around the shape's z axis.
+
+    Args:
+        half_length: m, half of its height.
+        radius: m.
+    """
 
     kind: ClassVar[ShapeKind] = ShapeKind.CYLINDER
     half_length: float  # m
@@ -92,7 +123,11 @@ class Cylinder(Shape):
 
 @dataclass(frozen=True)
 class Hull(Shape):
-    """The convex hull of points, with at most 64 corners."""
+    """The convex hull of points.
+
+    Args:
+        vertices: m, (n, 3), not all in one plane; at most 64 of them may be corners of the hull.
+    """
 
     kind: ClassVar[ShapeKind] = ShapeKind.HULL
     vertices: Any  # (n, 3) m
@@ -100,7 +135,12 @@ class Hull(Shape):
 
 @dataclass(frozen=True)
 class Plane(Shape):
-    """All points with normal . x <= offset."""
+    """All points x with ``normal . x <= offset``, for static and kinematic bodies.
+
+    Args:
+        normal: (3,), outward, usually of length 1.
+        offset: m, if the normal has length 1.
+    """
 
     kind: ClassVar[ShapeKind] = ShapeKind.PLANE
     solid: ClassVar[bool] = False
@@ -110,11 +150,15 @@ class Plane(Shape):
 
 @dataclass(frozen=True)
 class Heightfield(Shape):
-    """Ground of given heights over a rectangle, centred on the shape's origin, solid below.
+    """Ground of given heights over a rectangle around the shape's origin, for static and kinematic bodies.
 
-    `heights[r, c]` is that at x = (c / (columns - 1) - 1/2) size_x, y = (r / (rows - 1) - 1/2) size_y.
-    Each cell is two triangles, divided from its corner of lowest (x, y) to that of highest.  It is
-    one-sided: there are no contacts from below, nor outside the rectangle.
+    `heights[r, c]` is the height at x = (c / (columns - 1) - 1/2) size_x, y = (r / (rows - 1) - 1/2) size_y.
+    Each cell consists of two triangles; their common edge joins the cell's corners of lowest and of highest
+    (x, y).  The field is one-sided: there are no contacts from below, nor outside the rectangle.
+
+    Args:
+        heights: m, (rows, columns), at least 2 x 2 and at most a million.
+        size: m, (2,), full extents along x and y.
     """
 
     kind: ClassVar[ShapeKind] = ShapeKind.HEIGHTFIELD

@@ -8,7 +8,7 @@ import numpy as np
 
 
 def vertex_dtype() -> np.dtype[Any]:
-    """Entry i of a hull holds its i-th vertex, i-th face and i-th half-edge; of a heightfield its i-th sample.
+    """Return the dtype of vertices: entry i has a hull's i-th vertex, face and half-edge, or a field's i-th sample.
 
     The counts are in the first entry of a shape.  Indices count from that entry.
     """

@@ -83,10 +83,10 @@ def values(value: Any, shape: tuple[int, ...], what: str) -> Array:
 
 
 def vectors(value: Any, shape: tuple[int, ...], what: str) -> Array:
-    """Return finite float64 vectors broadcast to ``shape``; one number is no vector."""
+    """Return finite float64 vectors broadcast to ``shape``; a single number is refused."""
     array = values(value, shape, what)
     if np.shape(value)[-1:] != shape[-1:]:
-        raise ValueError(f"{what} must be {shape[-1]} numbers or that for each world, got {value!r}.")
+        raise ValueError(f"{what} must be {shape[-1]} numbers, or as many for each chosen world, got {value!r}.")
     return array
 
 
@@ -144,7 +144,7 @@ def worlds(selection: Any, count: int, what: str = "worlds") -> NDArray[np.intp]
     if index.size and (index.min() < 0 or index.max() >= count):
         raise ValueError(f"{what} must be from 0 to {count - 1}, got {selection!r}.")
     if len(np.unique(index)) != len(index):
-        raise ValueError(f"{what} names a world twice: {selection!r}.")
+        raise ValueError(f"{what} must not name a world twice, got {selection!r}.")
     return index
 
 

@@ -149,7 +149,7 @@ def _compile_joints(scene: SceneSpec, bodies: list[BodySpec]) -> tuple[Array, Ar
     parameters = np.zeros(len(specs), joint_parameter_dtype(dim))
     states = np.zeros(len(specs), joint_state_dtype(dim))
     rows = np.zeros(sum(len(spec.rows) for spec in specs), constraint_row_dtype(dim))
-    wakes = {spec.joint for spec in scene.actuators.values()}
+    actuated = {spec.joint for spec in scene.actuators.values()}
     torque = {spec.joint for spec in scene.actuators.values() if spec.mode == "torque"}
     first = 0
     for j, spec in enumerate(specs):
@@ -159,8 +159,8 @@ def _compile_joints(scene: SceneSpec, bodies: list[BodySpec]) -> tuple[Array, Ar
             model[name] = getattr(spec, name)
         model["row_first"] = first
         model["row_count"] = spec.row_count
-        model["wakes"] = spec.kind == "target" or j in wakes or spec.update is not None
-        model["torque"] = j in torque
+        model["driven"] = spec.kind == "target" or j in actuated or spec.update is not None
+        model["effort_controlled"] = j in torque
         model["frame"] = spec.frame == "body"
         for row in spec.rows:
             for name, value in row.items():

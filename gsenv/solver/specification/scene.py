@@ -62,20 +62,29 @@ class Scene(SceneSpec):
         """Add a rigid body.
 
         Args:
+            name: unique among the bodies.
             kind: "dynamic", "kinematic" (moves at its velocity, unaffected by forces) or "static".
-            shapes: geometry in the body's own frame; a dynamic body needs one with area, or a
+            shapes: geometry in the body's own frame; a dynamic body needs a solid shape with density, or a
                 mass and an inertia.
-            position: m, origin of the body's own frame; the centre of mass follows from the shapes.
-            angle: rad, in 2D; orientation: quaternion (w, x, y, z), in 3D.
-            linear_velocity: m/s, of the centre of mass; angular_velocity: rad/s, in 3D (3,) in the world.
+            position: m, (dim,), origin of the body's own frame; the centre of mass follows from the shapes.
+            angle: rad, in 2D; orientation: quaternion (w, x, y, z) of any length but 0, in 3D.
+            linear_velocity: m/s, (dim,), of the centre of mass; angular_velocity: rad/s, in 3D (3,), in the
+                world's axes.
             mass: kg; None derives it from the shapes' densities.
             inertia: kg m^2 about the centre of mass; in 3D (3,) about the body's axes or a (3, 3)
                 tensor; None derives it from the shapes, scaled to ``mass`` where that is given.
-            linear_damping, angular_damping: 1/s.
-            continuous: continuous collision with all other bodies, never tunnels (costs more; for fast
-                bodies that are small or thin).
+            linear_damping, angular_damping: 1/s, rates at which the velocities decay.
+            gravity_scale: factor of gravity for this body.
+            continuous: whether the body is kept from passing through others however fast it is; this costs
+                more and is meant for small or thin fast bodies.
             enabled: False excludes the body until ``Parameters.set`` enables it.
-            color: RGB for renderers.
+            color: RGB, 0 to 255, for renderers.
+
+        Returns:
+            A handle, which other methods accept in place of the name.
+
+        Raises:
+            ValueError: a name that exists, a bad value, or a dynamic body without mass or inertia.
         """
         what = f"body {name!r}"
         name = check.unique(name, self.bodies, "body")
@@ -165,12 +174,15 @@ class Scene(SceneSpec):
 
         Args:
             joint: a target, or a joint with a motor (for "velocity" and "torque") or a spring (for
-                "position"); their bounds, motor_effort and spring_effort, apply.
+                "position"); the joint's motor_effort or spring_effort bounds its effort.
             axis: of a target: "x", "y" (m or m/s) or "angle" (rad or rad/s); in 3D "x", "y", "z" or
                 "turn_x", "turn_y", "turn_z" (rad/s about the world's axes).
             mode: the control is the "velocity" of a motor or target, the "position" of a target or the
                 rest of a spring, or the "torque" (N m, of a prismatic joint N) of a motor.
             lower, upper: the control is clipped to this range.
+
+        Raises:
+            ValueError: an unknown joint, one without the motor or spring, or one that is driven already.
         """
         name = check.unique(name, self.actuators, "actuator")
         self.actuators[name] = actuator_spec(name, joint, axis, mode, lower, upper, self)
@@ -188,7 +200,7 @@ class Scene(SceneSpec):
         return Handle("sensor", name, len(self.sensors) - 1)
 
     def exclude(self, body_a: Reference, body_b: Reference) -> None:
-        """Exclude contacts between two bodies."""
+        """Exclude contacts between two different bodies, given by handle, name or index."""
         a, b = (find(body, "body", list(self.bodies), "exclude") for body in (body_a, body_b))
         if a == b:
             raise ValueError(f"exclude needs two different bodies, got {body_a!r} twice.")

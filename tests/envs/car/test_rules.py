@@ -69,7 +69,7 @@ def closed_form(env: CarEnv, torque: float, slips: bool) -> float:
 
 @pytest.mark.parametrize(("fidelity", "tolerance"), [("fast", 2e-2), ("balanced", 2e-2), ("accurate", 1e-3)])
 @pytest.mark.parametrize(("part", "slips"), [(0.2, False), (0.45, False), (0.5, True), (0.53, True)])
-def test_13_grip_and_wheelspin_of_the_car_as_built(fidelity: str, tolerance: float, part: float, slips: bool) -> None:
+def test_grip_and_wheelspin_of_the_car_as_built(fidelity: str, tolerance: float, part: float, slips: bool) -> None:
     env = flat_car(fidelity, friction=(0.5, 0.5))
     drive_for(env, 45, (part, 0.0))
     before = speed_of(env)
@@ -81,7 +81,7 @@ def test_13_grip_and_wheelspin_of_the_car_as_built(fidelity: str, tolerance: flo
 
 
 @pytest.mark.parametrize(("fidelity", "tolerance"), [("fast", 2e-2), ("balanced", 2e-2), ("accurate", 1e-3)])
-def test_13_all_wheels_locked(fidelity: str, tolerance: float) -> None:
+def test_braking_distance_with_all_wheels_locked(fidelity: str, tolerance: float) -> None:
     """v^2 / (2 mu g), from when the brakes have settled the car on its springs."""
     env = flat_car(fidelity, friction=(0.5, 0.5))
     roll(env, 15.0)

@@ -44,9 +44,11 @@ def test_passive_checker_of_make_has_no_complaint(env_id: str) -> None:
         env = make(env_id, render_mode="rgb_array", width=64, height=48)
         env.reset(seed=0, options={})
         for _ in range(3):
-            env.step(env.action_space.sample())
-        env.render()
+            observation = env.step(env.action_space.sample())[0]
+        frame: Any = env.render()
         env.close()
+    assert env.observation_space.contains(observation)
+    assert frame.shape == (48, 64, 3)
 
 
 @pytest.mark.parametrize("env_id", IDS)

@@ -72,7 +72,8 @@ def test_trained_policy_needs_no_torch(env_id: str) -> None:
         "import sys; sys.modules['torch'] = sys.modules['stable_baselines3'] = None\n"
         f"from gsenv.envs.core.policies import trained_policy; trained_policy('{env_id}')"
     )
-    subprocess.run([sys.executable, "-c", code], check=True, timeout=120)
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120)
+    assert result.returncode == 0, result.stderr
 
 
 @pytest.mark.parametrize("find", [scripted_policy, trained_policy])

@@ -79,13 +79,13 @@ def test_derived_mass_and_inertia() -> None:
     for b in range(5):
         np.testing.assert_allclose(p.bodies["inv_mass"][:, b], 1 / p.mass[:, b], rtol=1e-15)
         np.testing.assert_allclose(p.bodies["inv_inertia"][:, b], 1 / p.inertia[:, b], rtol=1e-15)
-    # the same numbers as if authored so
+    # the same numbers as if the scene had them
     again = Scene()
     again.add_body("pill", shapes=[Capsule(half_length=0.8, radius=0.3, density=5.0)])
     p.set("pill", half_length=0.8, radius=0.3)
-    authored = again.compile().nominal_bodies[0]
+    given = again.compile().nominal_bodies[0]
     for name in ("mass", "inertia", "extent", "radius"):
-        np.testing.assert_allclose(p.bodies[name][:, 2], authored[name], rtol=1e-14)
+        np.testing.assert_allclose(p.bodies[name][:, 2], given[name], rtol=1e-14)
 
 
 def test_size_by_world() -> None:

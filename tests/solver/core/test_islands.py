@@ -80,7 +80,7 @@ def random_graph(rng: np.random.Generator) -> Graph:
     ends = pairs(rng, int(rng.integers(0, 4)))
     joints = np.zeros(len(ends), joint_model_dtype())
     joints["body_a"], joints["body_b"] = ends.T
-    joints["wakes"] = rng.random(len(ends)) < 0.3
+    joints["driven"] = rng.random(len(ends)) < 0.3
     switches = np.zeros(len(ends), joint_parameter_dtype(2))
     switches["enabled"] = rng.random(len(ends)) < 0.8
     graph = Graph(models, parameters, states, contacts, [], joints, switches)
@@ -109,7 +109,7 @@ def expected(graph: Graph) -> list[Island]:
         awake = 0
         if any(not graph.states["asleep"][b] for b in bodies):
             awake = AWAKE
-        if any(graph.joint_models["wakes"][j] for j, _, _ in own_joints):
+        if any(graph.joint_models["driven"][j] for j, _, _ in own_joints):
             awake = DRIVEN
         if any(graph.moving(a) or graph.moving(b) for _, a, b in own_contacts + own_joints):
             awake = KINEMATIC_CONTACT

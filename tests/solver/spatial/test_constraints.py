@@ -1,4 +1,4 @@
-"""Rows of one's own in space, and the article's ball joint through a World."""
+"""User constraints in 3D, and a ball joint that was solved by hand."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from tests.solver.spatial.one_kernel import full_world, space
 G = 9.81
 INF = math.inf
 
-# ---------------------------------------------------------------- the article's ball joint
+# ---------------------------------------------------------------- a ball joint solved by hand
 
 R_A, R_B = np.array((0.5, 0.0, 0.0)), np.array((-0.5, 0.0, 0.0))
 ERROR = np.array((0.0, 0.1, 0.0))  # of A's anchor over B's
@@ -33,7 +33,7 @@ def cross_matrix(v: np.ndarray) -> np.ndarray:
 BALL = np.hstack([np.eye(3), -cross_matrix(R_A), -np.eye(3), cross_matrix(R_B)])
 
 
-def article(rows: np.ndarray, bias: Any, pinned: bool = False) -> World:
+def joint_after_a_step(rows: np.ndarray, bias: Any, pinned: bool = False) -> World:
     """Bodies of m = 1 and I = 1, A spinning, under rows of the joint's Jacobian; after one step of 1 s."""
     scene = space()
     scene.add_body("a", shapes=[Sphere(radius=0.1)], mass=1.0, inertia=(1, 1, 1), angular_velocity=SPIN)
@@ -54,9 +54,9 @@ def changes(world: World) -> np.ndarray:
     return np.asarray(v)
 
 
-def test_ball_joint_of_the_article() -> None:
+def test_ball_joint_solved_by_hand() -> None:
     """A = diag(2, 2.5, 2.5), b = (0, 1.02, 0), lambda = -b / diag A = (0, -.408, 0)."""
-    world = article(BALL, BETA * ERROR)
+    world = joint_after_a_step(BALL, BETA * ERROR)
     expected = [0, -0.408, 0, 0, 0, -0.204, 0, 0.408, 0, 0, 0, -0.204]
     assert_allclose(changes(world), expected, atol=1e-12)
     after = changes(world) + np.array([0, 0, 0, *SPIN, *[0] * 6])
@@ -65,25 +65,25 @@ def test_ball_joint_of_the_article() -> None:
     assert_allclose(reaction[:3], (0, 0.408, 0), atol=1e-12)  # N over 1 s, on B
 
 
-def test_ball_joint_of_the_article_to_a_pinned_body() -> None:
+def test_ball_joint_solved_by_hand_to_a_pinned_body() -> None:
     """B gives nothing: A = diag(1, 1.25, 1.25), lambda_y = -1.02 / 1.25 = -.816."""
-    world = article(BALL, BETA * ERROR, pinned=True)
+    world = joint_after_a_step(BALL, BETA * ERROR, pinned=True)
     assert_allclose(changes(world), [0, -0.816, 0, 0, 0, -0.408, *[0] * 6], atol=1e-12)
 
 
 @pytest.mark.parametrize(("axis", "impulse"), [(0, 0.0), (1, -0.408), (2, 0.0)])
-def test_one_axis_of_the_articles_ball_joint(axis: int, impulse: float) -> None:
+def test_one_axis_of_the_ball_joint_solved_by_hand(axis: int, impulse: float) -> None:
     """A is diagonal, so each axis alone takes the same impulse as within the joint."""
     row = BALL[axis]
-    world = article(row[None], BETA * ERROR[axis])
+    world = joint_after_a_step(row[None], BETA * ERROR[axis])
     assert_allclose(changes(world), impulse * row, atol=1e-12)
 
 
-def test_weld_of_the_article() -> None:
+def test_weld_solved_by_hand() -> None:
     """Three more rows w_A - w_B: A = diag(2, 2.5, 2.5, 2, 2, 2), the angular impulse is -(0, 0, 2) / 2."""
     zero, one = np.zeros((3, 3)), np.eye(3)
     rows = np.vstack([BALL, np.hstack([zero, one, zero, -one])])
-    world = article(rows, [*(BETA * ERROR), 0, 0, 0])
+    world = joint_after_a_step(rows, [*(BETA * ERROR), 0, 0, 0])
     expected = [0, -0.408, 0, 0, 0, 0.796 - 2.0, 0, 0.408, 0, 0, 0, 0.796]
     assert_allclose(changes(world), expected, atol=1e-9)
 

@@ -1,4 +1,4 @@
-"""What is refused in space: one sentence that names what and where, and nothing is changed."""
+"""What is refused in 3D: one sentence that names what and where, and nothing is changed."""
 
 from __future__ import annotations
 
@@ -271,7 +271,7 @@ def test_orientation_is_refused_in_2d() -> None:
 
 
 def test_newton_is_refused() -> None:
-    with pytest.raises(ValueError, match="newton solver is there in 2D only; 3D has pgs, nncg, subspace and soft"):
+    with pytest.raises(ValueError, match="solver newton exists in 2D only; 3D has pgs, nncg, subspace and soft"):
         World(two_balls(), options=Options(solver="newton"))
 
 

@@ -1,4 +1,4 @@
-"""Joints in space against closed forms: weld, target, distance, ball; contradictions stay calm; reactions."""
+"""Joints in 3D against closed forms: weld, target, distance, ball; contradictions stay calm; reactions."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def test_a_welded_pair_turns_as_one_body() -> None:
 
 
 @pytest.mark.parametrize("axis", TURNS)
-def test_a_weld_keeps_the_turn_it_was_authored_with(axis: str) -> None:
+def test_a_weld_keeps_its_initial_rotation(axis: str) -> None:
     q = quaternion(TURNS[axis], 1.2)
     scene = space(G)
     scene.add_body("base", "static", orientation=quaternion((0, 0, 1), 0.5))

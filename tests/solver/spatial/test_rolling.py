@@ -1,4 +1,4 @@
-"""Friction in space against closed forms: along the slip, about the normal, against rolling; and bounces."""
+"""Friction in 3D against closed forms: along the slip, about the normal, against rolling; and bounces."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""World in space: parameters by world, poses, velocities, forces, targets, sensors, diagnostics."""
+"""Worlds in 3D: parameters by world, poses, velocities, forces, targets, sensors, diagnostics."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ SHAPED: dict[str, tuple[Any, dict[str, Any], Any]] = {
 
 
 @pytest.mark.parametrize("name", SHAPED)
-def test_a_new_size_is_as_if_authored(name: str) -> None:
+def test_a_new_size_equals_that_of_a_new_scene(name: str) -> None:
     before, fields, after = SHAPED[name]
     scenes = [Scene(dim=3), Scene(dim=3)]
     for scene, shape in zip(scenes, (before, after), strict=True):
@@ -87,10 +87,10 @@ def test_a_new_size_is_as_if_authored(name: str) -> None:
     world = World(scenes[0], 2)
     old = world.parameters.bodies[0].copy()
     world.parameters.set("it", worlds=1, **fields)
-    authored = scenes[1].compile().nominal_bodies[0]
+    given = scenes[1].compile().nominal_bodies[0]
     record = world.parameters.bodies[1, 0]
     for field in ("mass", "inertia", "inv_mass", "inv_inertia", "extent", "radius"):
-        assert_allclose(record[field], authored[field], rtol=1e-13)
+        assert_allclose(record[field], given[field], rtol=1e-13)
     assert (world.parameters.bodies[0] == old).all()
 
 
@@ -376,6 +376,6 @@ def test_options_may_change_between_steps() -> None:
     world.options = Options(timestep=0.1)
     world.step()
     assert world.position[0, 0, 0] == pytest.approx(1 / 60 + 0.1, rel=1e-13)
-    with pytest.raises(ValueError, match="newton solver is there in 2D only"):
+    with pytest.raises(ValueError, match="solver newton exists in 2D only"):
         world.options = Options(solver="newton")
     assert world.timestep == 0.1

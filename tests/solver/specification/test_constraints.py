@@ -1,4 +1,4 @@
-"""Constraints of one's own that turn with a body or are written anew before each step."""
+"""User constraints whose directions rotate with a body, or that an update function sets before each step."""
 
 from __future__ import annotations
 

@@ -46,7 +46,7 @@ def add_reaction(
 
 @njit
 def tension_of(state: Any) -> Any:
-    """N s, size of the reaction force of the last step."""
+    """Return the norm in N s of the reaction force of the last step."""
     return norm(vec(state.reaction))
 
 

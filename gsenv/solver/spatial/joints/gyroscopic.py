@@ -29,7 +29,7 @@ def _arm_after(body: Any, parameters: Any, substep_body: Any, anchor: Any, w: Ve
     """Return the arm of an anchor ``t`` s after the midpoint, if the body rotates freely from w, rad/s in the world."""
     middle = rotation_ahead(body, substep_body, h, 0.5 * h)
     local = sub(vec(anchor), vec(parameters.center))
-    if substep_body.tilted == 0:
+    if substep_body.rotated_frame == 0:
         return turned(multiply(turn_of(scaled(w, t)), middle), local)
     axes = quaternion(parameters.axes)
     after, _ = rotate_with_velocity(multiply(middle, axes), vec(parameters.inertia), w, t)
@@ -70,7 +70,7 @@ def _drift(body: Any, parameters: Any, substep_body: Any, anchor: Any, h: Any) -
 @njit
 def _nutates(body: Any, parameters: Any, substep_body: Any, anchor: Any, h: Any) -> Any:
     """Whether a body's own inertia changes the velocity of an arm by more than NUTATES within the substep."""
-    if substep_body.tilted == 0:
+    if substep_body.rotated_frame == 0:
         return False
     w = in_world(substep_body, spin_of(substep_body.start_velocity))
     change = in_world(substep_body, spin_change(substep_body, parameters))

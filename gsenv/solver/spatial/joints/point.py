@@ -50,11 +50,11 @@ def start_spin(substep_body: Any) -> Vec:
 def rotation_ahead(body: Any, substep_body: Any, h: Any, t: Any) -> Quaternion:
     """Return the rotation of a body ``t`` s into a substep of h s, if nothing acts on it."""
     w = start_spin(substep_body)
-    if substep_body.tilted == 0:
+    if substep_body.rotated_frame == 0:
         return multiply(turn_of(scaled(w, t)), quaternion(body.rotation))
     if t == 0.0:
         return quaternion(body.rotation)
-    return multiply(turn_of(scaled(w, t - 0.5 * h)), quaternion(substep_body.middle))
+    return multiply(turn_of(scaled(w, t - 0.5 * h)), quaternion(substep_body.mid_rotation))
 
 
 @njit

@@ -49,7 +49,7 @@ def collide_pair(world: Any, a: int, b: int, extent: float, margin: float, count
             miss = look_ahead(world, one, other, margin, extent)
         count = write_points(m, found, count)
     for k in range(start, min(count, len(found))):
-        found[k].miss = miss
+        found[k].miss_distance = miss
         found[k].torsional_friction = max(parameters[a].torsional_friction, parameters[b].torsional_friction)
         found[k].rolling_friction = max(parameters[a].rolling_friction, parameters[b].rolling_friction)
     return count

@@ -33,19 +33,19 @@ def keep_secondary(
     """Remove candidates that no impact can close; returns (number of contacts left, whether there is any impact).
 
     `contacts[:count]` are those of find_contacts; their order is kept. If there is an impact, `substep_bodies`
-    (body,) get the velocities that each body may have, a ball of radius `spread` around `likely`.
+    (body,) get the velocities that each body may have, a ball of radius `velocity_radius` around `velocity_center`.
     """
     if not any_impact(contacts, count, bodies, timestep):
         return drop_candidates(contacts, count), False
     for b in range(len(bodies)):
-        substep_bodies[b].backed = 0
-        substep_bodies[b].spread = 0.0
+        substep_bodies[b].blocked = 0
+        substep_bodies[b].velocity_radius = 0.0
         for d in range(3):
-            substep_bodies[b].slowest[d] = bodies[b].velocity[d]
-            substep_bodies[b].fastest[d] = bodies[b].velocity[d]
-            substep_bodies[b].likely[d] = bodies[b].velocity[d]
+            substep_bodies[b].velocity_lower[d] = bodies[b].velocity[d]
+            substep_bodies[b].velocity_upper[d] = bodies[b].velocity[d]
+            substep_bodies[b].velocity_center[d] = bodies[b].velocity[d]
     for _ in range(MAX_ROUNDS):
-        if not hand_on(contacts, count, bodies, body_parameters, substep_bodies, timestep):
+        if not exchange_velocities(contacts, count, bodies, body_parameters, substep_bodies, timestep):
             break
     return drop_candidates(contacts, count), True
 
@@ -61,7 +61,7 @@ def any_impact(contacts: Array, count: int, bodies: Array, timestep: float) -> b
     """Whether two bodies would penetrate each other by more than the error of a contact at rest."""
     for k in range(count):
         contact = contacts[k]
-        if contact.miss > 0.0 or contact.sensor != 0:
+        if contact.miss_distance > 0.0 or contact.sensor != 0:
             continue
         point = vec(contact.point)
         u = velocity_at(bodies[contact.body_a], point)
@@ -73,22 +73,22 @@ def any_impact(contacts: Array, count: int, bodies: Array, timestep: float) -> b
 
 
 @njit
-def set_ball(motion: Any) -> None:
+def set_velocity_ball(motion: Any) -> None:
     """Set the ball around the box of velocities."""
-    low = vec(motion.slowest)
-    high = vec(motion.fastest)
-    motion.spread = 0.5 * norm(sub(high, low))
+    low = vec(motion.velocity_lower)
+    high = vec(motion.velocity_upper)
+    motion.velocity_radius = 0.5 * norm(sub(high, low))
     for d in range(3):
-        motion.likely[d] = 0.5 * (low[d] + high[d])
+        motion.velocity_center[d] = 0.5 * (low[d] + high[d])
 
 
 @njit
-def hand_on(
+def exchange_velocities(
     contacts: Array, count: int, bodies: Array, body_parameters: Array, substep_bodies: Array, timestep: float
 ) -> bool:
     """Exchange the possible velocities of bodies that may touch; returns whether any range has grown.
 
-    Candidates that may touch become contacts: their `miss` is set to 0.
+    Candidates that may touch become contacts: their `miss_distance` is set to 0.
     """
     changed = False
     for k in range(count):
@@ -97,54 +97,54 @@ def hand_on(
             continue
         a = contact.body_a
         b = contact.body_b
-        speed = substep_bodies[a].spread + substep_bodies[b].spread
-        if contact.miss > 0.0 and speed == 0.0:
+        speed = substep_bodies[a].velocity_radius + substep_bodies[b].velocity_radius
+        if contact.miss_distance > 0.0 and speed == 0.0:
             continue
         n = contact.normal
         for d in range(3):
-            speed += n[d] * (substep_bodies[a].likely[d] - substep_bodies[b].likely[d])
+            speed += n[d] * (substep_bodies[a].velocity_center[d] - substep_bodies[b].velocity_center[d])
         if not timestep * speed > contact.separation:
             continue
-        contact.miss = 0.0
+        contact.miss_distance = 0.0
         least = BASE_MARGIN * contact.extent / timestep
         inverse_a = body_parameters[a].inv_mass
         inverse_b = body_parameters[b].inv_mass
         bounce = 1.0 + contact.restitution
         if inverse_a > 0.0:
             share = bounce * inverse_a / (inverse_a + inverse_b)
-            changed |= take_in(bodies[a], substep_bodies[a], substep_bodies[b], share, inverse_b == 0.0, least)
+            changed |= widen_velocities(bodies[a], substep_bodies[a], substep_bodies[b], share, inverse_b == 0.0, least)
         if inverse_b > 0.0:
             share = bounce * inverse_b / (inverse_a + inverse_b)
-            changed |= take_in(bodies[b], substep_bodies[b], substep_bodies[a], share, inverse_a == 0.0, least)
+            changed |= widen_velocities(bodies[b], substep_bodies[b], substep_bodies[a], share, inverse_a == 0.0, least)
     return changed
 
 
 @njit
-def take_in(body: Any, motion: Any, other: Any, share: float, immovable: bool, least: float) -> bool:
+def widen_velocities(body: Any, motion: Any, other: Any, share: float, immovable: bool, least: float) -> bool:
     """Widen a body's velocities by impacts with another body; returns whether by more than `least` m/s."""
     changed = False
     wider = False
-    backed = immovable or other.backed != 0
-    if backed and motion.backed == 0:
-        motion.backed = 1
+    blocked = immovable or other.blocked != 0
+    if blocked and motion.blocked == 0:
+        motion.blocked = 1
         changed = True
     for d in range(3):
         v = body.velocity[d]
-        low = v + share * (other.slowest[d] - v)
-        high = v + share * (other.fastest[d] - v)
-        if backed:
+        low = v + share * (other.velocity_lower[d] - v)
+        high = v + share * (other.velocity_upper[d] - v)
+        if blocked:
             low = min(low, 0.0)
             high = max(high, 0.0)
-        if low < motion.slowest[d]:
-            changed |= low < motion.slowest[d] - least
+        if low < motion.velocity_lower[d]:
+            changed |= low < motion.velocity_lower[d] - least
             wider = True
-            motion.slowest[d] = low
-        if high > motion.fastest[d]:
-            changed |= high > motion.fastest[d] + least
+            motion.velocity_lower[d] = low
+        if high > motion.velocity_upper[d]:
+            changed |= high > motion.velocity_upper[d] + least
             wider = True
-            motion.fastest[d] = high
+            motion.velocity_upper[d] = high
     if wider:
-        set_ball(motion)
+        set_velocity_ball(motion)
     return changed
 
 
@@ -152,7 +152,7 @@ def take_in(body: Any, motion: Any, other: Any, share: float, immovable: bool, l
 def drop_candidates(contacts: Array, count: int) -> int:
     kept = count - count  # a zero of its type
     for k in range(count):
-        if contacts[k].miss > 0.0:
+        if contacts[k].miss_distance > 0.0:
             continue
         if kept != k:
             contacts[kept] = contacts[k]
@@ -172,8 +172,8 @@ def widen_boxes(
         if entry.dynamic == 0:
             continue
         extent = body_parameters[b].extent
-        radius = substep_bodies[b].spread
-        middle = substep_bodies[b].likely
+        radius = substep_bodies[b].velocity_radius
+        middle = substep_bodies[b].velocity_center
         if not timestep * radius > BASE_MARGIN * extent:
             continue
         grown = True

@@ -158,7 +158,7 @@ def test_speeds_that_a_gear_contradicts() -> None:
         ("distance", {"limits": (0, 0.1)}),
     ],
 )
-def test_anchors_authored_a_metre_apart(kind: str, given: dict[str, Any], options: Options) -> None:
+def test_anchors_given_a_metre_apart(kind: str, given: dict[str, Any], options: Options) -> None:
     scene = hung({"kind": kind, "anchor_a": (-0.8, 0.6), "anchor_b": (-0.5, 0), **given})
     start = World(scene).diagnostics().joint_error[0]
     assert start > 0.55

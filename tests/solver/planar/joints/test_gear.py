@@ -143,8 +143,8 @@ def test_planetary_train_runs_round() -> None:
     assert world.joint_coordinate("mesh")[0] == pytest.approx(0, abs=1e-5)
 
 
-def test_gear_from_where_it_was_authored() -> None:
-    # the sum of coordinates that it keeps is that of the authored pose, also with axes apart
+def test_gear_from_its_initial_pose() -> None:
+    # the sum of coordinates that it keeps is that of the initial pose, also with axes apart
     scene = Scene(gravity=(0, 0))
     scene.add_body("frame", "static")
     for name, y in (("low", 0.0), ("high", 2.0)):

@@ -1,4 +1,4 @@
-"""Welds, targets and constraints of one's own, against closed forms."""
+"""Welds, targets and user constraints against closed forms."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def angular_momentum(world: World) -> float:
     return float((orbit + p.inertia[0] * world.angular_velocity[0]).sum())
 
 
-def test_weld_keeps_the_authored_angle() -> None:
+def test_weld_keeps_the_initial_angle() -> None:
     world = two_welded(0.0, (0, 0))
     # as one rigid body: turns about its centre of mass at 3 rad/s
     mass, x = world.parameters.mass[0], world.center_of_mass[0]
@@ -378,7 +378,7 @@ def pair(*rules: dict[str, Any], gravity: tuple[float, float] = (0, 0), dt: floa
     return World(scene, options=exact)
 
 
-def test_article_stack_of_two() -> None:
+def test_stack_of_two_solved_by_hand() -> None:
     # v1 >= 0 (on the ground), v2 - v1 >= 0; m = 1, dt = 1, g = 10: impulses 20 and 10
     world = pair(
         {"bodies": ["a"], "jacobian": [0, 1, 0], "lower": 0},
@@ -390,7 +390,7 @@ def test_article_stack_of_two() -> None:
     np.testing.assert_allclose(world.linear_velocity[0], 0, atol=1e-10)
 
 
-def test_article_ball_joint_in_the_plane() -> None:
+def test_ball_joint_in_the_plane_solved_by_hand() -> None:
     # r_A = (.5, 0), r_B = (-.5, 0), w_A = 2, C = (0, .1), beta = .2, dt = 1: lambda = (0, -.408)
     rows = [[1, 0, 0, -1, 0, 0], [0, 1, 0.5, 0, -1, 0.5]]
     world = pair({"bodies": ["a", "b"], "jacobian": rows, "bias": [0, 0.2 * 0.1]}, dt=1.0, a={"angular_velocity": 2.0})

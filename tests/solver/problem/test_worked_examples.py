@@ -1,4 +1,4 @@
-"""The worked examples behind the solver, each with its A and b, to 1e-9."""
+"""Small problems solved by hand, each with its A and b, to 1e-9."""
 
 from __future__ import annotations
 

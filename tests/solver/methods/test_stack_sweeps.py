@@ -1,4 +1,4 @@
-"""The central demonstration: one sweep lets a stack sink, more sweeps hold it."""
+"""A stack under plain sweeps: one sweep lets it sink, more sweeps hold it."""
 
 from __future__ import annotations
 
