@@ -11,10 +11,9 @@ from typing import Any
 
 from gsenv.envs.core.kernels import active_contacts, between
 from gsenv.envs.stack import scene
-from gsenv.solver.core.edit import disable_joint, enable_body, enable_joint
+from gsenv.solver.core.edit import disable_joint, enable_body, enable_joint, place_body, set_box
 from gsenv.solver.core.trig import sin_cos
 from gsenv.solver.jit import njit
-from gsenv.solver.planar.edit import place_body, set_box
 
 CONTROL_TIME = 1.0 / 30.0  # s
 DRAWS_PER_BLOCK = 6
@@ -57,7 +56,7 @@ def make_block(task, draws, body, shape, weld):  # type: ignore[no-untyped-def]
     """Size, mass, friction and grasp of a block from its six draws; `task` is the task state, with the ranges."""
     x = between(task.half_width[0], task.half_width[1], draws[0])
     y = between(task.half_height[0], task.half_height[1], draws[1])
-    set_box(body, shape, x, y, between(task.mass[0], task.mass[1], draws[2]))
+    set_box(body, shape, (x, y), between(task.mass[0], task.mass[1], draws[2]))
     shape.friction = between(task.friction[0], task.friction[1], draws[3])
     c, s = sin_cos(between(-task.grasp_tilt, task.grasp_tilt, draws[5]))
     weld.reference[0] = c

@@ -11,10 +11,9 @@ from typing import Any
 from gsenv.envs.core.kernels import active_contacts, between
 from gsenv.envs.stack.blocks import CONTROL_TIME, REST_SPEED, SUNK, TIPPED, TOUCH
 from gsenv.envs.stack3d import scene
-from gsenv.solver.core.edit import disable_joint, enable_body, enable_joint
+from gsenv.solver.core.edit import disable_joint, enable_body, enable_joint, place_body, set_box
 from gsenv.solver.core.trig import atan2
 from gsenv.solver.jit import njit
-from gsenv.solver.spatial.edit import place_body, set_box
 from gsenv.solver.spatial.math import (
     add,
     conjugate,
@@ -91,7 +90,7 @@ def make_block(task, draws, body, shape, weld):  # type: ignore[no-untyped-def]
     x = between(task.half_width[0], task.half_width[1], draws[0])
     y = between(task.half_width[0], task.half_width[1], draws[1])
     z = between(task.half_height[0], task.half_height[1], draws[2])
-    set_box(body, shape, x, y, z, between(task.mass[0], task.mass[1], draws[3]))
+    set_box(body, shape, (x, y, z), between(task.mass[0], task.mass[1], draws[3]))
     shape.friction = between(task.friction[0], task.friction[1], draws[4])
     offset = task.grasp_offset
     weld.anchor_a[0] = 0.0

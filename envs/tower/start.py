@@ -8,8 +8,8 @@ from gsenv.envs.core.kernels import active_contacts, between
 from gsenv.envs.stack import blocks as parts
 from gsenv.envs.stack.blocks import DRAWS_PER_BLOCK
 from gsenv.envs.tower import scene
+from gsenv.solver.core.edit import place_body
 from gsenv.solver.jit import njit
-from gsenv.solver.planar.edit import place_body
 
 TASK_STATE_FIELDS: list[tuple[Any, ...]] = [
     ("blocks", "i8"),  # levels of the goal

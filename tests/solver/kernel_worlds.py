@@ -23,7 +23,7 @@ def shapes_bundle(dim: int, models: Array, parameters: Array, vertices: Array | 
 
 def narrowphase_bundle(dim: int, fields: bool = False, convex: bool = False) -> Any:
     """``world.scratch.narrowphase``."""
-    return Bundle("Narrowphase", dim, **dimension(dim).detection.narrowphase_scratch(fields, convex))
+    return Bundle("Narrowphase", dim, **dimension(dim).scratch.narrowphase_scratch(fields, convex))
 
 
 def kernel_world(

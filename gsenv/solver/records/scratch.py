@@ -47,7 +47,7 @@ class Scratch:
         shapes = max(len(model.shapes), BRUTE_FORCE_COUNT + 1) if variant.all else len(model.shapes)
         self.broadphase = broadphase_scratch(shapes, dim)  # one kernel for all: always with the tree
         self.start_poses = np.zeros(bodies, start_pose_dtype(dim)) if variant.continuous else None
-        self._narrowphase = dimension(dim).detection.narrowphase_scratch(variant.fields, variant.convex)
+        self._narrowphase = dimension(dim).scratch.narrowphase_scratch(variant.fields, variant.convex)
         self._factor, self._joint_factor = (_factor_arrays(model) for _ in range(2))
         self.grow_pairs(16 + 4 * len(model.shapes))
         self.grow_contacts(contact_capacity)

@@ -8,11 +8,10 @@ from typing import Any
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from gsenv.solver.core.detection import collide_pairs
+from gsenv.solver.core.detection import collide_pairs, find_contacts
 from gsenv.solver.core.geometry import update_geometry
 from gsenv.solver.core.status import OK
 from gsenv.solver.planar import shapes as planar
-from gsenv.solver.planar.detection import find_contacts
 from gsenv.solver.planar.vertices import vertex_dtype
 from gsenv.solver.records import model as records
 from gsenv.solver.records.model import Array, BodyKind
@@ -93,7 +92,7 @@ def world(*bodies: dict[str, Any], with_vertices: bool = True) -> Arrays:
             entry["inv_mass"], entry["inv_inertia"] = 1.0 / mass, 1.0 / inertia
         entry["gravity_scale"] = 1.0
         entry["enabled"] = 1
-        entry["extent"] = min(planar.extent(shape) for shape in spec["shapes"])
+        entry["extent"] = min(shape.extent() for shape in spec["shapes"])
         entry["radius"] = max(
             (planar.bounding_radius(shape, center) for shape in spec["shapes"] if shape.solid), default=0.0
         )
