@@ -10,15 +10,11 @@ from ..dimension import dimension
 from ..methods.cholesky import BLOCKS_PER_BODY, PLAN_DTYPE, block_dtype, factor_dtype
 from .bundle import Bundle
 from .kernel_variants import KernelVariant
-from .model import (
-    CONTACT_ROWS,
+from .model import CONTACT_ROWS, ROWS_PER_JOINT, Array, Model, contact_dtype
+from .scratch_dtypes import (
     ISLAND_DTYPE,
     ISLAND_STEP_DTYPE,
     PAIR_DTYPE,
-    ROWS_PER_JOINT,
-    Array,
-    Model,
-    contact_dtype,
     shape_geometry_dtype,
     start_pose_dtype,
     substep_body_dtype,

@@ -14,6 +14,7 @@ from gsenv.solver.core.status import OK
 from gsenv.solver.planar import shapes as planar
 from gsenv.solver.planar.vertices import vertex_dtype
 from gsenv.solver.records import model as records
+from gsenv.solver.records import scratch_dtypes
 from gsenv.solver.records.model import Array, BodyKind
 from tests.solver.kernel_worlds import kernel_world
 
@@ -109,7 +110,7 @@ def world(*bodies: dict[str, Any], with_vertices: bool = True) -> Arrays:
     return Arrays(
         states, models, parameters, np.array(shape_models), np.array(shape_parameters),
         np.concatenate(vertices) if with_vertices else None,
-        np.zeros(len(shape_models), records.shape_geometry_dtype(2)),
+        np.zeros(len(shape_models), scratch_dtypes.shape_geometry_dtype(2)),
     )  # fmt: skip
 
 

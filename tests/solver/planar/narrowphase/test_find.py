@@ -12,7 +12,8 @@ from gsenv.solver.planar.kinds import ShapeKind
 from gsenv.solver.planar.narrowphase.boxes import REFERENCE_BIAS
 from gsenv.solver.planar.narrowphase.table import BOXES, CHAINS, NONE, PAIR_TABLE, PLANES, POLYGONS, ROUND
 from gsenv.solver.planar.shapes import mass_properties
-from gsenv.solver.records.model import PAIR_DTYPE, Array, contact_dtype
+from gsenv.solver.records.model import Array, contact_dtype
+from gsenv.solver.records.scratch_dtypes import PAIR_DTYPE
 from tests.solver.planar.narrowphase.collision import (
     STATIC,
     Arrays,

@@ -1,0 +1,143 @@
+"""The records of a step's scratch: pairs of shapes, bodies within a substep, islands. See model.py for the others."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from .model import NDOF, ROTATION_SIZE
+
+
+def shape_geometry_dtype(dim: int) -> np.dtype[Any]:
+    """Return the dtype of the scratch of a shape: its present pose and box."""
+    return np.dtype(
+        [
+            ("position", "f8", (dim,)),  # m, world
+            ("rotation", "f8", (ROTATION_SIZE[dim],)),
+            ("lower", "f8", (dim,)),  # m, bounding box, swept over the step and widened by the margin
+            ("upper", "f8", (dim,)),
+            ("reach", "f8"),  # m, largest motion in a step beyond the linear one: by rotation, gravity and forces
+            ("extent", "f8"),  # m, length scale of a dynamic shape, else infinite
+            ("active", "i4"),  # 1: enabled, on an enabled body
+            ("dynamic", "i4"),  # 1: active, on a dynamic body
+            ("awake", "i4"),  # 1: on an awake dynamic or a moving kinematic body
+        ],
+        align=True,
+    )
+
+
+PAIR_DTYPE = np.dtype(
+    [
+        ("shape_a", "i4"),
+        ("shape_b", "i4"),
+        ("spare_a", "i4"),  # scratch of the sort
+        ("spare_b", "i4"),
+    ],
+    align=True,
+)
+
+
+TURNING: list[Any] = [
+    (
+        "frame",
+        "f8",
+        (3, 3),
+    ),  # rows: principal axes half a substep ahead, or the world's axes where all moments are equal
+    ("tilted", "i4"),  # 1: the frame is not that of the world
+    ("middle", "f8", (4,)),  # rotation of a tilted body at the middle of the substep
+    ("slowest", "f8", (3,)),  # m/s, per axis, smallest and largest velocity that impacts of the step may cause
+    ("fastest", "f8", (3,)),
+    ("likely", "f8", (3,)),  # m/s, centre of a ball that contains these velocities
+    ("spread", "f8"),  # m/s, radius of this ball
+    ("backed", "i4"),  # 1: a fixed body may stop it in the step
+]
+
+
+def substep_body_dtype(dim: int) -> np.dtype[Any]:
+    """Return the dtype of the scratch of a body within one step.
+
+    In 3D angular quantities are in the body's ``frame`` of the substep, in which its inertia is diagonal.
+    """
+    ndof = NDOF[dim]
+    turning: list[Any] = [] if dim == 2 else TURNING
+    return np.dtype(
+        [
+            ("acceleration", "f8", (ndof,)),  # m/s^2 and rad/s^2, by gravity and applied forces
+            ("path", "f8", (ndof,)),  # the same with the forces of rigid joints, for the times of impacts
+            ("start_velocity", "f8", (ndof,)),  # at the start of the substep, after impacts
+            ("free_velocity", "f8", (ndof,)),  # before constraint impulses
+            ("correction", "f8", (ndof,)),  # pseudo-velocity of the position pass; then the displacement of the substep
+            ("inverse", "f8", (ndof,)),  # 1/kg and 1/(kg m^2)
+            ("shift", "f8", (ndof,)),  # m and rad, correction of the displacement for impacts within the substep
+            ("displacement", "f8", (ndof,)),  # m and rad, since the contacts were found
+            ("held_velocity", "f8", (ndof,)),  # of a disabled body, restored after the step
+            ("start_position", "f8", (dim,)),  # at the start of the step
+            ("start_rotation", "f8", (ROTATION_SIZE[dim],)),
+            ("start_angle", "f8"),
+            ("mass_matrix", "f8", (ndof, ndof)),  # kg and kg m^2, of dynamic bodies
+            ("event_time", "f8"),  # s, time of the body's last impact within the substep
+            *turning,
+        ],
+        align=True,
+    )
+
+
+def start_pose_dtype(dim: int) -> np.dtype[Any]:
+    """Return the dtype of a body's pose before the step, for continuous collision."""
+    return np.dtype(
+        [
+            ("position", "f8", (dim,)),  # m
+            ("rotation", "f8", (ROTATION_SIZE[dim],)),
+            ("angle", "f8"),  # rad, unwrapped (2D)
+        ],
+        align=True,
+    )
+
+
+ISLAND_DTYPE = np.dtype(
+    [
+        ("body_first", "i4"),
+        ("body_count", "i4"),
+        ("contact_first", "i4"),
+        ("contact_count", "i4"),
+        ("joint_first", "i4"),
+        ("joint_count", "i4"),
+        ("activity", "i4"),  # 0 all asleep, 1 awake, 2 driven, 3 kinematic contact; see core/islands.py
+        ("parent", "i4"),  # entry b: parent of body b in union-find, negative outside all islands
+        ("label", "i4"),  # entry b: island of body b, or a negative label of core/islands.py
+    ],
+    align=True,
+)
+
+ISLAND_STEP_DTYPE = np.dtype(
+    [
+        ("body_first", "i4"),  # ranges of its lists, as in ISLAND_DTYPE
+        ("body_count", "i4"),
+        ("contact_first", "i4"),
+        ("contact_count", "i4"),
+        ("joint_first", "i4"),
+        ("joint_count", "i4"),
+        ("activity", "i4"),
+        ("kinematic", "i4"),  # 1: the world has enabled kinematic bodies
+        ("driven", "i4"),  # 1: joints or kinematic bodies may do work on it
+        ("sprung", "i4"),  # 1: a joint has a spring, which may release energy
+        ("bounces", "i4"),  # 1: a contact has a restitution
+        ("tilted", "i4"),  # 1: a body's frame is not the world's (3D)
+        ("substeps", "i8"),
+        ("joint_rows", "i8"),  # number of joint rows, which come before those of contacts
+        ("rows", "i8"),  # all rows
+        ("h", "f8"),  # s, one substep
+        ("stored_scale", "f8"),  # factor of impulses that are stored for substeps of the usual length
+        ("warm_start", "f8"),  # factor of the stored impulses; 0 for a cold start
+        ("gravity_norm", "f8"),  # m/s^2
+        ("scale", "f8"),  # of the squared residual in this substep
+        ("residual", "f8"),  # of this substep's solve
+        ("smooth", "f8"),  # 1: no velocity jumped in this substep, else 0
+        ("error", "f8"),  # sums |e|^2, |q/s|^2, |s r|^2 of the last substep; see natural_residual
+        ("load", "f8"),
+        ("size", "f8"),
+    ],
+    align=True,
+)
+"""Scratch of the island that is being stepped, shared by its stages."""
