@@ -6,12 +6,11 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 from gsenv.envs.core.kernels import active_contacts, between
-from gsenv.envs.stack.blocks import CONTROL_TIME, REST_SPEED, SUNK, TIPPED, TOUCH
+from gsenv.envs.stack.shared_rules import REST_SPEED, SUNK, TIPPED, is_touching, within
 from gsenv.envs.stack3d import scene
-from gsenv.solver.core.edit import disable_joint, enable_body, enable_joint, place_body, set_box
+from gsenv.solver.core.edit import enable_body, enable_joint, place_body, set_box
 from gsenv.solver.core.trig import atan2
 from gsenv.solver.jit import njit
 from gsenv.solver.spatial.math import (
@@ -31,16 +30,6 @@ from gsenv.solver.spatial.math import (
 DRAWS_PER_BLOCK = 8
 TWISTED = 0.3  # rad, against the sides of the block below
 TWIST_WEIGHT = 0.3  # m per rad, in the distance of the approach
-
-SETTING_FIELDS: list[tuple[Any, ...]] = [  # of the task state: settings of the episode
-    ("half_width", "f8", (2,)),  # m, lowest and highest
-    ("half_height", "f8", (2,)),  # m
-    ("mass", "f8", (2,)),  # kg
-    ("friction", "f8", (2,)),
-    ("grasp_offset", "f8"),  # of the half-widths, at most
-    ("grasp_turn", "f8"),  # rad, at most
-    ("stand_steps", "i8"),  # control steps that a whole tower must stand
-]
 
 LIFT = scene.PAD_HEIGHT + scene.GAP
 UPRIGHT = (1.0, 0.0, 0.0, 0.0)  # quaternion
@@ -105,6 +94,12 @@ def make_block(task, draws, body, shape, weld):  # type: ignore[no-untyped-def]
 
 
 @njit
+def place(world, body, at):  # type: ignore[no-untyped-def]
+    """Place a body, upright and at rest."""
+    place_body(body, world.state.bodies, world.parameters.bodies, active_contacts(world), at, UPRIGHT, AT_REST)
+
+
+@njit
 def grasp_pose(gripper, weld):  # type: ignore[no-untyped-def]
     """(position, rotation) of a block in the gripper."""
     own = quaternion(gripper.rotation)
@@ -130,40 +125,24 @@ def hand_over(world, gripper, block, weld):  # type: ignore[no-untyped-def]
 
 
 @njit
-def release(world, gripper, block, weld):  # type: ignore[no-untyped-def]
-    """The gripper lets go of a block."""
-    disable_joint(world.parameters.joints[weld], world.state.bodies[gripper], world.state.bodies[block])
-
-
-@njit
 def move_mast(world, mast, gripper):  # type: ignore[no-untyped-def]
     """The mast is only to be seen: it stands on the gripper wherever that is."""
-    bodies = world.state.bodies
-    holder = bodies[gripper].position
-    position = (holder[0], holder[1], holder[2] + _MAST_RISE)
-    place_body(mast, bodies, world.parameters.bodies, active_contacts(world), position, UPRIGHT, AT_REST)
+    at = world.state.bodies[gripper].position
+    place(world, mast, (at[0], at[1], at[2] + _MAST_RISE))
 
 
 # ---------------------------------------------------------------- apply actions
 
 
 @njit
-def _within(speed, limit, here, low, high):  # type: ignore[no-untyped-def]
-    """A speed that leaves the range [low, high] no further than it is already."""
-    speed = min(speed, max((high - here) / CONTROL_TIME, 0.0))
-    speed = max(speed, min((low - here) / CONTROL_TIME, 0.0))
-    return min(max(speed, -limit), limit)
-
-
-@njit
 def steer(control, drive, action):  # type: ignore[no-untyped-def]
     """Actions in [-1, 1] to the four actuators of the gripper, whose target stays in its reach and upright."""
     place = drive.target_position
-    control[0] = _within(_SPEED * action[0], _SPEED, place[0], -_REACH, _REACH)
-    control[1] = _within(_SPEED * action[1], _SPEED, place[1], -_REACH, _REACH)
-    control[2] = _within(_SPEED * action[2], _SPEED, place[2], _LOW_Z, _HIGH_Z)
+    control[0] = within(_SPEED * action[0], _SPEED, place[0], -_REACH, _REACH)
+    control[1] = within(_SPEED * action[1], _SPEED, place[1], -_REACH, _REACH)
+    control[2] = within(_SPEED * action[2], _SPEED, place[2], _LOW_Z, _HIGH_Z)
     angle = heading(drive.target_rotation)
-    control[3] = _within(_TURN_SPEED * action[3], _TURN_SPEED, angle, -_REACH_ANGLE, _REACH_ANGLE)
+    control[3] = within(_TURN_SPEED * action[3], _TURN_SPEED, angle, -_REACH_ANGLE, _REACH_ANGLE)
     # where the gripper is pushed over, the target has gone with it
     q = turn_of((0.0, 0.0, angle))
     for d in range(4):
@@ -180,7 +159,7 @@ def touches(contacts):  # type: ignore[no-untyped-def]
     gripped = 0
     for i in range(len(contacts)):
         contact = contacts[i]
-        if contact.total_impulse[0] <= 0.0 and contact.separation > TOUCH:
+        if not is_touching(contact):
             continue
         a = min(contact.body_a, contact.body_b)
         b = max(contact.body_a, contact.body_b) - _BLOCK
@@ -201,13 +180,14 @@ def _calm(body):  # type: ignore[no-untyped-def]
 
 
 @njit
-def standing(first, last, resting, gripped, blocks):  # type: ignore[no-untyped-def]
-    """Whether blocks first..last-1 rest on those below, slow, and no gripper on them."""
-    for k in range(first, last):
-        bit = 1 << k
-        if resting & bit == 0 or gripped & bit != 0 or not _calm(blocks[k]):
-            return False
-    return True
+def steady_blocks(contacts, blocks):  # type: ignore[no-untyped-def]
+    """Return the bit mask of the blocks that rest on the level below, slow, with no gripper on them."""
+    resting, gripped = touches(contacts)
+    steady = resting & ~gripped
+    for k in range(len(blocks)):
+        if not _calm(blocks[k]):
+            steady &= ~(1 << k)
+    return steady
 
 
 @njit
