@@ -18,7 +18,12 @@ class BlocksTask(Task):
     """Building a tower of blocks, by the kernels of the module `rules`."""
 
     rules: ClassVar[ModuleType]
-    info_fields = (("success", "?"), ("is_success", "?"), ("placed", "i8"), ("stand_time", "f8"))
+    info_fields: ClassVar[Sequence[tuple[str, Any]]] = (
+        ("success", "?"),
+        ("is_success", "?"),
+        ("placed", "i8"),
+        ("stand_time", "f8"),
+    )
     quantities = QUANTITIES
 
     def initialize_episode(self, worlds: Array, draws: Array, options: Mapping[str, Any]) -> None:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from types import ModuleType
+from typing import Any, ClassVar
 
 from gsenv.envs.core.env import TaskEnv
 from gsenv.envs.core.spec_tables import Entry, RewardTerm
@@ -93,7 +94,7 @@ class Stack3DTask(BlocksTask):
         RewardTerm("fall", f"{_WEIGHTS['fall']:g} when a released block falls or lies across"),
         RewardTerm("effort", f"{_WEIGHTS['effort']:g} times the mean square of the first 4 actions"),
     )
-    rules = rules
+    rules: ClassVar[ModuleType] = rules
     task_state_fields = start.TASK_STATE_FIELDS
     draw_count = start.DRAW_COUNT
     arguments = SETTINGS

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from types import ModuleType
+from typing import Any, ClassVar
 
 from gsenv.envs.core.arguments import Setting
 from gsenv.envs.core.spec_tables import Entry, RewardTerm
@@ -95,7 +96,7 @@ class TowerTask(BlocksTask):
         RewardTerm("bump", f"{_WEIGHTS['bump']:g} to both in each step in which grippers, or what they hold, touch"),
         RewardTerm("effort", f"{_WEIGHTS['effort']:g} times the mean square of the first 3 own actions"),
     )
-    rules = rules
+    rules: ClassVar[ModuleType] = rules
     task_state_fields = start.TASK_STATE_FIELDS
     info_fields = (*BlocksTask.info_fields, ("bump", "?"))
     draw_count = start.DRAW_COUNT
