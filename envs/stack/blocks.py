@@ -63,15 +63,15 @@ def make_blocks(world, draws, first_block, first_shape, first_weld, count):  # t
 
 
 @njit
-def place(world, body, x, y):  # type: ignore[no-untyped-def]
-    """Place a body, upright and at rest."""
+def place_upright(world, body, x, y):  # type: ignore[no-untyped-def]
+    """Place a body at rest and not rotated."""
     place_body(body, world.state.bodies, world.parameters.bodies, active_contacts(world), (x, y), UPRIGHT, AT_REST)
 
 
 @njit
 def place_gripper(world, gripper, drive, x, y):  # type: ignore[no-untyped-def]
-    """Place a gripper, upright and at rest, with the target of its drive."""
-    place(world, gripper, x, y)
+    """Place a gripper at rest and not rotated, with the target of its drive."""
+    place_upright(world, gripper, x, y)
     target = world.state.joints[drive].target_position
     target[0] = x
     target[1] = y
@@ -109,7 +109,7 @@ def hand_over(world, gripper, block, weld):  # type: ignore[no-untyped-def]
 def move_mast(world, mast, gripper):  # type: ignore[no-untyped-def]
     """The mast is only to be seen: it stands on the gripper wherever that is."""
     at = world.state.bodies[gripper].position
-    place(world, mast, at[0], at[1] + 0.1 + _MAST_LENGTH)
+    place_upright(world, mast, at[0], at[1] + 0.1 + _MAST_LENGTH)
 
 
 # ---------------------------------------------------------------- apply actions

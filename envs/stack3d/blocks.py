@@ -94,8 +94,8 @@ def make_block(task, draws, body, shape, weld):  # type: ignore[no-untyped-def]
 
 
 @njit
-def place(world, body, at):  # type: ignore[no-untyped-def]
-    """Place a body, upright and at rest."""
+def place_upright(world, body, at):  # type: ignore[no-untyped-def]
+    """Place a body at rest and not rotated."""
     place_body(body, world.state.bodies, world.parameters.bodies, active_contacts(world), at, UPRIGHT, AT_REST)
 
 
@@ -128,7 +128,7 @@ def hand_over(world, gripper, block, weld):  # type: ignore[no-untyped-def]
 def move_mast(world, mast, gripper):  # type: ignore[no-untyped-def]
     """The mast is only to be seen: it stands on the gripper wherever that is."""
     at = world.state.bodies[gripper].position
-    place(world, mast, (at[0], at[1], at[2] + _MAST_RISE))
+    place_upright(world, mast, (at[0], at[1], at[2] + _MAST_RISE))
 
 
 # ---------------------------------------------------------------- apply actions

@@ -46,7 +46,7 @@ def initialize_world(world, draws):  # type: ignore[no-untyped-def]
         between(-_START, _START, draws[1]),
         between(_START_Z, _START_TOP, draws[2]),
     )
-    parts.place(world, _GRIPPER, at)
+    parts.place_upright(world, _GRIPPER, at)
     drive = world.state.joints[_DRIVE]
     for d in range(3):
         drive.target_position[d] = at[d]

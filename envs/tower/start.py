@@ -61,7 +61,7 @@ def hand_over(world, a):  # type: ignore[no-untyped-def]
 def initialize_world(world, draws):  # type: ignore[no-untyped-def]
     """An episode begins: plinth and grippers at drawn places, a block in each gripper."""
     task = world.task.state
-    parts.place(world, _PLINTH, between(-_PLINTH_X, _PLINTH_X, draws[0]), _PLINTH_Y)
+    parts.place_upright(world, _PLINTH, between(-_PLINTH_X, _PLINTH_X, draws[0]), _PLINTH_Y)
     for k in range(_MAX_BLOCKS):
         task.level[k] = NOT_RELEASED
     parts.make_blocks(world, draws[FIRST_DRAWS:], _BLOCK, _SHAPE, _WELD, _MAX_BLOCKS)
