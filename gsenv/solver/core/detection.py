@@ -135,6 +135,14 @@ def label_contact(contact: Any, model_a: Any, model_b: Any, one: Any, other: Any
 
 
 @njit
+def any_jointed(world: Any, a: PlacedShape, b: PlacedShape) -> bool:
+    """Whether a joint affects the path of one of the two shapes."""
+    models = world.shapes.models
+    bodies = world.model.bodies
+    return bodies[models[a.number].body].jointed | bodies[models[b.number].body].jointed != 0
+
+
+@njit
 def with_motion(world: Any, shape: PlacedShape) -> MovingShape:
     """Return a shape with the motion that its body will have at the end of the step if it hits nothing."""
     b = world.shapes.models[shape.number].body

@@ -16,7 +16,6 @@ from ..jit import njit
 from .dispatch import by_dimension
 
 write_inertia = by_dimension("edit", "write_inertia")
-scale_inertia = by_dimension("edit", "scale_inertia")
 invert_inertia = by_dimension("edit", "invert_inertia")
 write_box_inertia = by_dimension("edit", "write_box_inertia")
 write_pose = by_dimension("edit", "write_pose")
@@ -36,14 +35,14 @@ def update_inverses(parameters: Any) -> None:
 @njit
 def set_inertia(parameters: Any, inertia: Any) -> None:
     """Set a dynamic body's inertia about its centre of mass, kg m^2; in 3D its three principal moments."""
-    write_inertia(parameters, inertia)
+    write_inertia(parameters, inertia, 1.0)
     update_inverses(parameters)
 
 
 @njit
 def set_mass(parameters: Any, mass: Any) -> None:
     """Set a dynamic body's mass, kg, and scale its inertia with it."""
-    scale_inertia(parameters, mass / parameters.mass)
+    write_inertia(parameters, parameters.inertia, mass / parameters.mass)
     set_mass_alone(parameters, mass)
 
 
@@ -106,8 +105,7 @@ def fit_solid(parameters: Any, shape: Any, solid: Any, keep_mass: Any, keep_iner
     if not keep_mass:
         parameters.mass = solid.mass
     if not keep_inertia:
-        set_inertia(parameters, solid.inertia)
-        scale_inertia(parameters, parameters.mass / solid.mass)
+        write_inertia(parameters, solid.inertia, parameters.mass / solid.mass)
     update_inverses(parameters)
 
 

@@ -11,15 +11,9 @@ from ..jit import njit
 
 
 @njit
-def write_inertia(parameters: Any, inertia: Any) -> None:
-    """Write the moment of inertia, kg m^2; the caller updates the inverses."""
-    parameters.inertia = inertia
-
-
-@njit
-def scale_inertia(parameters: Any, factor: Any) -> None:
-    """Multiply the inertia; the caller updates the inverses."""
-    parameters.inertia *= factor
+def write_inertia(parameters: Any, inertia: Any, factor: Any) -> None:
+    """Write ``factor`` times an inertia, kg m^2; the caller updates the inverse."""
+    parameters.inertia = inertia * factor
 
 
 @njit
@@ -37,7 +31,7 @@ def box_inertia(half_x: Any, half_y: Any, mass: Any) -> Any:
 @njit
 def write_box_inertia(parameters: Any, half_extents: Any, mass: Any) -> None:
     """Write the inertia of a body of one solid box; the caller updates the inverses."""
-    write_inertia(parameters, box_inertia(half_extents[0], half_extents[1], mass))
+    parameters.inertia = box_inertia(half_extents[0], half_extents[1], mass)
 
 
 # ---------------------------------------------------------------- sizes

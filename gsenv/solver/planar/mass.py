@@ -26,21 +26,8 @@ def principal_inertia(given: float) -> tuple[float, None]:
     return given, None
 
 
-def extents(kind: int, size: Array, radius: Array) -> tuple[Any, Any]:
-    """Return (half-width, farthest point from the middle) in m, (chosen,) each, or -1 where there are no sizes."""
-    x, y = size[:, 0], size[:, 1]
-    if kind == BOX:
-        return np.minimum(x, y), np.sqrt(x * x + y * y)
-    if kind == CIRCLE:
-        return radius, radius
-    if kind == CAPSULE:
-        return radius, x + radius
-    return -1.0, -1.0
-
-
-def own_inertia(model: Model, index: int, records: Array) -> tuple[Any, Any]:
+def own_inertia(model: Model, index: int, kind: int, records: Array) -> tuple[Any, Any]:
     """Return (area m^2, inertia m^4 about the centroid) of a shape for density 1, from its records (chosen,)."""
-    kind = int(model.shapes["kind"][index])
     x, y, r = records["size"][:, 0], records["size"][:, 1], records["radius"]
     if kind == BOX:
         area = 4.0 * x * y

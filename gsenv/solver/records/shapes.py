@@ -39,6 +39,14 @@ class BaseShape:
         """Return the smallest half-width in m; infinite for unbounded shapes."""
         return math.inf
 
+    @staticmethod
+    def extents(size: Array, radius: Array) -> tuple[Any, Any]:
+        """Return (half-width, farthest point from the middle) in m of records' sizes (n, dim) and radii (n,).
+
+        They are -1 for shapes without sizes that may change.
+        """
+        return -1.0, -1.0
+
 
 @dataclass(frozen=True)
 class RoundShape(BaseShape):
@@ -49,6 +57,10 @@ class RoundShape(BaseShape):
 
     def extent(self) -> float:
         return float(self.radius)
+
+    @staticmethod
+    def extents(size: Array, radius: Array) -> tuple[Any, Any]:
+        return radius, radius
 
 
 @dataclass(frozen=True)
@@ -61,6 +73,10 @@ class BoxShape(BaseShape):
     def extent(self) -> float:
         return float(min(self.half_extents))
 
+    @staticmethod
+    def extents(size: Array, radius: Array) -> tuple[Any, Any]:
+        return size.min(axis=1), np.sqrt((size**2).sum(axis=1))
+
 
 @dataclass(frozen=True)
 class CapsuleShape(BaseShape):
@@ -72,6 +88,10 @@ class CapsuleShape(BaseShape):
 
     def extent(self) -> float:
         return float(self.radius)
+
+    @staticmethod
+    def extents(size: Array, radius: Array) -> tuple[Any, Any]:
+        return radius, size.max(axis=1) + radius
 
 
 @dataclass(frozen=True)

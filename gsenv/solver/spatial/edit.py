@@ -11,17 +11,10 @@ from .math import add, turned, vec
 
 
 @njit
-def write_inertia(parameters: Any, inertia: Any) -> None:
-    """Write the three moments of inertia, kg m^2; the caller updates the inverses."""
+def write_inertia(parameters: Any, inertia: Any, factor: Any) -> None:
+    """Write ``factor`` times three moments of inertia, kg m^2; the caller updates the inverses."""
     for d in range(3):
-        parameters.inertia[d] = inertia[d]
-
-
-@njit
-def scale_inertia(parameters: Any, factor: Any) -> None:
-    """Multiply the moments; the caller updates the inverses."""
-    for d in range(3):
-        parameters.inertia[d] *= factor
+        parameters.inertia[d] = inertia[d] * factor
 
 
 @njit
@@ -42,7 +35,7 @@ def box_inertia(half_x: Any, half_y: Any, half_z: Any, mass: Any) -> Any:
 @njit
 def write_box_inertia(parameters: Any, half_extents: Any, mass: Any) -> None:
     """Write the inertia of a body of one solid box; the caller updates the inverses."""
-    write_inertia(parameters, box_inertia(half_extents[0], half_extents[1], half_extents[2], mass))
+    write_inertia(parameters, box_inertia(half_extents[0], half_extents[1], half_extents[2], mass), 1.0)
 
 
 # ---------------------------------------------------------------- poses

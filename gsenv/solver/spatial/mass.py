@@ -10,7 +10,7 @@ import numpy as np
 
 from ..records.model import Array, Model
 from . import shapes as spatial_shapes
-from .kinds import BOX, CAPSULE, CYLINDER, HULL, SPHERE
+from .kinds import HULL
 from .math import Quaternion, conjugate, multiply
 
 SAME_MOMENT = 1e-7  # of the trace: moments that differ by less count as equal
@@ -142,22 +142,8 @@ def principal_inertia(given: Array) -> tuple[Array, Quaternion]:
 # ---------------------------------------------------------------- many worlds
 
 
-def extents(kind: int, size: Array, radius: Array) -> tuple[Any, Any]:
-    """Return (half-width, farthest point from the middle) in m, (chosen,) each, or -1 where there are no sizes."""
-    if kind == BOX:
-        return size.min(axis=1), np.sqrt((size**2).sum(axis=1))
-    if kind == SPHERE:
-        return radius, radius
-    if kind == CAPSULE:
-        return radius, size[:, 2] + radius
-    if kind == CYLINDER:
-        return np.minimum(size[:, 2], radius), np.hypot(size[:, 2], radius)
-    return -1.0, -1.0
-
-
-def own_inertia(model: Model, index: int, records: Array) -> tuple[Any, Array]:
+def own_inertia(model: Model, index: int, kind: int, records: Array) -> tuple[Any, Array]:
     """Return (volume m^3, principal moments m^5) of a shape for density 1, from its records (chosen,)."""
-    kind = int(model.shapes["kind"][index])
     if kind == HULL:
         rotation = records["local_rotation"][0] if len(records) else AT_REST
         return _hull_moments(model, index, rotation)

@@ -93,6 +93,10 @@ class Cylinder(Shape):
     def extent(self) -> float:
         return float(min(self.radius, self.half_length))
 
+    @staticmethod
+    def extents(size: Array, radius: Array) -> tuple[Any, Any]:
+        return np.minimum(size[:, 2], radius), np.hypot(size[:, 2], radius)
+
 
 @dataclass(frozen=True)
 class Hull(Shape):

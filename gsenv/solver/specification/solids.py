@@ -63,13 +63,13 @@ def solids(model: Model, shapes: Array, body: int, chosen: Array) -> Array:
     Args:
         shapes: (world, shape) parameters, of which the `chosen` worlds are read.
     """
-    module = dimension(model.dim).mass
+    modules = dimension(model.dim)
     index = int(model.bodies["shape_first"][body])
     kind = int(model.shapes["kind"][index])
     records = shapes[chosen, index]
     out = np.zeros(len(chosen), solid_dtype(model.dim))
-    out["extent"], out["reach"] = module.extents(kind, records["size"], records["radius"])
-    volume, inertia = module.own_inertia(model, index, records)
+    out["extent"], out["reach"] = modules.shapes.CLASSES[kind].extents(records["size"], records["radius"])
+    volume, inertia = modules.mass.own_inertia(model, index, kind, records)
     density = records["density"]
     out["mass"] = volume * density
     out["inertia"] = inertia * density.reshape(-1, *(1,) * (model.dim - 2))

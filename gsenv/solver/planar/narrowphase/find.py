@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ...core.detection import TOUCHING, with_motion
+from ...core.detection import TOUCHING, any_jointed, with_motion
 from ...core.geometry import BASE_MARGIN, MovingShape, PlacedShape
 from ...jit import njit
 from ...records.model import Array
@@ -46,10 +46,7 @@ def look_ahead(
     a = with_motion(world, one)
     b = with_motion(world, other)
     ahead = predict(world.shapes, a, b, now, world.options.timestep, margin, TOUCHING * extent)
-    models = world.shapes.models
-    bodies = world.model.bodies
-    jointed = bodies[models[one.number].body].jointed | bodies[models[other.number].body].jointed
-    return ahead if ahead.points > 0 or jointed == 0 else now
+    return ahead if ahead.points > 0 or not any_jointed(world, one, other) else now
 
 
 @njit

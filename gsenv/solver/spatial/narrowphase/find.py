@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ...core.detection import TOUCHING, with_motion
+from ...core.detection import TOUCHING, any_jointed, with_motion
 from ...core.geometry import BASE_MARGIN, PlacedShape
 from ...jit import inline_njit, njit
 from ...records.model import Array
@@ -56,8 +56,7 @@ def look_ahead(world: Any, one: PlacedShape, other: PlacedShape, margin: float, 
     a = with_motion(world, one)
     b = with_motion(world, other)
     outcome, miss = predict(shapes, a, b, world.options.timestep, margin, TOUCHING * extent, narrowphase)
-    bodies = world.model.bodies
-    if bodies[shapes.models[one.number].body].jointed | bodies[shapes.models[other.number].body].jointed == 0:
+    if not any_jointed(world, one, other):
         if outcome == MISS and narrowphase.manifold.separation == np.inf:
             clear_manifold(narrowphase.manifold)
         return miss
