@@ -6,10 +6,10 @@ import math
 
 from gsenv.envs.car import scene
 from gsenv.envs.core.kernels import active_contacts
-from gsenv.solver.core.edit import enable_body, enable_joint, set_mass, sleep_body
+from gsenv.solver.core.edit import enable_body, enable_joint, place_body, set_box, set_inertia, set_mass, sleep_body
 from gsenv.solver.core.trig import sin_cos
 from gsenv.solver.jit import njit
-from gsenv.solver.planar.edit import place_body, set_box, set_capsule_size, set_inertia
+from gsenv.solver.planar.edit import set_capsule_size
 from gsenv.solver.planar.vertices import derive_outline
 
 HILLS = ((5.5, 8.0), (9.0, 14.0), (18.0, 28.0))  # m, ranges of the wave lengths
@@ -197,7 +197,7 @@ def _build_seesaw(world, k, slot, difficulty, draws):  # type: ignore[no-untyped
     sine = (height - REST_GAP) / (half + _BOARD_OFFSET)  # its lower corner just over the ground
     cosine = math.sqrt(1.0 - sine * sine)
     board, fulcrum = _BOARD_BODY + k, _FULCRUM_BODY + k
-    set_box(parameters[board], world.parameters.shapes[_SHAPE_OFFSET + board], half, _THICK, 2.0 * half * _BOARD_MASS)
+    set_box(parameters[board], world.parameters.shapes[_SHAPE_OFFSET + board], (half, _THICK), 2.0 * half * _BOARD_MASS)
     # The hinge is at the board's underside, a little past its middle.
     x = middle - cosine * _BOARD_OFFSET - sine * _THICK
     y = ground + height - sine * _BOARD_OFFSET + cosine * _THICK
@@ -218,7 +218,7 @@ def _build_boxes(world, k, slot, difficulty, draws):  # type: ignore[no-untyped-
         y = height_at(x, world.parameters.vertices) + half_y
         b = _BOX_BODY + k * _GROUP + i
         mass = 4.0 * half_x * half_y * _BOX_DENSITY
-        set_box(world.parameters.bodies[b], world.parameters.shapes[_SHAPE_OFFSET + b], half_x, half_y, mass)
+        set_box(world.parameters.bodies[b], world.parameters.shapes[_SHAPE_OFFSET + b], (half_x, half_y), mass)
         _place(world, b, x, y, 0.0)
         sleep_body(world.state.bodies[b])
 

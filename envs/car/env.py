@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from gsenv.envs.car import rules, scene
+from gsenv.envs.car.build import build_scene
 from gsenv.envs.core.arguments import Quantity, Setting
 from gsenv.envs.core.env import TaskEnv
 from gsenv.envs.core.spec_tables import Entry, RewardTerm
@@ -83,7 +84,7 @@ class CarTask(Task):
     )
 
     def build_scene(self) -> Scene:
-        return scene.build_scene()
+        return build_scene()
 
     def initialize_episode(self, worlds: Array, draws: Array, options: Mapping[str, Any]) -> None:
         rules.initialize_worlds(self.kernel_world, worlds, options["difficulty"], draws)

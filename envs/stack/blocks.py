@@ -7,34 +7,16 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 from gsenv.envs.core.kernels import active_contacts, between
 from gsenv.envs.stack import scene
-from gsenv.solver.core.edit import disable_joint, enable_body, enable_joint
+from gsenv.envs.stack.shared_rules import REST_SPEED, SUNK, TIPPED, is_touching, within
+from gsenv.solver.core.edit import enable_body, enable_joint, place_body, set_box
 from gsenv.solver.core.trig import sin_cos
 from gsenv.solver.jit import njit
-from gsenv.solver.planar.edit import place_body, set_box
 
-CONTROL_TIME = 1.0 / 30.0  # s
 DRAWS_PER_BLOCK = 6
-ARRIVAL_MARGIN = 0.05  # m, free space around an arriving block
-
-REST_SPEED = 0.08  # m/s, and rad/s half as much again: what counts as standing
-TOUCH = 1e-3  # m, nearer counts as touching
-TIPPED = 0.5  # rad
-SUNK = 0.5  # of its half-height: a block this far below its level has fallen
 TILT_WEIGHT = 0.5  # m per rad, in the distance of the approach
-
-SETTING_FIELDS: list[tuple[Any, ...]] = [  # of the task state: settings of the episode
-    ("half_width", "f8", (2,)),  # m, lowest and highest
-    ("half_height", "f8", (2,)),  # m
-    ("mass", "f8", (2,)),  # kg
-    ("friction", "f8", (2,)),
-    ("grasp_offset", "f8"),  # of the half-width, at most
-    ("grasp_tilt", "f8"),  # rad, at most
-    ("stand_steps", "i8"),  # control steps that a whole tower must stand
-]
 
 UPRIGHT = (1.0, 0.0, 0.0)  # cos, sin, angle
 AT_REST = (0.0, 0.0, 0.0)  # velocity
@@ -57,7 +39,7 @@ def make_block(task, draws, body, shape, weld):  # type: ignore[no-untyped-def]
     """Set size, mass, friction and grasp of a block from its six draws; `task`, the task state, has the ranges."""
     x = between(task.half_width[0], task.half_width[1], draws[0])
     y = between(task.half_height[0], task.half_height[1], draws[1])
-    set_box(body, shape, x, y, between(task.mass[0], task.mass[1], draws[2]))
+    set_box(body, shape, (x, y), between(task.mass[0], task.mass[1], draws[2]))
     shape.friction = between(task.friction[0], task.friction[1], draws[3])
     c, s = sin_cos(between(-task.grasp_tilt, task.grasp_tilt, draws[5]))
     weld.reference[0] = c
@@ -67,6 +49,32 @@ def make_block(task, draws, body, shape, weld):  # type: ignore[no-untyped-def]
     weld.anchor_a[1] = -_LIFT * c
     weld.anchor_b[0] = between(-task.grasp_offset, task.grasp_offset, draws[4]) * x
     weld.anchor_b[1] = y
+
+
+@njit
+def make_blocks(world, draws, first_block, first_shape, first_weld, count):  # type: ignore[no-untyped-def]
+    """Set size, mass, friction and grasp of all blocks, six draws each."""
+    parameters = world.parameters
+    for k in range(count):
+        make_block(
+            world.task.state, draws[DRAWS_PER_BLOCK * k :], parameters.bodies[first_block + k],
+            parameters.shapes[first_shape + k], parameters.joints[first_weld + k],
+        )  # fmt: skip
+
+
+@njit
+def place_upright(world, body, x, y):  # type: ignore[no-untyped-def]
+    """Place a body at rest and not rotated."""
+    place_body(body, world.state.bodies, world.parameters.bodies, active_contacts(world), (x, y), UPRIGHT, AT_REST)
+
+
+@njit
+def place_gripper(world, gripper, drive, x, y):  # type: ignore[no-untyped-def]
+    """Place a gripper at rest and not rotated, with the target of its drive."""
+    place_upright(world, gripper, x, y)
+    target = world.state.joints[drive].target_position
+    target[0] = x
+    target[1] = y
 
 
 @njit
@@ -98,38 +106,22 @@ def hand_over(world, gripper, block, weld):  # type: ignore[no-untyped-def]
 
 
 @njit
-def release(world, gripper, block, weld):  # type: ignore[no-untyped-def]
-    """Release a block from the gripper."""
-    disable_joint(world.parameters.joints[weld], world.state.bodies[gripper], world.state.bodies[block])
-
-
-@njit
 def move_mast(world, mast, gripper):  # type: ignore[no-untyped-def]
     """Move the mast, which collides with nothing, onto the gripper."""
-    bodies = world.state.bodies
-    holder = bodies[gripper]
-    position = (holder.position[0], holder.position[1] + 0.1 + _MAST_LENGTH)
-    place_body(mast, bodies, world.parameters.bodies, active_contacts(world), position, UPRIGHT, AT_REST)
+    at = world.state.bodies[gripper].position
+    place_upright(world, mast, at[0], at[1] + 0.1 + _MAST_LENGTH)
 
 
 # ---------------------------------------------------------------- apply actions
 
 
 @njit
-def _within(speed, limit, here, low, high):  # type: ignore[no-untyped-def]
-    """Return the speed, reduced so that a target at `here` stays in [low, high], or leaves it no further."""
-    speed = min(speed, max((high - here) / CONTROL_TIME, 0.0))
-    speed = max(speed, min((low - here) / CONTROL_TIME, 0.0))
-    return min(max(speed, -limit), limit)
-
-
-@njit
 def steer(control, drive, right, up, turn, low_x, high_x):  # type: ignore[no-untyped-def]
     """Apply actions in [-1, 1] to the three actuators of a gripper; its target stays within reach."""
     place = drive.target_position
-    control[0] = _within(_SPEED * right, _SPEED, place[0], low_x, high_x)
-    control[1] = _within(_SPEED * up, _SPEED, place[1], _LOW_Y, _HIGH_Y)
-    control[2] = _within(_TURN_SPEED * turn, _TURN_SPEED, drive.target_angle, -_REACH_ANGLE, _REACH_ANGLE)
+    control[0] = within(_SPEED * right, _SPEED, place[0], low_x, high_x)
+    control[1] = within(_SPEED * up, _SPEED, place[1], _LOW_Y, _HIGH_Y)
+    control[2] = within(_TURN_SPEED * turn, _TURN_SPEED, drive.target_angle, -_REACH_ANGLE, _REACH_ANGLE)
 
 
 # ---------------------------------------------------------------- evaluate
@@ -145,7 +137,7 @@ def touches(contacts, levels, base, first_gripper, first_block):  # type: ignore
     gripped = 0
     for i in range(len(contacts)):
         contact = contacts[i]
-        if contact.total_impulse[0] <= 0.0 and contact.separation > TOUCH:
+        if not is_touching(contact):
             continue
         a = min(contact.body_a, contact.body_b)
         b = max(contact.body_a, contact.body_b) - first_block
@@ -171,14 +163,14 @@ def _calm(body):  # type: ignore[no-untyped-def]
 
 
 @njit
-def standing(first, last, order, resting, gripped, blocks):  # type: ignore[no-untyped-def]
-    """Whether levels first..last-1 rest on those below, slow, and no gripper on them."""
-    for level in range(first, last):
-        k = order[level]
-        bit = 1 << k
-        if resting & bit == 0 or gripped & bit != 0 or not _calm(blocks[k]):
-            return False
-    return True
+def steady_blocks(contacts, levels, blocks, base, first_gripper, first_block):  # type: ignore[no-untyped-def]
+    """Return the bit mask of the blocks that rest on the level below, slow, with no gripper on them."""
+    resting, gripped = touches(contacts, levels, base, first_gripper, first_block)
+    steady = resting & ~gripped
+    for k in range(len(levels)):
+        if not _calm(blocks[k]):
+            steady &= ~(1 << k)
+    return steady
 
 
 @njit

@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from types import ModuleType
+from typing import Any, ClassVar
 
 from gsenv.envs.core.env import TaskEnv
 from gsenv.envs.core.spec_tables import Entry, RewardTerm
-from gsenv.envs.core.task import Array, Task, documented
+from gsenv.envs.core.task import documented
 from gsenv.envs.core.vector import TaskVectorEnv
-from gsenv.envs.stack import blocks, domain_randomization, rules, scene, start
-from gsenv.envs.stack.settings import REWARD_WEIGHTS, SETTINGS, write_settings
+from gsenv.envs.stack import blocks, rules, scene, start
+from gsenv.envs.stack.build import build_scene
+from gsenv.envs.stack.settings import REWARD_WEIGHTS, SETTINGS
+from gsenv.envs.stack.task import BlocksTask
 from gsenv.solver import Scene
 
 MAX_BLOCKS = scene.MAX_BLOCKS
 _WEIGHTS = REWARD_WEIGHTS
 
 
-class StackTask(Task):
+class StackTask(BlocksTask):
     """The rules for many worlds; `settings` has the defaults of a reset."""
 
     actions = (
@@ -70,40 +72,16 @@ class StackTask(Task):
         RewardTerm("fall", f"{_WEIGHTS['fall']:g} when a released block falls"),
         RewardTerm("effort", f"{_WEIGHTS['effort']:g} times the mean square of the first 3 actions"),
     )
+    rules: ClassVar[ModuleType] = rules
     task_state_fields = start.TASK_STATE_FIELDS
-    info_fields = (("success", "?"), ("is_success", "?"), ("placed", "i8"), ("stand_time", "f8"))
     draw_count = start.DRAW_COUNT
     arguments = SETTINGS
-    quantities = domain_randomization.QUANTITIES
 
     def build_scene(self) -> Scene:
-        return scene.build_scene()
-
-    def initialize_episode(self, worlds: Array, draws: Array, options: Mapping[str, Any]) -> None:
-        write_settings(self.task_state, worlds, options)
-        rules.initialize_worlds(self.kernel_world, worlds, draws, self.world.timestep)
-
-    def apply_action(self, actions: Array) -> int:
-        return rules.apply_actions(self.kernel_world, actions)
-
-    def evaluate(self) -> None:
-        rules.evaluate_worlds(self.kernel_world, self.world.timestep)
+        return build_scene()
 
     def camera(self, world: int, width: int, height: int) -> Any:
-        from gsenv.render.camera import Bounds, Camera
-
-        state = self.task_state[world]
-        block_height = 2.0 * float(state["half_height"][1])
-        top = 2.7 + block_height * max(int(state["blocks"]) - 4, 0)
-        bounds = Bounds(-scene.REACH_X - 0.2, -0.25, scene.REACH_X + 0.2, top)
-        return Camera.fit(bounds, width, height, margin=0.0)
-
-    def captions(self, world: int) -> Sequence[str]:
-        state = self.task_state[world]
-        lines = [f"blocks {state['placed']} / {state['blocks']}"]
-        if state["placed"] == state["blocks"]:
-            lines.append(f"stands {self.infos['stand_time'][world]:.1f} s")
-        return lines
+        return self.front_camera(world, width, height, scene.REACH_X + 0.2)
 
 
 @documented

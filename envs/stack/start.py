@@ -4,27 +4,17 @@ from __future__ import annotations
 
 from typing import Any
 
-from gsenv.envs.core.kernels import active_contacts, between
+from gsenv.envs.core.kernels import between
 from gsenv.envs.stack import blocks as parts
 from gsenv.envs.stack import scene
+from gsenv.envs.stack import shared_rules as shared
 from gsenv.envs.stack.blocks import DRAWS_PER_BLOCK
 from gsenv.solver.jit import njit
-from gsenv.solver.planar.edit import place_body
 
 TASK_STATE_FIELDS: list[tuple[Any, ...]] = [
-    ("blocks", "i8"),  # levels of the goal
-    ("arrived", "i8"),  # blocks that are or were in the gripper
-    ("held", "i8"),  # block in the gripper, or -1
-    ("placed", "i8"),  # blocks that came to rest at their level
-    ("stand", "i8"),  # control steps that the released blocks have stood
-    ("distance", "f8"),  # to go, as the approach term sees it; negative: not yet known
-    ("effort", "f8"),  # mean square of the last action
-    *parts.SETTING_FIELDS,
-    ("approach_weight", "f8"),
-    ("placed_weight", "f8"),
-    ("success_weight", "f8"),
-    ("fall_weight", "f8"),
-    ("effort_weight", "f8"),
+    *shared.GRIPPER_FIELDS,
+    *shared.setting_fields(("grasp_tilt", "f8")),
+    *shared.weight_fields("approach", "placed", "success", "fall", "effort"),
 ]
 
 DRAW_COUNT = 2 + DRAWS_PER_BLOCK * scene.MAX_BLOCKS
@@ -44,26 +34,15 @@ _START_Y, _START_TOP = scene.START_Y
 def hand_over(world, k):  # type: ignore[no-untyped-def]
     """Place block k in the gripper."""
     parts.hand_over(world, _GRIPPER, _BLOCK + k, _WELD + k)
-    task = world.task.state
-    task.held = k
-    task.arrived = k + 1
-    task.distance = -1.0
+    shared.take(world.task.state, k)
 
 
 @njit
 def initialize_world(world, draws):  # type: ignore[no-untyped-def]
     """Begin an episode: put the gripper at a drawn position with the first block in it."""
-    bodies, parameters = world.state.bodies, world.parameters
     x = between(-_START_X, _START_X, draws[0])
     y = between(_START_Y, _START_TOP, draws[1])
-    place_body(_GRIPPER, bodies, parameters.bodies, active_contacts(world), (x, y), parts.UPRIGHT, parts.AT_REST)
-    drive = world.state.joints[_DRIVE]
-    drive.target_position[0] = x
-    drive.target_position[1] = y
-    for k in range(_MAX_BLOCKS):
-        parts.make_block(
-            world.task.state, draws[2 + DRAWS_PER_BLOCK * k :], parameters.bodies[_BLOCK + k],
-            parameters.shapes[_SHAPE + k], parameters.joints[_WELD + k],
-        )  # fmt: skip
+    parts.place_gripper(world, _GRIPPER, _DRIVE, x, y)
+    parts.make_blocks(world, draws[2:], _BLOCK, _SHAPE, _WELD, _MAX_BLOCKS)
     hand_over(world, 0)
     parts.move_mast(world, _MAST, _GRIPPER)

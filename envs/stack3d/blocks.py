@@ -6,15 +6,13 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 from gsenv.envs.core.kernels import active_contacts, between
-from gsenv.envs.stack.blocks import CONTROL_TIME, REST_SPEED, SUNK, TIPPED, TOUCH
+from gsenv.envs.stack.shared_rules import REST_SPEED, SUNK, TIPPED, is_touching, within
 from gsenv.envs.stack3d import scene
-from gsenv.solver.core.edit import disable_joint, enable_body, enable_joint
+from gsenv.solver.core.edit import enable_body, enable_joint, place_body, set_box
 from gsenv.solver.core.trig import atan2
 from gsenv.solver.jit import njit
-from gsenv.solver.spatial.edit import place_body, set_box
 from gsenv.solver.spatial.math import (
     add,
     conjugate,
@@ -32,16 +30,6 @@ from gsenv.solver.spatial.math import (
 DRAWS_PER_BLOCK = 8
 TWISTED = 0.3  # rad, against the sides of the block below
 TWIST_WEIGHT = 0.3  # m per rad, in the distance of the approach
-
-SETTING_FIELDS: list[tuple[Any, ...]] = [  # of the task state: settings of the episode
-    ("half_width", "f8", (2,)),  # m, lowest and highest
-    ("half_height", "f8", (2,)),  # m
-    ("mass", "f8", (2,)),  # kg
-    ("friction", "f8", (2,)),
-    ("grasp_offset", "f8"),  # of the half-widths, at most
-    ("grasp_turn", "f8"),  # rad, at most
-    ("stand_steps", "i8"),  # control steps that a whole tower must stand
-]
 
 LIFT = scene.PAD_HEIGHT + scene.GAP
 UPRIGHT = (1.0, 0.0, 0.0, 0.0)  # quaternion
@@ -91,7 +79,7 @@ def make_block(task, draws, body, shape, weld):  # type: ignore[no-untyped-def]
     x = between(task.half_width[0], task.half_width[1], draws[0])
     y = between(task.half_width[0], task.half_width[1], draws[1])
     z = between(task.half_height[0], task.half_height[1], draws[2])
-    set_box(body, shape, x, y, z, between(task.mass[0], task.mass[1], draws[3]))
+    set_box(body, shape, (x, y, z), between(task.mass[0], task.mass[1], draws[3]))
     shape.friction = between(task.friction[0], task.friction[1], draws[4])
     offset = task.grasp_offset
     weld.anchor_a[0] = 0.0
@@ -103,6 +91,12 @@ def make_block(task, draws, body, shape, weld):  # type: ignore[no-untyped-def]
     q = turn_of((0.0, 0.0, between(-task.grasp_turn, task.grasp_turn, draws[7])))
     for d in range(4):
         weld.reference[d] = q[d]
+
+
+@njit
+def place_upright(world, body, at):  # type: ignore[no-untyped-def]
+    """Place a body at rest and not rotated."""
+    place_body(body, world.state.bodies, world.parameters.bodies, active_contacts(world), at, UPRIGHT, AT_REST)
 
 
 @njit
@@ -131,40 +125,24 @@ def hand_over(world, gripper, block, weld):  # type: ignore[no-untyped-def]
 
 
 @njit
-def release(world, gripper, block, weld):  # type: ignore[no-untyped-def]
-    """Release a block from the gripper."""
-    disable_joint(world.parameters.joints[weld], world.state.bodies[gripper], world.state.bodies[block])
-
-
-@njit
 def move_mast(world, mast, gripper):  # type: ignore[no-untyped-def]
     """Move the mast, which collides with nothing, onto the gripper."""
-    bodies = world.state.bodies
-    holder = bodies[gripper].position
-    position = (holder[0], holder[1], holder[2] + _MAST_RISE)
-    place_body(mast, bodies, world.parameters.bodies, active_contacts(world), position, UPRIGHT, AT_REST)
+    at = world.state.bodies[gripper].position
+    place_upright(world, mast, (at[0], at[1], at[2] + _MAST_RISE))
 
 
 # ---------------------------------------------------------------- apply actions
 
 
 @njit
-def _within(speed, limit, here, low, high):  # type: ignore[no-untyped-def]
-    """Return the speed, reduced so that a target at `here` stays in [low, high], or leaves it no further."""
-    speed = min(speed, max((high - here) / CONTROL_TIME, 0.0))
-    speed = max(speed, min((low - here) / CONTROL_TIME, 0.0))
-    return min(max(speed, -limit), limit)
-
-
-@njit
 def steer(control, drive, action):  # type: ignore[no-untyped-def]
     """Apply actions in [-1, 1] to the four actuators of the gripper; its target stays within reach and upright."""
     place = drive.target_position
-    control[0] = _within(_SPEED * action[0], _SPEED, place[0], -_REACH, _REACH)
-    control[1] = _within(_SPEED * action[1], _SPEED, place[1], -_REACH, _REACH)
-    control[2] = _within(_SPEED * action[2], _SPEED, place[2], _LOW_Z, _HIGH_Z)
+    control[0] = within(_SPEED * action[0], _SPEED, place[0], -_REACH, _REACH)
+    control[1] = within(_SPEED * action[1], _SPEED, place[1], -_REACH, _REACH)
+    control[2] = within(_SPEED * action[2], _SPEED, place[2], _LOW_Z, _HIGH_Z)
     angle = heading(drive.target_rotation)
-    control[3] = _within(_TURN_SPEED * action[3], _TURN_SPEED, angle, -_REACH_ANGLE, _REACH_ANGLE)
+    control[3] = within(_TURN_SPEED * action[3], _TURN_SPEED, angle, -_REACH_ANGLE, _REACH_ANGLE)
     # where the gripper is pushed over, the target has gone with it
     q = turn_of((0.0, 0.0, angle))
     for d in range(4):
@@ -181,7 +159,7 @@ def touches(contacts):  # type: ignore[no-untyped-def]
     gripped = 0
     for i in range(len(contacts)):
         contact = contacts[i]
-        if contact.total_impulse[0] <= 0.0 and contact.separation > TOUCH:
+        if not is_touching(contact):
             continue
         a = min(contact.body_a, contact.body_b)
         b = max(contact.body_a, contact.body_b) - _BLOCK
@@ -202,13 +180,14 @@ def _calm(body):  # type: ignore[no-untyped-def]
 
 
 @njit
-def standing(first, last, resting, gripped, blocks):  # type: ignore[no-untyped-def]
-    """Whether blocks first..last-1 rest on those below, slow, and no gripper on them."""
-    for k in range(first, last):
-        bit = 1 << k
-        if resting & bit == 0 or gripped & bit != 0 or not _calm(blocks[k]):
-            return False
-    return True
+def steady_blocks(contacts, blocks):  # type: ignore[no-untyped-def]
+    """Return the bit mask of the blocks that rest on the level below, slow, with no gripper on them."""
+    resting, gripped = touches(contacts)
+    steady = resting & ~gripped
+    for k in range(len(blocks)):
+        if not _calm(blocks[k]):
+            steady &= ~(1 << k)
+    return steady
 
 
 @njit

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from types import ModuleType
+from typing import Any, ClassVar
 
 from gsenv.envs.core.env import TaskEnv
 from gsenv.envs.core.spec_tables import Entry, RewardTerm
-from gsenv.envs.core.task import Array, Task, documented
+from gsenv.envs.core.task import documented
 from gsenv.envs.core.vector import TaskVectorEnv
-from gsenv.envs.stack.domain_randomization import QUANTITIES
-from gsenv.envs.stack.settings import REWARD_WEIGHTS, write_settings
+from gsenv.envs.stack.settings import REWARD_WEIGHTS
+from gsenv.envs.stack.task import BlocksTask
 from gsenv.envs.stack3d import blocks as parts
 from gsenv.envs.stack3d import rules, scene, start
+from gsenv.envs.stack3d.build import build_scene
 from gsenv.envs.stack3d.settings import SETTINGS
 from gsenv.solver import Scene
 
@@ -21,7 +22,7 @@ _WEIGHTS = REWARD_WEIGHTS
 _SPEED = scene.SPEED
 
 
-class Stack3DTask(Task):
+class Stack3DTask(BlocksTask):
     """The rules for many worlds; `settings` has the defaults of a reset."""
 
     actions = (
@@ -93,24 +94,13 @@ class Stack3DTask(Task):
         RewardTerm("fall", f"{_WEIGHTS['fall']:g} when a released block falls or lies across"),
         RewardTerm("effort", f"{_WEIGHTS['effort']:g} times the mean square of the first 4 actions"),
     )
+    rules: ClassVar[ModuleType] = rules
     task_state_fields = start.TASK_STATE_FIELDS
-    info_fields = (("success", "?"), ("is_success", "?"), ("placed", "i8"), ("stand_time", "f8"))
     draw_count = start.DRAW_COUNT
     arguments = SETTINGS
-    quantities = QUANTITIES
 
     def build_scene(self) -> Scene:
-        return scene.build_scene()
-
-    def initialize_episode(self, worlds: Array, draws: Array, options: Mapping[str, Any]) -> None:
-        write_settings(self.task_state, worlds, options)
-        rules.initialize_worlds(self.kernel_world, worlds, draws, self.world.timestep)
-
-    def apply_action(self, actions: Array) -> int:
-        return rules.apply_actions(self.kernel_world, actions)
-
-    def evaluate(self) -> None:
-        rules.evaluate_worlds(self.kernel_world, self.world.timestep)
+        return build_scene()
 
     def camera(self, world: int, width: int, height: int) -> Any:
         """Return a camera that looks down obliquely, from farther away for towers of more than three blocks."""
@@ -122,13 +112,6 @@ class Stack3DTask(Task):
         away = 1.2 + 1.30 * top
         eye = (0.62 * away, -0.78 * away, middle + 0.40 * away)
         return SpatialCamera(eye, (0.0, 0.0, middle), width=width, height=height)
-
-    def captions(self, world: int) -> Sequence[str]:
-        state = self.task_state[world]
-        lines = [f"blocks {state['placed']} / {state['blocks']}"]
-        if state["placed"] == state["blocks"]:
-            lines.append(f"stands {self.infos['stand_time'][world]:.1f} s")
-        return lines
 
 
 @documented

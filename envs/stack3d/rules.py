@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from gsenv.envs.core.kernels import active_contacts, clip, first_not_finite
-from gsenv.envs.stack.blocks import ARRIVAL_MARGIN, CONTROL_TIME
-from gsenv.envs.stack.domain_randomization import apply_physics
+from gsenv.envs.stack import shared_rules as shared
+from gsenv.envs.stack.shared_rules import ARRIVAL_MARGIN
 from gsenv.envs.stack3d import blocks as parts
 from gsenv.envs.stack3d import scene
 from gsenv.envs.stack3d.start import hand_over, initialize_world
@@ -24,6 +26,8 @@ _LIFT = parts.LIFT
 _MAX_FORCE = scene.MAX_FORCE
 _MAX_TORQUE = scene.MAX_TORQUE
 _TWIST_WEIGHT = parts.TWIST_WEIGHT
+
+_ORDER = np.arange(_MAX_BLOCKS)  # block k belongs at level k
 
 
 # ---------------------------------------------------------------- apply actions
@@ -44,17 +48,10 @@ def apply_actions(world, actions):  # type: ignore[no-untyped-def]
 @njit
 def _apply_action(world, action):  # type: ignore[no-untyped-def]
     task = world.task.state
-    task.effort = 0.0
-    for a in range(5):
-        action[a] = min(max(action[a], -1.0), 1.0)
-        if a < 4:
-            task.effort += action[a] * action[a] / 4.0
+    task.effort = shared.clipped_effort(action, 4)
     parts.steer(world.state.control, world.state.joints[_DRIVE], action)
     if action[4] > 0.0 and task.held >= 0:
-        parts.release(world, _GRIPPER, _BLOCK + task.held, _WELD + task.held)
-        task.held = -1
-        task.stand = 0
-        task.distance = -1.0
+        shared.release_held(world, _GRIPPER, _BLOCK, _WELD)
 
 
 # ---------------------------------------------------------------- evaluate
@@ -118,52 +115,27 @@ def _distance(world):  # type: ignore[no-untyped-def]
 
 
 @njit
-def _approach(world):  # type: ignore[no-untyped-def]
-    """Return by how much the distance has fallen since the last step, in m; 0 in the first step of a phase."""
-    task = world.task.state
-    before = task.distance
-    task.distance = _distance(world)
-    return before - task.distance if before >= 0.0 else 0.0
-
-
-@njit
 def _evaluate_tower(world):  # type: ignore[no-untyped-def]
     """Update task state and info with the blocks that stand; return (newly placed, fallen, success)."""
-    task, info = world.task.state, world.task.info
-    blocks = world.state.bodies[_BLOCK:]
-    resting, gripped = parts.touches(active_contacts(world))
+    task, blocks = world.task.state, world.state.bodies[_BLOCK:]
     released = task.arrived if task.held < 0 else task.held
+    steady = parts.steady_blocks(active_contacts(world), blocks)
     fallen = parts.any_fallen(released, blocks, world.parameters.shapes[_SHAPE:])
-    placed = False
-    if released > task.placed and not fallen:
-        placed = parts.standing(task.placed, released, resting, gripped, blocks)
-        if placed:
-            task.placed = released
-    stands = released > 0 and not fallen and parts.standing(0, released, resting, gripped, blocks)
-    task.stand = task.stand + 1 if stands else 0
-    success = task.placed == task.blocks and task.stand >= task.stand_steps
-    info.success = success
-    info.is_success = success
-    info.placed = task.placed
-    info.stand_time = task.stand * CONTROL_TIME
+    placed, success = shared.evaluate_tower(task, world.task.info, released, _ORDER, steady, fallen)
     return placed, fallen, success
 
 
 @njit
 def evaluate_world(world):  # type: ignore[no-untyped-def]
     """Set reward terms and info of one world after a control step; return (reward, terminated)."""
-    task, term = world.task.state, world.task.terms
-    term.approach = task.approach_weight * _approach(world)
+    task = world.task.state
+    nearer = shared.approach(task, _distance(world))
     placed, fallen, success = _evaluate_tower(world)
-    term.placed = task.placed_weight if placed else 0.0
-    term.success = task.success_weight if success else 0.0
-    term.fall = task.fall_weight if fallen else 0.0
-    term.effort = task.effort_weight * task.effort
-    k = task.arrived
-    if task.held < 0 and task.placed == k and k < task.blocks and not fallen and _is_free(world, k):
-        hand_over(world, k)
+    reward = shared.write_terms(task, world.task.terms, nearer, placed, fallen, success)
+    if shared.is_due(task, fallen) and _is_free(world, task.arrived):
+        hand_over(world, task.arrived)
     parts.move_mast(world, _MAST, _GRIPPER)
-    return term.approach + term.placed + term.success + term.fall + term.effort, fallen or success
+    return reward, fallen or success
 
 
 # ---------------------------------------------------------------- observe
@@ -238,9 +210,7 @@ def _observe_tower(world, out, released):  # type: ignore[no-untyped-def]
     out[43] = parts.fastest(released, bodies[_BLOCK:])
     out[44] = bodies[_GRIPPER].position[2] - _LIFT - _top(world, released)
     out[45] = _rise(world)
-    out[46] = task.placed / _MAX_BLOCKS
-    out[47] = (task.blocks - task.placed) / _MAX_BLOCKS
-    out[48] = min(task.stand / task.stand_steps, 1.0)
+    shared.observe_progress(out, 46, task, _MAX_BLOCKS)
 
 
 @njit
@@ -265,7 +235,7 @@ def initialize_worlds(world, worlds, draws, timestep):  # type: ignore[no-untype
     for i in range(len(worlds)):
         select_world(world, worlds[i])
         initialize_world(world, draws[i])
-        apply_physics(world.task.physics, world.parameters, _BLOCK, _SHAPE, _MAX_BLOCKS, 1)
+        shared.apply_physics(world.task.physics, world.parameters, _BLOCK, _SHAPE, _MAX_BLOCKS, 1)
         observe_world(world, timestep)
 
 

@@ -1,10 +1,6 @@
-"""GStack3D's world: numbers, indices and the scene. Everything in SI units, z up."""
+"""GStack3D's world: numbers and indices, of which build.py makes the scene. Everything in SI units, z up."""
 
 from __future__ import annotations
-
-from gsenv.envs.stack.scene import COLORS, MAST_COLOR, STEEL
-from gsenv.solver import Handle, Scene
-from gsenv.solver.spatial import Box, Plane, Target, Weld
 
 MAX_BLOCKS = 6
 
@@ -40,48 +36,3 @@ FIRST_BLOCK_SHAPE = 4  # ground, mast, pad, wrist come before
 PARKED_Z = -20.0  # m, of blocks that are yet to come; disabled, so nothing meets them there
 
 NOTHING = 0  # mask of what is only to be seen
-
-
-def build_scene() -> Scene:
-    """Return the scene: ground, mast, gripper, and all blocks, which are parked and disabled."""
-    scene = Scene(dim=3)
-    scene.add_body("ground", "static", [Plane(friction=0.8)])
-    mast = Box(half_extents=(0.03, 0.03, MAST_HALF_LENGTH), mask=NOTHING)
-    scene.add_body("mast", "kinematic", [mast], position=(0.0, 0.0, START_Z[0]), color=MAST_COLOR)
-    gripper = _add_gripper(scene)
-    blocks = [_add_block(scene, k) for k in range(MAX_BLOCKS)]
-    drive = scene.add_joint(
-        "drive", Target(gripper, frequency=6.0, damping_ratio=1.5, max_force=MAX_FORCE, max_torque=MAX_TORQUE)
-    )
-    for k, block in enumerate(blocks):
-        scene.add_joint(f"grip_{k}", Weld(gripper, block, collide=True, enabled=False))
-    for axis in ("x", "y", "z"):
-        scene.add_actuator(f"move_{axis}", drive, axis, "velocity", -SPEED, SPEED)
-    scene.add_actuator("turn", drive, "turn_z", "velocity", -TURN_SPEED, TURN_SPEED)
-    return scene
-
-
-def _add_gripper(scene: Scene) -> Handle:
-    return scene.add_body(
-        "gripper",
-        shapes=[
-            Box(half_extents=(PAD_WIDTH, PAD_WIDTH, PAD_HEIGHT), friction=0.3, name="pad"),
-            Box(half_extents=(0.045, 0.045, 0.065), position=(0.0, 0.0, 0.085), density=0.0, name="wrist"),
-        ],
-        position=(0.0, 0.0, START_Z[0]),
-        mass=GRIPPER_MASS,
-        inertia=(GRIPPER_INERTIA,) * 3,
-        gravity_scale=0.0,
-        color=STEEL,
-    )
-
-
-def _add_block(scene: Scene, k: int) -> Handle:
-    """Add block k, parked and disabled."""
-    return scene.add_body(
-        f"block_{k}",
-        shapes=[Box(half_extents=(HALF_WIDTH[1], HALF_WIDTH[1], HALF_HEIGHT[1]))],
-        position=(2.0 * k, 0.0, PARKED_Z),
-        enabled=False,
-        color=COLORS[k],
-    )

@@ -4,27 +4,17 @@ from __future__ import annotations
 
 from typing import Any
 
-from gsenv.envs.core.kernels import active_contacts, between
+from gsenv.envs.core.kernels import between
+from gsenv.envs.stack import shared_rules as shared
 from gsenv.envs.stack3d import blocks as parts
 from gsenv.envs.stack3d import scene
 from gsenv.envs.stack3d.blocks import DRAWS_PER_BLOCK
 from gsenv.solver.jit import njit
-from gsenv.solver.spatial.edit import place_body
 
 TASK_STATE_FIELDS: list[tuple[Any, ...]] = [
-    ("blocks", "i8"),  # levels of the goal
-    ("arrived", "i8"),  # blocks that are or were in the gripper
-    ("held", "i8"),  # block in the gripper, or -1
-    ("placed", "i8"),  # blocks that came to rest at their level
-    ("stand", "i8"),  # control steps that the released blocks have stood
-    ("distance", "f8"),  # to go, as the approach term sees it; negative: not yet known
-    ("effort", "f8"),  # mean square of the last action
-    *parts.SETTING_FIELDS,
-    ("approach_weight", "f8"),
-    ("placed_weight", "f8"),
-    ("success_weight", "f8"),
-    ("fall_weight", "f8"),
-    ("effort_weight", "f8"),
+    *shared.GRIPPER_FIELDS,
+    *shared.setting_fields(("grasp_turn", "f8")),
+    *shared.weight_fields("approach", "placed", "success", "fall", "effort"),
 ]
 
 DRAW_COUNT = 3 + DRAWS_PER_BLOCK * scene.MAX_BLOCKS
@@ -44,22 +34,19 @@ _START_Z, _START_TOP = scene.START_Z
 def hand_over(world, k):  # type: ignore[no-untyped-def]
     """Place block k in the gripper."""
     parts.hand_over(world, _GRIPPER, _BLOCK + k, _WELD + k)
-    task = world.task.state
-    task.held = k
-    task.arrived = k + 1
-    task.distance = -1.0
+    shared.take(world.task.state, k)
 
 
 @njit
 def initialize_world(world, draws):  # type: ignore[no-untyped-def]
     """Begin an episode: put the gripper at a drawn position with the first block in it."""
-    bodies, parameters = world.state.bodies, world.parameters
+    parameters = world.parameters
     at = (
         between(-_START, _START, draws[0]),
         between(-_START, _START, draws[1]),
         between(_START_Z, _START_TOP, draws[2]),
     )
-    place_body(_GRIPPER, bodies, parameters.bodies, active_contacts(world), at, parts.UPRIGHT, parts.AT_REST)
+    parts.place_upright(world, _GRIPPER, at)
     drive = world.state.joints[_DRIVE]
     for d in range(3):
         drive.target_position[d] = at[d]

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from types import ModuleType
+from typing import Any, ClassVar
 
 from gsenv.envs.core.arguments import Setting
 from gsenv.envs.core.spec_tables import Entry, RewardTerm
-from gsenv.envs.core.task import Array, Task
 from gsenv.envs.core.vector import TaskVectorEnv
-from gsenv.envs.stack import domain_randomization
 from gsenv.envs.stack import scene as stack
 from gsenv.envs.stack.blocks import TILT_WEIGHT
-from gsenv.envs.stack.settings import BLOCK_SETTINGS, weights_setting, write_settings
+from gsenv.envs.stack.settings import BLOCK_SETTINGS, weights_setting
+from gsenv.envs.stack.task import BlocksTask
 from gsenv.envs.tower import rules, scene, start
+from gsenv.envs.tower.build import build_scene
 from gsenv.solver import Scene
 
 REWARD_WEIGHTS = {
@@ -29,7 +29,7 @@ def check_blocks(blocks: Any) -> int:
     return int(blocks)
 
 
-class TowerTask(Task):
+class TowerTask(BlocksTask):
     """The rules for many worlds with two agents each."""
 
     agents = ("gripper_0", "gripper_1")
@@ -96,44 +96,21 @@ class TowerTask(Task):
         RewardTerm("bump", f"{_WEIGHTS['bump']:g} to both in each step in which grippers, or what they hold, touch"),
         RewardTerm("effort", f"{_WEIGHTS['effort']:g} times the mean square of the first 3 own actions"),
     )
+    rules: ClassVar[ModuleType] = rules
     task_state_fields = start.TASK_STATE_FIELDS
-    info_fields = (("success", "?"), ("is_success", "?"), ("placed", "i8"), ("stand_time", "f8"), ("bump", "?"))
+    info_fields = (*BlocksTask.info_fields, ("bump", "?"))
     draw_count = start.DRAW_COUNT
     arguments = (
         Setting("blocks", 4, check_blocks, f"levels of the tower: 2, 4, 6 or {scene.MAX_BLOCKS}"),
         *BLOCK_SETTINGS,
         weights_setting(REWARD_WEIGHTS),
     )
-    quantities = domain_randomization.QUANTITIES
 
     def build_scene(self) -> Scene:
-        return scene.build_scene()
-
-    def initialize_episode(self, worlds: Array, draws: Array, options: Mapping[str, Any]) -> None:
-        write_settings(self.task_state, worlds, options)
-        rules.initialize_worlds(self.kernel_world, worlds, draws, self.world.timestep)
-
-    def apply_action(self, actions: Array) -> int:
-        return rules.apply_actions(self.kernel_world, actions)
-
-    def evaluate(self) -> None:
-        rules.evaluate_worlds(self.kernel_world, self.world.timestep)
+        return build_scene()
 
     def camera(self, world: int, width: int, height: int) -> Any:
-        from gsenv.render.camera import Bounds, Camera
-
-        state = self.task_state[world]
-        block_height = 2.0 * float(state["half_height"][1])
-        top = 2.7 + block_height * max(int(state["blocks"]) - 4, 0)
-        reach = 0.35 - scene.REACH_X[0]
-        return Camera.fit(Bounds(-reach, -0.25, reach, top), width, height, margin=0.0)
-
-    def captions(self, world: int) -> Sequence[str]:
-        state = self.task_state[world]
-        lines = [f"blocks {state['placed']} / {state['blocks']}"]
-        if state["placed"] == state["blocks"]:
-            lines.append(f"stands {self.infos['stand_time'][world]:.1f} s")
-        return lines
+        return self.front_camera(world, width, height, 0.35 - scene.REACH_X[0])
 
 
 class TowerVectorEnv(TaskVectorEnv):

@@ -54,7 +54,7 @@ class TowerParallelEnv(TaskParallelEnv):
     {reward_table}
 
     Each block can be placed once, and "approach" is a difference of distances within one phase, which
-    ends when either gripper lets go of a block; so going to and fro earns nothing.
+    ends when either gripper releases a block, so going to and fro earns nothing.
 
     ## Starting State
     Uniform and independent: the plinth up to 0.2 m left or right of the middle; each gripper at rest

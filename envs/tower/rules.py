@@ -11,8 +11,9 @@ import math
 from gsenv.envs.core.kernels import active_contacts, clip, first_not_finite
 from gsenv.envs.stack import blocks as parts
 from gsenv.envs.stack import scene as stack
-from gsenv.envs.stack.blocks import ARRIVAL_MARGIN, CONTROL_TIME, TILT_WEIGHT, TOUCH
-from gsenv.envs.stack.domain_randomization import apply_physics
+from gsenv.envs.stack import shared_rules as shared
+from gsenv.envs.stack.blocks import TILT_WEIGHT
+from gsenv.envs.stack.shared_rules import ARRIVAL_MARGIN, is_touching
 from gsenv.envs.tower import scene
 from gsenv.envs.tower.start import hand_over, initialize_world
 from gsenv.solver.jit import njit
@@ -62,11 +63,7 @@ def apply_actions(world, actions):  # type: ignore[no-untyped-def]
 @njit
 def _apply_action(world, a, action):  # type: ignore[no-untyped-def]
     task = world.task.state
-    task.effort[a] = 0.0
-    for i in range(4):
-        action[i] = min(max(action[i], -1.0), 1.0)
-        if i < 3:
-            task.effort[a] += action[i] * action[i] / 3.0
+    task.effort[a] = shared.clipped_effort(action, 3)
     side = _side(a)
     low_x = min(side * _FROM_X, side * _TO_X)
     high_x = max(side * _FROM_X, side * _TO_X)
@@ -74,7 +71,7 @@ def _apply_action(world, a, action):  # type: ignore[no-untyped-def]
     parts.steer(control, world.state.joints[a], side * action[0], action[1], side * action[2], low_x, high_x)
     if action[3] > 0.0 and task.held[a] == 1:
         k = task.block[a]
-        parts.release(world, _GRIPPER + a, _BLOCK + k, _WELD + k)
+        shared.release(world, _GRIPPER + a, _BLOCK + k, _WELD + k)
         task.held[a] = 0
         task.level[k] = task.released
         task.order[task.released] = k
@@ -102,7 +99,7 @@ def _bump(contacts, task):  # type: ignore[no-untyped-def]
     """Whether the grippers touch each other, with what they hold."""
     for i in range(len(contacts)):
         contact = contacts[i]
-        if contact.total_impulse[0] <= 0.0 and contact.separation > TOUCH:
+        if not is_touching(contact):
             continue
         a = _hand_of(contact.body_a, task)
         b = _hand_of(contact.body_b, task)
@@ -190,20 +187,10 @@ def _evaluate_tower(world):  # type: ignore[no-untyped-def]
     """Update task state and info with the blocks that stand; return (placed before, fallen, success)."""
     task, info = world.task.state, world.task.info
     contacts, blocks = active_contacts(world), world.state.bodies[_BLOCK:]
-    resting, gripped = parts.touches(contacts, task.level, _PLINTH, _GRIPPER, _BLOCK)
+    steady = parts.steady_blocks(contacts, task.level, blocks, _PLINTH, _GRIPPER, _BLOCK)
     fallen = parts.any_fallen(task.released, _BASE, task.order, blocks, world.parameters.shapes[_SHAPE:])
     placed = task.placed
-    if task.released > placed and not fallen:
-        if parts.standing(placed, task.released, task.order, resting, gripped, blocks):
-            task.placed = task.released
-    stands = task.released > 0 and not fallen
-    stands = stands and parts.standing(0, task.released, task.order, resting, gripped, blocks)
-    task.stand = task.stand + 1 if stands else 0
-    success = task.placed == task.blocks and task.stand >= task.stand_steps
-    info.success = success
-    info.is_success = success
-    info.placed = task.placed
-    info.stand_time = task.stand * CONTROL_TIME
+    _, success = shared.evaluate_tower(task, info, task.released, task.order, steady, fallen)
     info.bump = _bump(contacts, task)
     return placed, fallen, success
 
@@ -319,7 +306,7 @@ def initialize_worlds(world, worlds, draws, timestep):  # type: ignore[no-untype
     for i in range(len(worlds)):
         select_world(world, worlds[i])
         initialize_world(world, draws[i])
-        apply_physics(world.task.physics, world.parameters, _BLOCK, _SHAPE, _MAX_BLOCKS, 2)
+        shared.apply_physics(world.task.physics, world.parameters, _BLOCK, _SHAPE, _MAX_BLOCKS, 2)
         for a in range(2):
             observe_agent(world, a, timestep)
 

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from gsenv.envs.stack import scene as stack
-from gsenv.solver import Scene
-from gsenv.solver.planar import Box, HalfPlane, Weld
 
 MAX_BLOCKS = stack.MAX_BLOCKS
 AGENTS = ("left", "right")
@@ -28,27 +26,3 @@ FIRST_BLOCK_SHAPE = 11  # ground, plinth, rail, two masts, two grippers of three
 PLINTH_COLOR = (112, 118, 130)
 GRIPPER_COLORS = ((32, 98, 190), (196, 44, 66))
 MAST_COLORS = ((132, 164, 208), (214, 142, 152))
-
-
-def build_scene() -> Scene:
-    """Return the scene: ground, plinth, gantry, two grippers, and all blocks, which are parked and disabled."""
-    scene = Scene()
-    scene.add_body("ground", "static", [HalfPlane(friction=0.8)])
-    plinth = Box(half_extents=(PLINTH_HALF_WIDTH, PLINTH_HEIGHT / 2), friction=0.8)
-    scene.add_body("plinth", "static", [plinth], position=(0.0, PLINTH_HEIGHT / 2), color=PLINTH_COLOR)
-    rail = Box(half_extents=(RAIL_HALF_WIDTH, 0.05), mask=stack.NOTHING)
-    scene.add_body("rail", "static", [rail], position=(0.0, stack.RAIL_Y))
-    places = (-1.5, 1.5)
-    for agent, x, color in zip(AGENTS, places, MAST_COLORS, strict=True):
-        stack.add_mast(scene, f"mast_{agent}", x, color)
-    grippers = [
-        stack.add_gripper(scene, f"gripper_{agent}", x, color)
-        for agent, x, color in zip(AGENTS, places, GRIPPER_COLORS, strict=True)
-    ]
-    blocks = [stack.add_block(scene, k) for k in range(MAX_BLOCKS)]
-    drives = [stack.add_drive(scene, f"drive_{agent}", grippers[a]) for a, agent in enumerate(AGENTS)]
-    for k, block in enumerate(blocks):
-        scene.add_joint(f"grip_{k}", Weld(grippers[k % 2], block, collide=True, enabled=False))
-    for agent, drive in zip(AGENTS, drives, strict=True):
-        stack.add_actuators(scene, drive, f"_{agent}")
-    return scene

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from gsenv.envs.core.kernels import active_contacts, between
+from gsenv.envs.core.kernels import between
 from gsenv.envs.stack import blocks as parts
+from gsenv.envs.stack import shared_rules as shared
 from gsenv.envs.stack.blocks import DRAWS_PER_BLOCK
 from gsenv.envs.tower import scene
 from gsenv.solver.jit import njit
-from gsenv.solver.planar.edit import place_body
 
 TASK_STATE_FIELDS: list[tuple[Any, ...]] = [
     ("blocks", "i8"),  # levels of the goal
@@ -24,14 +24,8 @@ TASK_STATE_FIELDS: list[tuple[Any, ...]] = [
     ("arrived", "i8", (2,)),  # blocks that are or were in the gripper
     ("distance", "f8", (2,)),  # to go, as the approach term sees it; negative: not yet known
     ("effort", "f8", (2,)),  # mean square of the last action
-    *parts.SETTING_FIELDS,
-    ("approach_weight", "f8"),
-    ("placed_weight", "f8"),
-    ("partner_weight", "f8"),
-    ("success_weight", "f8"),
-    ("fall_weight", "f8"),
-    ("bump_weight", "f8"),
-    ("effort_weight", "f8"),
+    *shared.setting_fields(("grasp_tilt", "f8")),
+    *shared.weight_fields("approach", "placed", "partner", "success", "fall", "bump", "effort"),
 ]
 
 NOT_RELEASED = -9  # next to no level
@@ -64,28 +58,16 @@ def hand_over(world, a):  # type: ignore[no-untyped-def]
 
 
 @njit
-def _place(world, body, x, y):  # type: ignore[no-untyped-def]
-    contacts = active_contacts(world)
-    place_body(body, world.state.bodies, world.parameters.bodies, contacts, (x, y), parts.UPRIGHT, parts.AT_REST)
-
-
-@njit
 def initialize_world(world, draws):  # type: ignore[no-untyped-def]
     """Begin an episode: put plinth and grippers at drawn positions, with a block in each gripper."""
-    task, parameters = world.task.state, world.parameters
-    _place(world, _PLINTH, between(-_PLINTH_X, _PLINTH_X, draws[0]), _PLINTH_Y)
+    task = world.task.state
+    parts.place_upright(world, _PLINTH, between(-_PLINTH_X, _PLINTH_X, draws[0]), _PLINTH_Y)
     for k in range(_MAX_BLOCKS):
         task.level[k] = NOT_RELEASED
-        parts.make_block(
-            task, draws[FIRST_DRAWS + DRAWS_PER_BLOCK * k :], parameters.bodies[_BLOCK + k],
-            parameters.shapes[_SHAPE + k], parameters.joints[_WELD + k],
-        )  # fmt: skip
+    parts.make_blocks(world, draws[FIRST_DRAWS:], _BLOCK, _SHAPE, _WELD, _MAX_BLOCKS)
     for a in range(2):
         x = (1.0 - 2.0 * a) * between(_START_X, _START_TO_X, draws[1 + 2 * a])
         y = between(_START_Y, _START_TO_Y, draws[2 + 2 * a])
-        _place(world, _GRIPPER + a, x, y)
-        drive = world.state.joints[a]
-        drive.target_position[0] = x
-        drive.target_position[1] = y
+        parts.place_gripper(world, _GRIPPER + a, a, x, y)
         hand_over(world, a)
         parts.move_mast(world, _MAST + a, _GRIPPER + a)

@@ -30,8 +30,8 @@ class Dimension:
         return dimension, (self.dim,)  # modules cannot be pickled
 
     @property
-    def detection(self) -> Any:
-        return import_module(f"{__package__}.{PACKAGES[self.dim]}.detection")
+    def scratch(self) -> Any:
+        return import_module(f"{__package__}.{PACKAGES[self.dim]}.scratch")
 
     @property
     def sensor_readings(self) -> Any:

@@ -20,8 +20,8 @@ pettingzoo = pytest.importorskip("pettingzoo")
 import pettingzoo.test as zoo  # noqa: E402
 
 from gsenv.envs import PARALLEL_ENVS, register_envs, register_parallel_envs, tower_v0  # noqa: E402
-from gsenv.envs.stack import blocks as parts  # noqa: E402
 from gsenv.envs.stack import scene as stack  # noqa: E402
+from gsenv.envs.stack import shared_rules as parts  # noqa: E402
 from gsenv.envs.tower import rules, scene  # noqa: E402
 from gsenv.envs.tower.env import TowerTask  # noqa: E402
 from gsenv.envs.tower.policy import build_together  # noqa: E402

@@ -9,6 +9,7 @@ import numpy as np
 from gsenv.solver.core.broadphase import broadphase_scratch
 from gsenv.solver.dimension import dimension
 from gsenv.solver.records import model as records
+from gsenv.solver.records import scratch_dtypes
 from gsenv.solver.records.bundle import Bundle
 from gsenv.solver.records.model import Array
 from gsenv.solver.records.options import OPTIONS_DTYPE
@@ -23,7 +24,7 @@ def shapes_bundle(dim: int, models: Array, parameters: Array, vertices: Array | 
 
 def narrowphase_bundle(dim: int, fields: bool = False, convex: bool = False) -> Any:
     """``world.scratch.narrowphase``."""
-    return Bundle("Narrowphase", dim, **dimension(dim).detection.narrowphase_scratch(fields, convex))
+    return Bundle("Narrowphase", dim, **dimension(dim).scratch.narrowphase_scratch(fields, convex))
 
 
 def kernel_world(
@@ -63,10 +64,10 @@ def kernel_world(
             dim,
             geometry=arrays.geometry,
             broadphase=broadphase_scratch(len(arrays.shape_models), dim),
-            pairs=np.zeros(pairs, records.PAIR_DTYPE) if isinstance(pairs, int) else pairs,
+            pairs=np.zeros(pairs, scratch_dtypes.PAIR_DTYPE) if isinstance(pairs, int) else pairs,
             found=np.zeros(found, records.contact_dtype(dim)) if isinstance(found, int) else found,
             narrowphase=narrowphase_bundle(dim),
-            start_poses=np.zeros(body_count, records.start_pose_dtype(dim)),
-            substep_bodies=np.zeros(body_count, records.substep_body_dtype(dim)),
+            start_poses=np.zeros(body_count, scratch_dtypes.start_pose_dtype(dim)),
+            substep_bodies=np.zeros(body_count, scratch_dtypes.substep_body_dtype(dim)),
         ),
     ).seal()

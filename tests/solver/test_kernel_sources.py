@@ -218,6 +218,14 @@ def test_step_has_its_stages_but_neither_scene_nor_world_nor_readings(kernels: l
         assert "narrowphase" in {path.parent.name for path in found}
 
 
+def test_an_edit_of_the_api_recompiles_no_kernel_of_an_environment(kernels: list[Any]) -> None:
+    rules = [kernel for kernel in kernels if kernel.__module__.startswith("gsenv.envs.")]
+    assert rules
+    for rule in rules:
+        found = sources(rule)
+        assert {home_of(item) for item in (Scene, World, Parameters)}.isdisjoint(found), rule.__module__
+
+
 def test_sources_hold_every_function_that_a_kernel_can_reach(kernels: list[Any]) -> None:
     for kernel in kernels:
         reached = {file_of(function) for function in reachable(kernel.py_func)}

@@ -19,6 +19,7 @@ from ..records.plain import as_records
 from ..specification import check
 from ..specification.handles import Handle, Reference, find
 from ..specification.joints import JOINT_TYPES
+from ..specification.solids import size_fields, solids
 
 BODY_FIELDS = ("mass", "inertia", "linear_damping", "angular_damping", "gravity_scale", "enabled")
 PLAIN_FIELDS = ("linear_damping", "angular_damping", "gravity_scale")  # of bodies: nothing follows from them
@@ -213,7 +214,7 @@ class Parameters(ParameterArrays):
             raise ValueError(f"{where}: {sorted(derived)[0]} needs a body with exactly one shape.")
         for name in sized:
             kind = int(self._model.shapes["kind"][shapes[0]])
-            if name not in self._dimension.mass.SIZE_FIELDS.get(kind, ()):
+            if name not in size_fields(self._model.dim, kind):
                 raise ValueError(f"{where}: its shape has no {name}.")
 
     def _set_mass(self, body: int, chosen: Array, checked: Mapping[str, Array]) -> None:
@@ -226,10 +227,10 @@ class Parameters(ParameterArrays):
         if "mass" in checked:
             edit.set_masses(chosen, bodies, body, checked["mass"], keep_inertia or resized)
         if resized:
-            solids = as_records(self._dimension.mass.solids(model, self.shapes, body, chosen))
+            made = as_records(solids(model, self.shapes, body, chosen))
             keep_mass = "mass" in checked or bool(model.mass_given[body])
             shape = int(model.bodies["shape_first"][body])
-            edit.fit_solids(chosen, bodies, shapes, body, shape, solids, keep_mass, keep_inertia)
+            edit.fit_solids(chosen, bodies, shapes, body, shape, made, keep_mass, keep_inertia)
         if "inertia" in checked:
             edit.set_inertias(chosen, bodies, body, checked["inertia"])
         if "enabled" in checked:

@@ -14,20 +14,26 @@ from numba import int64
 from ..jit import njit
 from .broadphase import may_touch
 from .dispatch import by_dimension
-from .geometry import DYNAMIC, KINEMATIC, STATIC, MovingShape
+from .geometry import DYNAMIC, KINEMATIC, STATIC, MovingShape, bounding_box, placed, swing_speed
 
 MAX_ADVANCES = 256
 TURN = 0.1  # rad: rotation of a body between two checks
 TOUCHING = 0.005  # of the extent: a gap up to this counts as a hit
 DEPTH = 0.1  # of the extent: hits that go no deeper are left to the contacts of the next step
 
+
+@njit
+def stay(body: Any, motion: Any, rest: float) -> None:
+    """Do nothing: contacts of the next step push a body that has hit a kinematic one."""
+
+
 motion_between = by_dimension("continuous_collision", "motion_between")
 no_motion = by_dimension("continuous_collision", "no_motion")
 start_pose = by_dimension("continuous_collision", "start_pose")
-swept_box = by_dimension("continuous_collision", "swept_box")
+widened = by_dimension("continuous_collision", "widened")
 gap = by_dimension("continuous_collision", "gap")
 move_back = by_dimension("continuous_collision", "move_back")
-move_with = by_dimension("continuous_collision", "move_with")
+move_with = by_dimension("continuous_collision", "move_with", otherwise=stay)
 spin_rate = by_dimension("narrowphase.motion", "spin_rate")
 
 
@@ -122,6 +128,15 @@ def first_hit(world: Any, start_poses: Any, b: int, motion: Any) -> tuple[float,
 
 
 @njit
+def swept_box(shape_model: Any, parameter: Any, vertices: Any, pose: Any, motion: Any, radius: float) -> Any:
+    """Return the bounding box (lower, upper) of a shape over the whole motion, in m; `radius`: that of its body."""
+    lower, upper = bounding_box(shape_model, parameter, vertices, pose)
+    spin = spin_rate(motion)
+    arc = min(spin, 2.0) * radius if spin > 0.0 else 0.0  # the radius of a half-plane or plane is infinite
+    return widened(lower, upper, motion, arc)
+
+
+@njit
 def boxes_apart(lower: Any, upper: Any, low: Any, high: Any) -> bool:
     for d in range(len(lower)):
         if low[d] > upper[d] or high[d] < lower[d]:
@@ -138,9 +153,9 @@ def hit_time(shapes: Any, a: MovingShape, b: MovingShape, extent: float, latest:
     """
     time = 0.0
     spins = spin_rate(a.motion) + spin_rate(b.motion)
-    swing = spin_rate(a.motion) * a.motion.swing + spin_rate(b.motion) * b.motion.swing
+    swing = swing_speed(a, b)
     for _ in range(MAX_ADVANCES):
-        separation, speed = gap(shapes, a, b, time, swing, narrowphase)
+        separation, speed = gap_after(shapes, a, b, time, swing, narrowphase)
         if not separation < np.inf:
             return latest
         if speed * (latest - time) <= max(separation, 0.0):
@@ -149,7 +164,7 @@ def hit_time(shapes: Any, a: MovingShape, b: MovingShape, extent: float, latest:
             # the bound above counts rotation as approach; the true rate tells whether this is a hit
             # (measured over a span short against the body, which may be thinner than its own displacement)
             probe = min(0.01 * (1.0 - time), 0.05 * extent / speed)
-            soon, _ = gap(shapes, a, b, time + probe, swing, narrowphase)
+            soon, _ = gap_after(shapes, a, b, time + probe, swing, narrowphase)
             if (separation - soon) / probe * (1.0 - time) > separation + DEPTH * extent:
                 return time
             # a tip that moves away may return within the step
@@ -161,3 +176,14 @@ def hit_time(shapes: Any, a: MovingShape, b: MovingShape, extent: float, latest:
             continue
         time += (separation - 0.5 * TOUCHING * extent) / speed
     return time
+
+
+@njit
+def gap_after(
+    shapes: Any, a: MovingShape, b: MovingShape, time: float, swing: float, narrowphase: Any
+) -> tuple[float, float]:
+    """Return (separation in m of two shapes after ``time``, largest speed at which it can close).
+
+    ``swing``: largest contribution of rotation to the speed.
+    """
+    return gap(shapes, placed(a, time), placed(b, time), a.motion, b.motion, swing, narrowphase)

@@ -8,14 +8,56 @@ import numpy as np
 from numba import int64
 
 from ..jit import inline_njit, njit
+from .broadphase import find_pairs
 from .dispatch import by_dimension
-from .geometry import MovingShape, PlacedShape
+from .geometry import BASE_MARGIN, MovingShape, PlacedShape
+from .status import MORE_CONTACTS, MORE_PAIRS, OK
 
 TOUCHING = 0.005  # of the extent: a predicted pair with a gap up to this is in contact
+LOOKS = 2  # passes over all pairs, where the first one shows that more are needed
 
-pair_scale = by_dimension("narrowphase.find", "pair_scale")
-collide_pair = by_dimension("narrowphase.find", "collide_pair")
+
+@njit
+def enough(world: Any, count: int, last: bool) -> tuple[int, bool]:
+    """Keep all contacts, and need no second look."""
+    return count, False
+
+
+@njit
+def undecided(world: Any, a: int, b: int, margin: float) -> bool:
+    """Return False: only the narrowphase can tell."""
+    return False
+
+
+pose_in = by_dimension("geometry", "pose_in")
 motion_of = by_dimension("narrowphase.motion", "motion_of")
+approach_of = by_dimension("narrowphase.motion", "approach_of")
+far_apart = by_dimension("narrowphase.find", "far_apart", otherwise=undecided)
+pair_contacts = by_dimension("narrowphase.find", "pair_contacts")
+look_again = by_dimension("narrowphase.secondary", "look_again", otherwise=enough)
+
+
+@njit
+def find_contacts(world: Any) -> tuple[int, int, int, int]:
+    """Fill `world.scratch.pairs` and `found`; returns (status, needed, pair count, contact count).
+
+    In 3D a body may be pushed by an impact towards shapes far from its path: then the search is repeated once.
+    """
+    scratch = world.scratch
+    models = world.shapes.models
+    pair_count = int64(0)
+    count = int64(0)
+    for look in range(LOOKS):
+        pair_count = find_pairs(scratch.geometry, models, world.model.exclusions, scratch.broadphase, scratch.pairs)
+        if pair_count > len(scratch.pairs):
+            return MORE_PAIRS, pair_count, pair_count, count
+        count = collide_pairs(world, pair_count)
+        if count > len(scratch.found):
+            return MORE_CONTACTS, count, pair_count, count
+        count, again = look_again(world, count, look == LOOKS - 1)
+        if not again:
+            break
+    return OK, int64(0), pair_count, count
 
 
 @njit
@@ -49,6 +91,33 @@ def collide_pairs(world: Any, pair_count: int) -> int:
 
 
 @inline_njit
+def pair_scale(one: Any, other: Any, body_a: Any, body_b: Any, sensor: int, timestep: float) -> tuple[float, float]:
+    """Return (extent, margin) of a pair in m, from its records of geometry and the states of its bodies.
+
+    They are the smaller extent of its dynamic bodies, and the distance within which the two may touch in
+    this step.  Sensors detect present overlaps only.
+    """
+    extent = min(one.extent, other.extent)
+    if sensor != 0:
+        return extent, 0.0
+    return extent, BASE_MARGIN * extent + approach_of(body_a, body_b, extent, timestep) + one.reach + other.reach
+
+
+@njit
+def collide_pair(world: Any, a: int, b: int, extent: float, margin: float, count: int) -> int:
+    """Write the contacts of shapes a and b from entry `count` of `world.scratch.found` on; returns the new count.
+
+    `extent` and `margin` are those of pair_scale, in m.
+    """
+    if far_apart(world, a, b, margin):
+        return count
+    geometry = world.scratch.geometry
+    one = PlacedShape(a, pose_in(geometry[a]))
+    other = PlacedShape(b, pose_in(geometry[b]))
+    return pair_contacts(world, one, other, extent, margin, count)
+
+
+@inline_njit
 def label_contact(contact: Any, model_a: Any, model_b: Any, one: Any, other: Any, extent: float) -> None:
     """Set what all contacts of a pair share: bodies, material, length scale; and clear the impulses.
 
@@ -63,6 +132,14 @@ def label_contact(contact: Any, model_a: Any, model_b: Any, one: Any, other: Any
     for k in range(len(contact.impulse)):
         contact.impulse[k] = 0.0
         contact.total_impulse[k] = 0.0
+
+
+@njit
+def any_jointed(world: Any, a: PlacedShape, b: PlacedShape) -> bool:
+    """Whether a joint affects the path of one of the two shapes."""
+    models = world.shapes.models
+    bodies = world.model.bodies
+    return bodies[models[a.number].body].jointed | bodies[models[b.number].body].jointed != 0
 
 
 @njit

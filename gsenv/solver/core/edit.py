@@ -2,31 +2,47 @@
 
 Some fields of a body are derived from others: inverses from masses and enabled flags, extents from sizes.
 These functions set both, so callers never write the derived ones.  ``Parameters.set`` uses them too.  What depends
-on the geometry is in ``planar/edit.py`` and ``spatial/edit.py``: ``set_box``, ``set_inertia``, ``place_body``.
+on the geometry is in ``planar/edit.py`` and ``spatial/edit.py``.
 
 ``parameters`` and ``body`` are one body's records, of a world's parameters and of its state.
 """
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from ..jit import njit
 from .dispatch import by_dimension
 
-scale_inertia = by_dimension("edit", "scale_inertia")
-set_inertia = by_dimension("edit", "set_inertia")
-set_extent = by_dimension("edit", "set_extent")
-update_inverses = by_dimension("edit", "update_inverses")
+write_inertia = by_dimension("edit", "write_inertia")
+invert_inertia = by_dimension("edit", "invert_inertia")
+write_box_inertia = by_dimension("edit", "write_box_inertia")
+write_pose = by_dimension("edit", "write_pose")
 
 
 # ---------------------------------------------------------------- masses
 
 
 @njit
+def update_inverses(parameters: Any) -> None:
+    """Update the inverses of mass and inertia; all are 0 unless the body is dynamic and enabled."""
+    moves = parameters.enabled != 0 and parameters.mass > 0.0
+    parameters.inv_mass = 1.0 / parameters.mass if moves else 0.0
+    invert_inertia(parameters, moves)
+
+
+@njit
+def set_inertia(parameters: Any, inertia: Any) -> None:
+    """Set a dynamic body's inertia about its centre of mass, kg m^2; in 3D its three principal moments."""
+    write_inertia(parameters, inertia, 1.0)
+    update_inverses(parameters)
+
+
+@njit
 def set_mass(parameters: Any, mass: Any) -> None:
     """Set a dynamic body's mass, kg, and scale its inertia with it."""
-    scale_inertia(parameters, mass / parameters.mass)
+    write_inertia(parameters, parameters.inertia, mass / parameters.mass)
     set_mass_alone(parameters, mass)
 
 
@@ -34,6 +50,42 @@ def set_mass(parameters: Any, mass: Any) -> None:
 def set_mass_alone(parameters: Any, mass: Any) -> None:
     """Set a dynamic body's mass, kg, and keep its inertia."""
     parameters.mass = mass
+    update_inverses(parameters)
+
+
+@njit
+def set_extent(parameters: Any, shape: Any, extent: Any, reach: Any) -> None:
+    """Set the extents of a body of one shape, m: half-width, and distance of the farthest point from its centre."""
+    square = 0.0
+    for d in range(len(parameters.center)):
+        offset = shape.local_position[d] - parameters.center[d]
+        square += offset * offset
+    shape.extent = extent
+    parameters.extent = extent
+    parameters.radius = reach + math.sqrt(square)
+
+
+@njit
+def set_box(parameters: Any, shape: Any, half_extents: Any, mass: Any) -> None:
+    """Set size, m, and mass, kg, of a dynamic body of one solid box, with density, inertia and extents.
+
+    Args:
+        parameters, shape: records of the parameters of the body and of its box.
+        half_extents: (x, y) or (x, y, z) m.
+    """
+    volume = 1.0
+    smallest = math.inf
+    square = 0.0
+    for d in range(len(half_extents)):
+        half = half_extents[d]
+        shape.size[d] = half
+        volume *= 2.0 * half
+        smallest = min(smallest, half)
+        square += half * half
+    shape.density = mass / volume
+    set_extent(parameters, shape, smallest, math.sqrt(square))
+    parameters.mass = mass
+    write_box_inertia(parameters, half_extents, mass)
     update_inverses(parameters)
 
 
@@ -53,8 +105,7 @@ def fit_solid(parameters: Any, shape: Any, solid: Any, keep_mass: Any, keep_iner
     if not keep_mass:
         parameters.mass = solid.mass
     if not keep_inertia:
-        set_inertia(parameters, solid.inertia)
-        scale_inertia(parameters, parameters.mass / solid.mass)
+        write_inertia(parameters, solid.inertia, parameters.mass / solid.mass)
     update_inverses(parameters)
 
 
@@ -129,6 +180,30 @@ def release_contacts(b: Any, bodies: Any, contacts: Any) -> None:
             contact.impulse[d] = 0.0
         wake_body(bodies[contact.body_a])
         wake_body(bodies[contact.body_b])
+
+
+# ---------------------------------------------------------------- poses
+
+
+@njit
+def place_body(b: Any, bodies: Any, parameters: Any, contacts: Any, position: Any, turn: Any, velocity: Any) -> None:
+    """Set the pose of body b, wake it, clear the impulses of its contacts, and wake the bodies that it touched.
+
+    Sleeping bodies at the new pose of a static body stay asleep; call `wake_body` for them.
+
+    Args:
+        bodies, parameters: (body,) records of the world's state and parameters.
+        contacts: (contact,) records of the last step, ``contacts[:contact_count]``.
+        position: (x, y) or (x, y, z) m, of the body's own frame.
+        turn: (cos, sin, angle rad), the angle may be unwrapped; in 3D a unit quaternion (w, x, y, z).
+        velocity: (vx, vy, w) or (vx, vy, vz, wx, wy, wz) m/s and rad/s, of the centre of mass.
+    """
+    release_contacts(b, bodies, contacts)
+    body = bodies[b]
+    write_pose(body, parameters[b].center, position, turn)
+    for d in range(len(body.velocity)):
+        body.velocity[d] = velocity[d]
+    wake_body(body)
 
 
 # ---------------------------------------------------------------- many worlds, for Parameters.set

@@ -21,6 +21,7 @@ BASE_MARGIN = 0.02  # of a body's extent: margin of a body at rest
 place_shape = by_dimension("geometry", "place_shape")
 bounding_box = by_dimension("geometry", "bounding_box")
 advanced = by_dimension("narrowphase.motion", "advanced")
+spin_rate = by_dimension("narrowphase.motion", "spin_rate")
 
 
 class PlacedShape(NamedTuple):
@@ -62,6 +63,12 @@ def linear_norm(vector: Any, dim: int) -> float:
 
 
 @njit
+def gravity_norm(parameters: Any) -> float:
+    """Return |gravity| in m/s^2 of a world's parameters."""
+    return linear_norm(parameters.gravity, len(parameters.gravity))
+
+
+@njit
 def angular_norm(vector: Any, dim: int) -> float:
     """Return the Euclidean norm of the angular part of such a vector."""
     square = 0.0
@@ -87,10 +94,16 @@ def swing_of(parameter: Any) -> float:
 
 
 @njit
-def reach_of(body: Any, kind: int, parameter: Any, gravity_norm: float, timestep: float) -> float:
+def swing_speed(a: MovingShape, b: MovingShape) -> float:
+    """Return the largest speed in m/s at which rotation of the two bodies can close a gap."""
+    return spin_rate(a.motion) * a.motion.swing + spin_rate(b.motion) * b.motion.swing
+
+
+@njit
+def reach_of(body: Any, kind: int, parameter: Any, gravity: float, timestep: float) -> float:
     """Return how far beyond its linear motion a body's surface can move within the step, in m.
 
-    `gravity_norm`: |gravity|, m/s^2.
+    `gravity`: its norm, m/s^2.
 
     Rotation moves a support plane by at most w sqrt(radius^2 - extent^2); gravity and force add
     timestep^2 a, so that a small body at rest above the floor does not fall into it in one step.
@@ -102,7 +115,7 @@ def reach_of(body: Any, kind: int, parameter: Any, gravity_norm: float, timestep
     reach = min(reach, 2.0 * parameter.radius)
     if kind == DYNAMIC:
         push = linear_norm(body.force, dim)
-        reach += timestep * timestep * (gravity_norm * abs(parameter.gravity_scale) + push * parameter.inv_mass)
+        reach += timestep * timestep * (gravity * abs(parameter.gravity_scale) + push * parameter.inv_mass)
     return reach
 
 
@@ -115,8 +128,7 @@ def update_geometry(world: Any) -> None:
     bodies = world.state.bodies
     body_models = world.model.bodies
     body_parameters = world.parameters.bodies
-    gravity = world.parameters.world.gravity
-    gravity_norm = linear_norm(gravity, len(gravity))
+    gravity = gravity_norm(world.parameters.world)
     timestep = world.options.timestep
     geometry = world.scratch.geometry
     for k in range(len(models)):
@@ -125,7 +137,7 @@ def update_geometry(world: Any) -> None:
         if mark_shape(geometry[k], parameters[k], bodies[b], kind, body_parameters[b]):
             pose = place_shape(geometry[k], bodies[b], body_parameters[b], parameters[k])
             lower, upper = bounding_box(models[k], parameters[k], vertices, pose)
-            reach = reach_of(bodies[b], kind, body_parameters[b], gravity_norm, timestep)
+            reach = reach_of(bodies[b], kind, body_parameters[b], gravity, timestep)
             extent = min(body_parameters[b].extent, parameters[k].extent) if kind == DYNAMIC else np.inf
             sweep_box(geometry[k], lower, upper, reach, extent, bodies[b].velocity, timestep if kind != STATIC else 0.0)
 

@@ -6,18 +6,16 @@ from typing import Any
 
 import numpy as np
 from numba import int64
-from numpy.typing import NDArray
 
-from ..core.geometry import MovingShape, PlacedShape, placed, swing_of
+from ..core.geometry import MovingShape, PlacedShape, swing_of
 from ..jit import njit
-from .geometry import Point, bounding_box
+from ..records.model import Array
+from .geometry import Point
 from .kinds import TERRAIN
 from .math import Pose, rotate, turn
 from .narrowphase.find import chain_contacts
 from .narrowphase.motion import Motion
 from .narrowphase.table import CHAINS, NONE, PAIR_TABLE, collide
-
-Array = NDArray[Any]
 
 
 @njit
@@ -49,11 +47,6 @@ def move_back(body: Any, start: Any, motion: Motion, time: float) -> None:
 
 
 @njit
-def move_with(body: Any, motion: Motion, rest: float) -> None:
-    """Do nothing: in 2D contacts of the next step push a body that has hit a kinematic one."""
-
-
-@njit
 def start_pose(start: Any, body_parameter: Any, parameter: Any) -> Pose:
     """Return the pose of a shape before the step; see geometry.shape_pose."""
     x, y = rotate(
@@ -72,40 +65,30 @@ def start_pose(start: Any, body_parameter: Any, parameter: Any) -> Pose:
 
 
 @njit
-def swept_box(
-    shape_model: Any, parameter: Any, vertices: Array | None, pose: Pose, motion: Motion, radius: float
-) -> tuple[Point, Point]:
-    """Return the bounding box of a shape over the whole motion, in m."""
-    (x0, y0), (x1, y1) = bounding_box(shape_model, parameter, vertices, pose)
+def widened(lower: Point, upper: Point, motion: Motion, arc: float) -> tuple[Point, Point]:
+    """Return a box that holds another one over a motion, m: moved along, and grown by `arc` on each side."""
     way_x = motion.velocity_x
     way_y = motion.velocity_y
-    spin = abs(motion.spin)
-    arc = min(spin, 2.0) * radius if spin > 0.0 else 0.0  # a half-plane's radius is infinite
     return (
-        (x0 + min(way_x, 0.0) - arc, y0 + min(way_y, 0.0) - arc),
-        (x1 + max(way_x, 0.0) + arc, y1 + max(way_y, 0.0) + arc),
+        (lower[0] + min(way_x, 0.0) - arc, lower[1] + min(way_y, 0.0) - arc),
+        (upper[0] + max(way_x, 0.0) + arc, upper[1] + max(way_y, 0.0) + arc),
     )
 
 
 @njit
 def gap(
-    shapes: Any, a: MovingShape, b: MovingShape, time: float, swing: float, narrowphase: Any
+    shapes: Any, a: PlacedShape, b: PlacedShape, of_a: Motion, of_b: Motion, swing: float, narrowphase: Any
 ) -> tuple[float, float]:
-    """Return (separation in m of two shapes after ``time``, largest speed at which it can close).
-
-    ``swing``: largest contribution of rotation to the speed.
-    """
-    one = placed(a, time)
-    other = placed(b, time)
+    """Return (separation in m of two shapes, largest speed at which it can close); `of_a`, `of_b`: their motions."""
     routine = PAIR_TABLE[shapes.models[a.number].kind, shapes.models[b.number].kind]
     nx, ny, separation = 0.0, 1.0, np.inf
     if routine != CHAINS and routine != NONE:
-        m = collide(shapes, shapes.vertices, one, other, 1e300)
+        m = collide(shapes, shapes.vertices, a, b, 1e300)
         nx, ny, separation = m.normal_x, m.normal_y, m.separation
     elif routine == CHAINS and shapes.models[b.number].kind == TERRAIN:
-        nx, ny, separation = terrain_gap(shapes, shapes.vertices, one, other, narrowphase)
-    speed = swing + nx * (a.motion.velocity_x - b.motion.velocity_x)
-    return separation, speed + ny * (a.motion.velocity_y - b.motion.velocity_y)
+        nx, ny, separation = terrain_gap(shapes, shapes.vertices, a, b, narrowphase)
+    speed = swing + nx * (of_a.velocity_x - of_b.velocity_x)
+    return separation, speed + ny * (of_a.velocity_y - of_b.velocity_y)
 
 
 @njit

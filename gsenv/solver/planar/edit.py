@@ -1,35 +1,25 @@
-"""Edits of a 2D world between two steps, for kernels: sizes, inertias, poses. See core/edit.py."""
+"""Edits of a 2D world between two steps, for kernels: what depends on the geometry. See core/edit.py."""
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
-from ..core.edit import release_contacts, wake_body
+from ..core.edit import set_extent
 from ..jit import njit
 
 # ---------------------------------------------------------------- masses
 
 
 @njit
-def update_inverses(parameters: Any) -> None:
-    """Update inverse mass and inertia; both are 0 unless the body is dynamic and enabled."""
-    moves = parameters.enabled != 0 and parameters.mass > 0.0
-    parameters.inv_mass = 1.0 / parameters.mass if moves else 0.0
+def write_inertia(parameters: Any, inertia: Any, factor: Any) -> None:
+    """Write ``factor`` times an inertia, kg m^2; the caller updates the inverse."""
+    parameters.inertia = inertia * factor
+
+
+@njit
+def invert_inertia(parameters: Any, moves: Any) -> None:
+    """Write the inverse of the inertia, 0 for a body that does not move by forces."""
     parameters.inv_inertia = 1.0 / parameters.inertia if moves else 0.0
-
-
-@njit
-def set_inertia(parameters: Any, inertia: Any) -> None:
-    """Set a dynamic body's moment of inertia about its centre of mass, kg m^2."""
-    parameters.inertia = inertia
-    update_inverses(parameters)
-
-
-@njit
-def scale_inertia(parameters: Any, factor: Any) -> None:
-    """Multiply the inertia; the caller updates the inverses."""
-    parameters.inertia *= factor
 
 
 @njit
@@ -38,32 +28,13 @@ def box_inertia(half_x: Any, half_y: Any, mass: Any) -> Any:
     return mass * (half_x * half_x + half_y * half_y) / 3.0
 
 
+@njit
+def write_box_inertia(parameters: Any, half_extents: Any, mass: Any) -> None:
+    """Write the inertia of a body of one solid box; the caller updates the inverses."""
+    parameters.inertia = box_inertia(half_extents[0], half_extents[1], mass)
+
+
 # ---------------------------------------------------------------- sizes
-
-
-@njit
-def set_extent(parameters: Any, shape: Any, extent: Any, reach: Any) -> None:
-    """Set the extents of a body of one shape, m: half-width, and distance of the farthest point from its centre."""
-    x = shape.local_position[0] - parameters.center[0]
-    y = shape.local_position[1] - parameters.center[1]
-    shape.extent = extent
-    parameters.extent = extent
-    parameters.radius = reach + math.sqrt(x * x + y * y)
-
-
-@njit
-def set_box(parameters: Any, shape: Any, half_x: Any, half_y: Any, mass: Any) -> None:
-    """Set size, m, and mass, kg, of a dynamic body of one solid box, with density, inertia and extents.
-
-    Args:
-        parameters, shape: records of the parameters of the body and of its box.
-    """
-    shape.size[0] = half_x
-    shape.size[1] = half_y
-    shape.density = mass / (4.0 * half_x * half_y)
-    set_extent(parameters, shape, min(half_x, half_y), math.sqrt(half_x * half_x + half_y * half_y))
-    parameters.mass = mass
-    set_inertia(parameters, box_inertia(half_x, half_y, mass))
 
 
 @njit
@@ -78,27 +49,11 @@ def set_capsule_size(parameters: Any, shape: Any, half_length: Any, radius: Any)
 
 
 @njit
-def place_body(b: Any, bodies: Any, parameters: Any, contacts: Any, position: Any, turn: Any, velocity: Any) -> None:
-    """Set the pose of body b, wake it, clear the impulses of its contacts, and wake the bodies that it touched.
-
-    Sleeping bodies at the new pose of a static body stay asleep; call `wake_body` for them.
-
-    Args:
-        bodies, parameters: (body,) records of the world's state and parameters.
-        contacts: (contact,) records of the last step, ``contacts[:contact_count]``.
-        position: (x, y) m, of the body's own frame.
-        turn: (cos, sin, angle rad); the angle may be unwrapped.
-        velocity: (vx, vy, w) m/s and rad/s, of the centre of mass.
-    """
-    release_contacts(b, bodies, contacts)
-    body = bodies[b]
-    center = parameters[b].center
+def write_pose(body: Any, center: Any, position: Any, turn: Any) -> None:
+    """Write a body's pose from that of its own frame; `center`: its centre of mass there. See `place_body`."""
     c, s, angle = turn
     body.position[0] = position[0] + (c * center[0] - s * center[1])
     body.position[1] = position[1] + (s * center[0] + c * center[1])
     body.rotation[0] = c
     body.rotation[1] = s
     body.angle = angle
-    for d in range(3):
-        body.velocity[d] = velocity[d]
-    wake_body(body)

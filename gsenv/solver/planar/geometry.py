@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..jit import njit
+from ..jit import inline_njit, njit
 from .kinds import HALF_PLANE, POLYGON, TERRAIN
 from .math import Pose, to_world
 
@@ -38,6 +38,12 @@ def place_shape(entry: Any, body: Any, body_parameter: Any, shape_parameter: Any
     entry.rotation[0] = pose.cos
     entry.rotation[1] = pose.sin
     return pose
+
+
+@inline_njit
+def pose_in(entry: Any) -> Pose:
+    """Return the world pose of a shape from its record of geometry."""
+    return Pose(entry.position[0], entry.position[1], entry.rotation[0], entry.rotation[1])
 
 
 @njit

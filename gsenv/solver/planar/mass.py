@@ -1,54 +1,48 @@
-"""Extents, mass and inertia of bodies whose sizes or densities differ from world to world, as arrays."""
+"""Masses and extents of 2D bodies: of one when a scene is compiled, of many worlds when sizes differ."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
 
-from ..records.model import Array, Model, solid_dtype
+from ..records.model import Array, Model
 from . import shapes as planar_shapes
 from .edit import box_inertia
 from .kinds import BOX, CAPSULE, CIRCLE, POLYGON
 
-# size fields of each kind of shape
-SIZE_FIELDS: dict[int, tuple[str, ...]] = {
-    CIRCLE: ("radius",),
-    BOX: ("half_extents",),
-    CAPSULE: ("half_length", "radius"),
-}
+NO_INERTIA = (0.0, None)
 _box_inertia = getattr(box_inertia, "py_func", box_inertia)
 
 
-def solids(model: Model, shapes: Array, body: int, chosen: Array) -> Array:
-    """Return (chosen,) of `solid_dtype`: the extents of a one-shape body, and its mass and inertia by its density.
+def inertia_about(middle: Array, parts: Sequence[Any], shapes: Sequence[Any]) -> tuple[float, None]:
+    """Return (inertia kg m^2 about the centre of mass, None) of parts (mass, centroid, inertia about that)."""
+    return float(sum(i + m * float(((c - middle) ** 2).sum()) for m, c, i in parts)), None
 
-    The extents of polygons stay at -1, since their size does not change.
-    """
-    index = int(model.bodies["shape_first"][body])
-    record = shapes[chosen, index]
-    kind = int(model.shapes["kind"][index])
-    x, y, r = record["size"][:, 0], record["size"][:, 1], record["radius"]
-    out = np.zeros(len(chosen), solid_dtype(2))
-    out["extent"] = out["reach"] = -1.0
+
+def principal_inertia(given: float) -> tuple[float, None]:
+    """Return an inertia in kg m^2 as it was given, and no axes; see spatial/mass.py."""
+    return given, None
+
+
+def own_inertia(model: Model, index: int, kind: int, records: Array) -> tuple[Any, Any]:
+    """Return (area m^2, inertia m^4 about the centroid) of a shape for density 1, from its records (chosen,)."""
+    x, y, r = records["size"][:, 0], records["size"][:, 1], records["radius"]
     if kind == BOX:
-        out["extent"], out["reach"] = np.minimum(x, y), np.sqrt(x * x + y * y)
         area = 4.0 * x * y
-        inertia = _box_inertia(x, y, area)
-    elif kind == CIRCLE:
-        out["extent"], out["reach"] = r, r
+        return area, _box_inertia(x, y, area)
+    if kind == CIRCLE:
         area = np.pi * r**2
-        inertia = 0.5 * area * r**2
-    elif kind == CAPSULE:
-        out["extent"], out["reach"] = r, x + r
-        area = 4.0 * x * r + np.pi * r**2
+        return area, 0.5 * area * r**2
+    if kind == CAPSULE:
         inertia = 4.0 * x * r * (x**2 + r**2) / 3.0
         inertia += np.pi * r**2 * (0.5 * r**2 + x**2) + 8.0 * x * r**3 / 3.0
-    elif kind == POLYGON:
+        return 4.0 * x * r + np.pi * r**2, inertia
+    if kind == POLYGON:
         first = int(model.shapes["vertex_first"][index])
         count = int(model.shapes["vertex_count"][index])
         points = model.nominal_vertices["position"][first : first + count]
-        area, _, inertia = planar_shapes.mass_properties(planar_shapes.Polygon(vertices=points))
-    else:  # half-planes and terrains have no mass
-        return out
-    out["mass"] = area * record["density"]
-    out["inertia"] = inertia * record["density"]
-    return out
+        whole, _, about = planar_shapes.mass_properties(planar_shapes.Polygon(vertices=points))
+        return whole, about
+    return 0.0, 0.0  # half-planes and terrains

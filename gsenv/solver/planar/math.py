@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -69,10 +69,3 @@ def relative(frame: Pose, pose: Pose) -> Pose:
     x, y = to_local(frame, pose.x, pose.y)
     cos, sin = unrotate(frame.cos, frame.sin, pose.cos, pose.sin)
     return Pose(x, y, cos, sin)
-
-
-@njit
-def gravity_norm(parameters: Any) -> float:
-    """Return |gravity| in m/s^2 of a world's parameters."""
-    g = parameters.gravity
-    return (g[0] * g[0] + g[1] * g[1]) ** 0.5

@@ -21,17 +21,21 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from gsenv.solver.records.shapes import CompiledShape
-
 from ..records.shapes import (
     Array,
     BaseShape,
+    BoxShape,
+    CapsuleShape,
+    CompiledShape,
+    PlaneShape,
+    RoundShape,
     Vector,
     check_material,
     check_plane,
     check_sizes,
+    checked_points,
     checked_vector,
-    fill_material,
+    compiled_shape,
     is_finite,
 )
 from .kinds import ShapeKind
@@ -56,7 +60,7 @@ class Shape(BaseShape):
 
 
 @dataclass(frozen=True)
-class Circle(Shape):
+class Circle(RoundShape, Shape):
     """A disc around the shape's origin.
 
     Args:
@@ -64,11 +68,10 @@ class Circle(Shape):
     """
 
     kind: ClassVar[ShapeKind] = ShapeKind.CIRCLE
-    radius: float  # m
 
 
 @dataclass(frozen=True)
-class Box(Shape):
+class Box(BoxShape, Shape):
     """A rectangle around the shape's origin, with sides along its axes.
 
     Args:
@@ -76,11 +79,10 @@ class Box(Shape):
     """
 
     kind: ClassVar[ShapeKind] = ShapeKind.BOX
-    half_extents: Vector  # m
 
 
 @dataclass(frozen=True)
-class Capsule(Shape):
+class Capsule(CapsuleShape, Shape):
     """All points within a radius of a segment along the shape's x axis.
 
     Args:
@@ -89,8 +91,6 @@ class Capsule(Shape):
     """
 
     kind: ClassVar[ShapeKind] = ShapeKind.CAPSULE
-    half_length: float  # m, of the segment
-    radius: float  # m
 
 
 @dataclass(frozen=True)
@@ -104,9 +104,12 @@ class Polygon(Shape):
     kind: ClassVar[ShapeKind] = ShapeKind.POLYGON
     vertices: Any  # (n, 2) m
 
+    def extent(self) -> float:
+        return polygon_extent(convex_vertices(self.vertices))
+
 
 @dataclass(frozen=True)
-class HalfPlane(Shape):
+class HalfPlane(PlaneShape, Shape):
     """All points x with ``normal . x <= offset``, for static and kinematic bodies.
 
     Args:
@@ -115,9 +118,7 @@ class HalfPlane(Shape):
     """
 
     kind: ClassVar[ShapeKind] = ShapeKind.HALF_PLANE
-    solid: ClassVar[bool] = False
     normal: Vector = (0.0, 1.0)
-    offset: float = 0.0  # m
 
 
 @dataclass(frozen=True)
@@ -137,6 +138,9 @@ class Terrain(Shape):
     solid: ClassVar[bool] = False
     vertices: Any  # (n, 2) m
     closed: bool = False
+
+
+CLASSES: dict[int, type[Shape]] = {int(one.kind): one for one in (Circle, Box, Capsule, Polygon, HalfPlane, Terrain)}
 
 
 # ---------------------------------------------------------------- checks
@@ -162,24 +166,9 @@ def validate(shape: Shape, dim: int = 2) -> None:
         raise ValueError(f"{title} is not a planar shape")
 
 
-def _points(title: str, vertices: Any, least: int) -> Array:
-    try:
-        points = np.array(vertices, dtype=float)
-    except (TypeError, ValueError):
-        points = np.empty((0,))
-    if points.ndim != 2 or points.shape[1] != 2:
-        raise ValueError(f"{title} vertices must be pairs (x, y), got {vertices!r}")
-    if not np.isfinite(points).all():
-        bad = tuple(points[~np.isfinite(points).all(axis=1)][0].tolist())
-        raise ValueError(f"{title} vertices must be finite, got {bad}")
-    if len(points) < least:
-        raise ValueError(f"{title} needs at least {least} vertices, got {len(points)}")
-    return points
-
-
 def convex_vertices(vertices: Any) -> Array:
     """Return the (n, 2) vertices of a convex polygon, counter-clockwise; raises ValueError for others."""
-    points = _points("Polygon", vertices, 3)
+    points = checked_points("Polygon", vertices, 2, 3)
     if len(points) > MAX_POLYGON_VERTICES:
         raise ValueError(f"Polygon may have {MAX_POLYGON_VERTICES} vertices at most, got {len(points)}")
     size = float(np.ptp(points, axis=0).max())
@@ -206,7 +195,7 @@ def convex_vertices(vertices: Any) -> Array:
 
 def chain_vertices(vertices: Any, closed: bool) -> Array:
     """Return the (n, 2) vertices of a terrain; raises ValueError for repeated neighbours."""
-    points = _points("Terrain", vertices, 3 if closed else 2)
+    points = checked_points("Terrain", vertices, 2, 3 if closed else 2)
     edges = np.roll(points, -1, axis=0) - points
     lengths = np.hypot(edges[:, 0], edges[:, 1])[: None if closed else -1]
     size = float(np.ptp(points, axis=0).max())
@@ -269,19 +258,6 @@ def _placed(shape: Shape, point: Point) -> Point:
     )
 
 
-def extent(shape: Shape) -> float:
-    """Return the smallest half-width in m; infinite for half-planes and terrains."""
-    if isinstance(shape, Circle):
-        return float(shape.radius)
-    if isinstance(shape, Box):
-        return float(min(shape.half_extents))
-    if isinstance(shape, Capsule):
-        return float(shape.radius)
-    if isinstance(shape, Polygon):
-        return polygon_extent(convex_vertices(shape.vertices))
-    return math.inf
-
-
 def polygon_extent(points: Array) -> float:
     """Return half of the smallest width of a convex polygon, which is across one of its edges."""
     edges = np.roll(points, -1, axis=0) - points
@@ -315,25 +291,22 @@ def bounding_radius(shape: Shape, about: Vector = (0.0, 0.0)) -> float:
 def shape_record(shape: Shape, dtype: np.dtype[Any]) -> CompiledShape:
     """Return a shape's parameter record (`dtype` = shape_parameter_dtype(2)) and its derived vertices."""
     validate(shape)
-    record = np.zeros((), dtype)
     x, y, angle = float(shape.position[0]), float(shape.position[1]), float(shape.angle)
+    rotation = (math.cos(angle), math.sin(angle))
+    size = (0.0, 0.0)
     vertices = np.zeros(0, vertex_dtype())
     if isinstance(shape, HalfPlane):  # its frame has y along the normal and y = 0 on the surface
         length = math.hypot(*shape.normal)
         nx, ny = shape.normal[0] / length, shape.normal[1] / length
         x, y = _placed(shape, (nx * shape.offset / length, ny * shape.offset / length))
-        c, s = math.cos(angle), math.sin(angle)
-        record["local_rotation"] = (c * ny + s * nx, s * ny - c * nx)
-    else:
-        record["local_rotation"] = (math.cos(angle), math.sin(angle))
-    record["local_position"] = (x, y)
-    if isinstance(shape, Box):
-        record["size"] = shape.half_extents
+        c, s = rotation
+        rotation = (c * ny + s * nx, s * ny - c * nx)
+    elif isinstance(shape, Box):
+        size = (shape.half_extents[0], shape.half_extents[1])
     elif isinstance(shape, Capsule):
-        record["size"] = (shape.half_length, 0.0)
+        size = (shape.half_length, 0.0)
     elif isinstance(shape, Polygon):
         vertices = linked_vertices(convex_vertices(shape.vertices), closed=True, outside=1.0)
     elif isinstance(shape, Terrain):
         vertices = terrain_vertices(shape.vertices, shape.closed)
-    fill_material(record, shape, extent(shape))
-    return CompiledShape(record, vertices)
+    return compiled_shape(shape, dtype, (x, y), rotation, size, vertices)

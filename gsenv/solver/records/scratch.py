@@ -10,15 +10,11 @@ from ..dimension import dimension
 from ..methods.cholesky import BLOCKS_PER_BODY, PLAN_DTYPE, block_dtype, factor_dtype
 from .bundle import Bundle
 from .kernel_variants import KernelVariant
-from .model import (
-    CONTACT_ROWS,
+from .model import CONTACT_ROWS, ROWS_PER_JOINT, Array, Model, contact_dtype
+from .scratch_dtypes import (
     ISLAND_DTYPE,
     ISLAND_STEP_DTYPE,
     PAIR_DTYPE,
-    ROWS_PER_JOINT,
-    Array,
-    Model,
-    contact_dtype,
     shape_geometry_dtype,
     start_pose_dtype,
     substep_body_dtype,
@@ -47,7 +43,7 @@ class Scratch:
         shapes = max(len(model.shapes), BRUTE_FORCE_COUNT + 1) if variant.all else len(model.shapes)
         self.broadphase = broadphase_scratch(shapes, dim)  # one kernel for all: always with the tree
         self.start_poses = np.zeros(bodies, start_pose_dtype(dim)) if variant.continuous else None
-        self._narrowphase = dimension(dim).detection.narrowphase_scratch(variant.fields, variant.convex)
+        self._narrowphase = dimension(dim).scratch.narrowphase_scratch(variant.fields, variant.convex)
         self._factor, self._joint_factor = (_factor_arrays(model) for _ in range(2))
         self.grow_pairs(16 + 4 * len(model.shapes))
         self.grow_contacts(contact_capacity)

@@ -16,6 +16,7 @@ Vector = Sequence[float] | NDArray[Any]
 
 ALL_BITS = -1  # every bit of an int64
 _COUNTS = {2: "two", 3: "three", 4: "four"}
+_POINTS = {2: "pairs (x, y)", 3: "triples (x, y, z)"}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,6 +35,7 @@ class BaseShape:
 
     kind: ClassVar[IntEnum]
     solid: ClassVar[bool] = True  # False: unbounded, without mass, for static and kinematic bodies
+    sizes: ClassVar[tuple[str, ...]] = ()  # arguments that may differ from world to world
 
     density: float = 1.0  # kg/m^2 in 2D, kg/m^3 in 3D
     friction: float = 0.5
@@ -42,6 +44,73 @@ class BaseShape:
     mask: int = ALL_BITS
     sensor: bool = False
     name: str | None = None
+
+    def extent(self) -> float:
+        """Return the smallest half-width in m; infinite for unbounded shapes."""
+        return math.inf
+
+    @staticmethod
+    def extents(size: Array, radius: Array) -> tuple[Any, Any]:
+        """Return (half-width, farthest point from the middle) in m of records' sizes (n, dim) and radii (n,).
+
+        They are -1 for shapes without sizes that may change.
+        """
+        return -1.0, -1.0
+
+
+@dataclass(frozen=True)
+class RoundShape(BaseShape):
+    """A circle or sphere."""
+
+    sizes: ClassVar[tuple[str, ...]] = ("radius",)
+    radius: float  # m
+
+    def extent(self) -> float:
+        return float(self.radius)
+
+    @staticmethod
+    def extents(size: Array, radius: Array) -> tuple[Any, Any]:
+        return radius, radius
+
+
+@dataclass(frozen=True)
+class BoxShape(BaseShape):
+    """A rectangle or cuboid."""
+
+    sizes: ClassVar[tuple[str, ...]] = ("half_extents",)
+    half_extents: Vector  # (dim,) m
+
+    def extent(self) -> float:
+        return float(min(self.half_extents))
+
+    @staticmethod
+    def extents(size: Array, radius: Array) -> tuple[Any, Any]:
+        return size.min(axis=1), np.sqrt((size**2).sum(axis=1))
+
+
+@dataclass(frozen=True)
+class CapsuleShape(BaseShape):
+    """A segment rounded by a radius."""
+
+    sizes: ClassVar[tuple[str, ...]] = ("half_length", "radius")
+    half_length: float  # m, of the segment
+    radius: float  # m
+
+    def extent(self) -> float:
+        return float(self.radius)
+
+    @staticmethod
+    def extents(size: Array, radius: Array) -> tuple[Any, Any]:
+        return radius, size.max(axis=1) + radius
+
+
+@dataclass(frozen=True)
+class PlaneShape(BaseShape):
+    """All points with normal . x <= offset."""
+
+    solid: ClassVar[bool] = False
+    normal: Vector
+    offset: float = 0.0  # m
 
 
 @dataclass(frozen=True)
@@ -77,6 +146,32 @@ def checked_vector(title: str, word: str, value: Any, count: int) -> list[float]
     if len(numbers) != count or not all(math.isfinite(x) for x in numbers):
         raise ValueError(f"{title} {word} must be {_COUNTS[count]} finite numbers, got {value!r}")
     return numbers
+
+
+def checked_points(title: str, vertices: Any, dim: int, least: int) -> Array:
+    """Return ``vertices`` as finite points (n, dim), n >= ``least``; raises ValueError otherwise."""
+    points = float_array(vertices)
+    if points.ndim != 2 or points.shape[1] != dim:
+        raise ValueError(f"{title} vertices must be {_POINTS[dim]}, got {_short(vertices)}")
+    if not np.isfinite(points).all():
+        bad = tuple(points[~np.isfinite(points).all(axis=1)][0].tolist())
+        raise ValueError(f"{title} vertices must be finite, got {bad}")
+    if len(points) < least:
+        raise ValueError(f"{title} needs at least {least} vertices, got {len(points)}")
+    return points
+
+
+def float_array(value: Any) -> Array:
+    """Return ``value`` as an array of numbers, an empty one if it is none."""
+    try:
+        return np.array(value, dtype=float)
+    except (TypeError, ValueError):
+        return np.empty((0,))
+
+
+def _short(value: Any) -> str:
+    text = repr(value)
+    return text if len(text) <= 80 else text[:77] + "..."
 
 
 def check_material(shape: Any, frictions: Sequence[str]) -> None:
@@ -116,12 +211,25 @@ def check_plane(shape: Any, dim: int) -> None:
         raise ValueError(f"{title} offset must be finite, got {shape.offset!r}")
 
 
-def fill_material(record: Array, shape: Any, extent: float) -> None:
-    """Write radius, extent (m) and material of a shape to its record."""
+def compiled_shape(
+    shape: BaseShape, dtype: np.dtype[Any], position: Any, rotation: Any, size: Any, vertices: Array
+) -> CompiledShape:
+    """Return the records of a shape: its place in the body's frame, sizes, material and vertices.
+
+    Args:
+        dtype: shape_parameter_dtype(dim).
+        position, rotation, size: the fields of that name.
+        vertices: (vertex,) of the dimension's vertex dtype.
+    """
+    record = np.zeros((), dtype)
+    record["local_position"] = position
+    record["local_rotation"] = rotation
+    record["size"] = size
     record["radius"] = getattr(shape, "radius", 0.0)
-    record["extent"] = extent
+    record["extent"] = shape.extent()
     for word in ("friction", "restitution", "torsional_friction", "rolling_friction"):
         if word in (record.dtype.names or ()):
             record[word] = getattr(shape, word)
     record["density"] = shape.density if shape.solid else 0.0
     record["enabled"] = 1
+    return CompiledShape(record, vertices)

@@ -5,20 +5,18 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..core.geometry import MovingShape, PlacedShape, placed, swing_of
+from ..core.geometry import PlacedShape, swing_of
 from ..jit import njit
-from .geometry import bounding_box
+from ..records.model import Array
+from .geometry import shape_place
 from .kinds import HEIGHTFIELD
 from .math import (
     Pose,
     Vec,
-    add,
     along,
     conjugate,
     dot,
-    multiply,
     norm,
     pose_of,
     quaternion,
@@ -32,8 +30,6 @@ from .narrowphase.heightfields import heightfield_gap
 from .narrowphase.motion import Motion, at_rest, velocity_of
 from .narrowphase.table import FIELDS, NONE, PAIR_TABLE, collide
 from .rotation import rotate_body
-
-Array = NDArray[Any]
 
 
 @njit
@@ -77,44 +73,33 @@ def move_with(body: Any, motion: Motion, rest: float) -> None:
 @njit
 def start_pose(start: Any, body_parameter: Any, parameter: Any) -> Pose:
     """Return the pose of a shape before the step; see geometry.shape_place."""
-    q = quaternion(start.rotation)
-    offset = turned(q, sub(vec(parameter.local_position), vec(body_parameter.center)))
-    return pose_of(add(vec(start.position), offset), multiply(q, quaternion(parameter.local_rotation)))
+    at, q = shape_place(start, body_parameter, parameter)
+    return pose_of(at, q)
 
 
 @njit
-def swept_box(
-    shape_model: Any, parameter: Any, vertices: Array | None, pose: Pose, motion: Motion, radius: float
-) -> tuple[Vec, Vec]:
-    """Return the bounding box of a shape over the whole motion, in m."""
-    lower, upper = bounding_box(shape_model, parameter, vertices, pose)
-    spin = norm(motion.spin)
-    swing = min(spin, 2.0) * radius if spin > 0.0 else 0.0  # a plane's radius is infinite
+def widened(lower: Vec, upper: Vec, motion: Motion, arc: float) -> tuple[Vec, Vec]:
+    """Return a box that holds another one over a motion, m: moved along, and grown by `arc` on each side."""
     v = motion.velocity
     return (
-        (lower[0] + min(v[0], 0.0) - swing, lower[1] + min(v[1], 0.0) - swing, lower[2] + min(v[2], 0.0) - swing),
-        (upper[0] + max(v[0], 0.0) + swing, upper[1] + max(v[1], 0.0) + swing, upper[2] + max(v[2], 0.0) + swing),
+        (lower[0] + min(v[0], 0.0) - arc, lower[1] + min(v[1], 0.0) - arc, lower[2] + min(v[2], 0.0) - arc),
+        (upper[0] + max(v[0], 0.0) + arc, upper[1] + max(v[1], 0.0) + arc, upper[2] + max(v[2], 0.0) + arc),
     )
 
 
 @njit
 def gap(
-    shapes: Any, a: MovingShape, b: MovingShape, time: float, swing: float, narrowphase: Any
+    shapes: Any, a: PlacedShape, b: PlacedShape, of_a: Motion, of_b: Motion, swing: float, narrowphase: Any
 ) -> tuple[float, float]:
-    """Return (separation in m of two shapes after ``time``, largest speed at which it can close).
-
-    ``swing``: largest contribution of rotation to the speed.
-    """
-    one = placed(a, time)
-    other = placed(b, time)
-    velocity = sub(a.motion.velocity, b.motion.velocity)
+    """Return (separation in m of two shapes, largest speed at which it can close); `of_a`, `of_b`: their motions."""
+    velocity = sub(of_a.velocity, of_b.velocity)
     routine = PAIR_TABLE[shapes.models[a.number].kind, shapes.models[b.number].kind]
     if routine != FIELDS and routine != NONE:
-        collide(shapes, one, other, 1e300, narrowphase)
+        collide(shapes, a, b, 1e300, narrowphase)
         return narrowphase.manifold.separation, swing + dot(vec(narrowphase.manifold.normal), velocity)
     separation = np.inf
     if routine == FIELDS and shapes.models[b.number].kind == HEIGHTFIELD:
-        separation = field_gap(shapes, other, one, narrowphase.field)
+        separation = field_gap(shapes, b, a, narrowphase.field)
     # the distance is known, but not its direction
     return separation, swing + norm(velocity)
 

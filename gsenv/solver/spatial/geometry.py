@@ -31,6 +31,12 @@ def place_shape(entry: Any, body: Any, body_parameter: Any, shape_parameter: Any
 
 
 @njit
+def pose_in(entry: Any) -> Pose:
+    """Return the world pose of a shape from its record of geometry."""
+    return pose_of(vec(entry.position), quaternion(entry.rotation))
+
+
+@njit
 def half_widths(shape_model: Any, shape_parameter: Any, pose: Pose) -> Vec:
     """Return the half-widths of the bounding box of a round or box-like shape, m: |R| size plus the radius."""
     s = shape_parameter.size

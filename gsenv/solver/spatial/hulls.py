@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..records.shapes import checked_points
 from .vertices import vertex_dtype
 
 Array = NDArray[Any]
@@ -29,27 +30,6 @@ class _TooManyError(Exception):
     """Raised where a hull has more vertices than a shape may have."""
 
 
-def hull_points(vertices: Any) -> Array:
-    """Return finite points (n, 3); raises ValueError otherwise."""
-    try:
-        points = np.array(vertices, dtype=float)
-    except (TypeError, ValueError):
-        points = np.empty((0,))
-    if points.ndim != 2 or points.shape[1] != 3:
-        raise ValueError(f"Hull vertices must be triples (x, y, z), got {_short(vertices)}")
-    if not np.isfinite(points).all():
-        bad = tuple(points[~np.isfinite(points).all(axis=1)][0].tolist())
-        raise ValueError(f"Hull vertices must be finite, got {bad}")
-    if len(points) < 4:
-        raise ValueError(f"Hull needs at least 4 vertices, got {len(points)}")
-    return points
-
-
-def _short(value: Any) -> str:
-    text = repr(value)
-    return text if len(text) <= 80 else text[:77] + "..."
-
-
 def convex_hull(vertices: Any) -> tuple[Array, Polygons]:
     """Return the convex hull of points (n, 3).
 
@@ -60,7 +40,7 @@ def convex_hull(vertices: Any) -> tuple[Array, Polygons]:
     Raises:
         ValueError: not points, all at one point, line or plane, or more than 64 corners.
     """
-    cloud = hull_points(vertices)
+    cloud = checked_points("Hull", vertices, 3, 4)
     corners, faces = _hull_of(cloud.tobytes())
     return corners.copy(), [list(face) for face in faces]
 

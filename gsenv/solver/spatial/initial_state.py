@@ -1,4 +1,4 @@
-"""Initial poses, velocities and masses of 3D bodies."""
+"""Initial poses of 3D bodies."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from ..records.model import Array
-from .mass import principal_axes, solid_mass
 from .math import Quaternion, conjugate, multiply, normalised
 
 _multiply = getattr(multiply, "py_func", multiply)
@@ -22,41 +21,9 @@ def rotation_of(rotation: Any) -> Quaternion:
     return float(w), float(x), float(y), float(z)
 
 
-def tensor_of(inertia: Array) -> Array:
-    """Return the tensor (3, 3) of an inertia given as three moments about the body's axes or as a tensor."""
-    return np.diag(inertia) if inertia.ndim == 1 else inertia
-
-
-def mass_of(spec: Any) -> tuple[float, Array, tuple[Array, Quaternion]]:
-    """Return (mass, centre of mass, (principal moments, their axes)) of a body, as given or else from its shapes."""
-    mass, center, moments, axes = solid_mass(spec.shapes)
-    if spec.mass is not None:
-        moments = moments * (spec.mass / mass if mass > 0.0 else 0.0)
-        mass = spec.mass
-    if spec.inertia is not None:
-        moments, axes = principal_axes(tensor_of(spec.inertia))
-    return mass, center, (moments, axes)
-
-
-def has_inertia(spec: Any) -> bool:
-    return spec.inertia is not None or bool((solid_mass(spec.shapes)[2] > 0.0).all())
-
-
-def fill_mass(spec: Any, nominal: Array, mass: float, inertia: tuple[Array, Quaternion]) -> None:
-    """Write the masses of a dynamic body to a one-entry slice of parameters."""
-    moments, axes = inertia
-    nominal["inertia"] = moments
-    nominal["axes"] = axes
-    nominal["inv_inertia"] = 1.0 / moments if spec.enabled else 0.0
-
-
 def fill_pose(spec: Any, start: Array) -> None:
-    """Write rotation and angular velocity to a one-entry slice of states."""
+    """Write the rotation to a one-entry slice of states."""
     start["rotation"] = rotation_of(spec.orientation)
-
-
-def velocity_of(spec: Any) -> tuple[float, ...]:
-    return (*spec.linear_velocity, *spec.angular_velocity)
 
 
 def turned(spec: Any, v: Array) -> Array:

@@ -8,20 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from ..records.model import Array, Model, solid_dtype
+from ..records.model import Array, Model
 from . import shapes as spatial_shapes
-from .kinds import BOX, CAPSULE, CYLINDER, HULL, SPHERE
+from .kinds import HULL
 from .math import Quaternion, conjugate, multiply
 
-# size fields of each kind of shape
-SIZE_FIELDS: dict[int, tuple[str, ...]] = {
-    SPHERE: ("radius",),
-    BOX: ("half_extents",),
-    CAPSULE: ("half_length", "radius"),
-    CYLINDER: ("half_length", "radius"),
-}
 SAME_MOMENT = 1e-7  # of the trace: moments that differ by less count as equal
 AT_REST = (1.0, 0.0, 0.0, 0.0)
+NO_INERTIA = (np.zeros(3), AT_REST)
 
 _multiply = getattr(multiply, "py_func", multiply)
 _conjugate = getattr(conjugate, "py_func", conjugate)
@@ -120,68 +114,43 @@ def _quaternion_of(axes: Array) -> Quaternion:
 # ---------------------------------------------------------------- one body of a scene
 
 
-def solid_mass(shapes: Sequence[Any]) -> tuple[float, Array, Array, Quaternion]:
-    """Return the mass properties of a body from its shapes' densities, without sensors and unbounded shapes.
+def inertia_about(middle: Array, parts: Sequence[Any], shapes: Sequence[Any]) -> tuple[Array, Quaternion]:
+    """Return (principal moments (3,) kg m^2 about the centre of mass, quaternion of their axes) of a body.
 
-    Returns:
-        (mass kg, centre of mass (3,) m, principal moments (3,) kg m^2 about it, quaternion of the
-        principal axes), all in the body's frame.  The axes of a body of one box, sphere, capsule or
-        cylinder are those of the shape, so that they stay principal when its size changes.
+    The axes of a body of one box, sphere, capsule or cylinder are those of the shape, so that they stay
+    principal when its size changes.
+
+    Args:
+        middle: its centre of mass (3,) m.
+        parts: (mass, centroid, inertia (3, 3) about that) of its solid shapes.
+        shapes: all its shapes.
     """
-    parts = []
-    for shape in shapes:
-        if shape.solid and not shape.sensor:
-            volume, center, inertia = spatial_shapes.mass_properties(shape)
-            parts.append((volume * shape.density, center, inertia * shape.density, shape))
-    mass = sum(m for m, _, _, _ in parts)
-    if mass <= 0.0:
-        return 0.0, np.zeros(3), np.zeros(3), AT_REST
-    middle = sum((m * c for m, c, _, _ in parts), np.zeros(3)) / mass
     if len(shapes) == 1 and int(shapes[0].kind) != HULL:
-        moments, axes = principal_axes(parts[0][2], spatial_shapes.unit_rotation(shapes[0]))
-        return float(mass), middle, moments, axes
+        return principal_axes(parts[0][2], spatial_shapes.unit_rotation(shapes[0]))
     total = np.zeros((3, 3))
-    for m, c, inertia, _ in parts:
+    for m, c, inertia in parts:
         d = c - middle
         total += inertia + m * ((d**2).sum() * np.eye(3) - d[:, None] * d[None, :])
-    moments, axes = principal_axes(total)
-    return float(mass), middle, moments, axes
+    return principal_axes(total)
+
+
+def principal_inertia(given: Array) -> tuple[Array, Quaternion]:
+    """Return the principal moments and axes of an inertia, given as moments about the body's axes or as a tensor."""
+    return principal_axes(np.diag(given) if given.ndim == 1 else given)
 
 
 # ---------------------------------------------------------------- many worlds
 
 
-def solids(model: Model, shapes: Array, body: int, chosen: Array) -> Array:
-    """Return (chosen,) of `solid_dtype`: the extents of a one-shape body, and its mass and moments by its density.
-
-    Moments are about the axes that `solid_mass` gives such a body. The extents of hulls stay at -1,
-    since their size does not change.
-    """
-    index = int(model.bodies["shape_first"][body])
-    kind = int(model.shapes["kind"][index])
-    record = shapes[chosen, index]
-    size, r = record["size"], record["radius"]
-    out = np.zeros(len(chosen), solid_dtype(3))
-    out["extent"] = out["reach"] = -1.0
-    if kind == BOX:
-        out["extent"], out["reach"] = size.min(axis=1), np.sqrt((size**2).sum(axis=1))
-    elif kind == SPHERE:
-        out["extent"], out["reach"] = r, r
-    elif kind == CAPSULE:
-        out["extent"], out["reach"] = r, size[:, 2] + r
-    elif kind == CYLINDER:
-        out["extent"], out["reach"] = np.minimum(size[:, 2], r), np.hypot(size[:, 2], r)
+def own_inertia(model: Model, index: int, kind: int, records: Array) -> tuple[Any, Array]:
+    """Return (volume m^3, principal moments m^5) of a shape for density 1, from its records (chosen,)."""
     if kind == HULL:
-        rotation = record["local_rotation"][0] if len(record) else AT_REST
-        volume, inertia = _hull_moments(model, index, rotation)
-    elif kind in SIZE_FIELDS:
-        volume, moments = spatial_shapes.own_moments(kind, size, r)
-        inertia = np.stack(moments, axis=-1)
-    else:  # planes and heightfields have no mass
-        return out
-    out["mass"] = volume * record["density"]
-    out["inertia"] = inertia * record["density"][:, None]
-    return out
+        rotation = records["local_rotation"][0] if len(records) else AT_REST
+        return _hull_moments(model, index, rotation)
+    if spatial_shapes.CLASSES[kind].solid:
+        volume, moments = spatial_shapes.own_moments(kind, records["size"], records["radius"])
+        return volume, np.stack(moments, axis=-1)
+    return 0.0, np.zeros(3)  # planes and heightfields
 
 
 def _hull_moments(model: Model, index: int, rotation: Any) -> tuple[float, Array]:

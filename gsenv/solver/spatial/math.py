@@ -192,9 +192,3 @@ def tangents(n: Vec) -> tuple[Vec, Vec]:
     else:
         t = unit((-n[1], n[0], 0.0))  # horizontal
     return t, cross(n, t)
-
-
-@njit
-def gravity_norm(parameters: Any) -> float:
-    """Return |gravity| in m/s^2 of a world's parameters."""
-    return norm(vec(parameters.gravity))

@@ -22,18 +22,22 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from gsenv.solver.records.shapes import CompiledShape
-
 from ..records.shapes import (
     Array,
     BaseShape,
+    BoxShape,
+    CapsuleShape,
+    CompiledShape,
+    PlaneShape,
+    RoundShape,
     Vector,
     check_material,
     check_plane,
     check_positive,
     check_sizes,
     checked_vector,
-    fill_material,
+    compiled_shape,
+    float_array,
 )
 from .edit import box_inertia
 from .hulls import convex_hull, hull_extent, hull_mass, linked_hull
@@ -70,7 +74,7 @@ class Shape(BaseShape):
 
 
 @dataclass(frozen=True)
-class Sphere(Shape):
+class Sphere(RoundShape, Shape):
     """A ball around the shape's origin.
 
     Args:
@@ -78,11 +82,10 @@ class Sphere(Shape):
     """
 
     kind: ClassVar[ShapeKind] = ShapeKind.SPHERE
-    radius: float  # m
 
 
 @dataclass(frozen=True)
-class Box(Shape):
+class Box(BoxShape, Shape):
     """A cuboid around the shape's origin, with edges along its axes.
 
     Args:
@@ -90,11 +93,10 @@ class Box(Shape):
     """
 
     kind: ClassVar[ShapeKind] = ShapeKind.BOX
-    half_extents: Vector  # (3,) m
 
 
 @dataclass(frozen=True)
-class Capsule(Shape):
+class Capsule(CapsuleShape, Shape):
     """All points within a radius of a segment along the shape's z axis.
 
     Args:
@@ -103,8 +105,6 @@ class Capsule(Shape):
     """
 
     kind: ClassVar[ShapeKind] = ShapeKind.CAPSULE
-    half_length: float  # m, of the segment
-    radius: float  # m
 
 
 @dataclass(frozen=True)
@@ -117,8 +117,16 @@ class Cylinder(Shape):
     """
 
     kind: ClassVar[ShapeKind] = ShapeKind.CYLINDER
+    sizes: ClassVar[tuple[str, ...]] = ("half_length", "radius")
     half_length: float  # m
     radius: float  # m
+
+    def extent(self) -> float:
+        return float(min(self.radius, self.half_length))
+
+    @staticmethod
+    def extents(size: Array, radius: Array) -> tuple[Any, Any]:
+        return np.minimum(size[:, 2], radius), np.hypot(size[:, 2], radius)
 
 
 @dataclass(frozen=True)
@@ -132,9 +140,12 @@ class Hull(Shape):
     kind: ClassVar[ShapeKind] = ShapeKind.HULL
     vertices: Any  # (n, 3) m
 
+    def extent(self) -> float:
+        return hull_extent(*convex_hull(self.vertices))
+
 
 @dataclass(frozen=True)
-class Plane(Shape):
+class Plane(PlaneShape, Shape):
     """All points x with ``normal . x <= offset``, for static and kinematic bodies.
 
     Args:
@@ -143,9 +154,7 @@ class Plane(Shape):
     """
 
     kind: ClassVar[ShapeKind] = ShapeKind.PLANE
-    solid: ClassVar[bool] = False
     normal: Vector = (0.0, 0.0, 1.0)
-    offset: float = 0.0  # m
 
 
 @dataclass(frozen=True)
@@ -165,6 +174,11 @@ class Heightfield(Shape):
     solid: ClassVar[bool] = False
     heights: Any  # (rows, columns) m
     size: Vector  # (2,) m, full extents along x and y
+
+
+CLASSES: dict[int, type[Shape]] = {
+    int(one.kind): one for one in (Sphere, Box, Capsule, Cylinder, Hull, Plane, Heightfield)
+}
 
 
 # ---------------------------------------------------------------- checks
@@ -208,10 +222,7 @@ def height_samples(shape: Heightfield) -> Array:
     width, depth = checked_vector("Heightfield", "size", shape.size, 2)
     check_positive("Heightfield", "size", width)
     check_positive("Heightfield", "size", depth)
-    try:
-        heights = np.array(shape.heights, dtype=float)
-    except (TypeError, ValueError):
-        heights = np.empty((0,))
+    heights = float_array(shape.heights)
     if heights.ndim != 2 or min(heights.shape) < 2:
         got = f"shape {heights.shape}" if heights.size else "something else"
         raise ValueError(f"Heightfield heights must be an array (rows, columns) of at least 2 x 2, got {got}")
@@ -298,19 +309,6 @@ def _placed(shape: Shape, point: Array) -> Array:
     return np.array([float(x) for x in shape.position]) + (point[..., None, :] * axes).sum(axis=-1)
 
 
-def extent(shape: Shape) -> float:
-    """Return the smallest half-width in m; infinite for planes and heightfields."""
-    if isinstance(shape, (Sphere, Capsule)):
-        return float(shape.radius)
-    if isinstance(shape, Box):
-        return float(min(shape.half_extents))
-    if isinstance(shape, Cylinder):
-        return float(min(shape.radius, shape.half_length))
-    if isinstance(shape, Hull):
-        return hull_extent(*convex_hull(shape.vertices))
-    return math.inf
-
-
 def bounding_radius(shape: Shape, about: Vector = (0.0, 0.0, 0.0)) -> float:
     """Return the distance in m of the farthest point from `about`, a point of the body's frame."""
     if not shape.solid:
@@ -333,7 +331,6 @@ def bounding_radius(shape: Shape, about: Vector = (0.0, 0.0, 0.0)) -> float:
 def shape_record(shape: Shape, dtype: np.dtype[Any]) -> CompiledShape:
     """Return a shape's parameter record (`dtype` = shape_parameter_dtype(3)) and its derived vertices."""
     validate(shape)
-    record = np.zeros((), dtype)
     rotation = unit_rotation(shape)
     position = np.array([float(x) for x in shape.position])
     vertices = np.zeros(0, vertex_dtype())
@@ -346,11 +343,7 @@ def shape_record(shape: Shape, dtype: np.dtype[Any]) -> CompiledShape:
         vertices = linked_hull(*convex_hull(shape.vertices))
     elif isinstance(shape, Heightfield):
         vertices = _grid(height_samples(shape))
-    record["local_position"] = position
-    record["local_rotation"] = rotation
-    record["size"] = _size_of(shape)
-    fill_material(record, shape, extent(shape))
-    return CompiledShape(record, vertices)
+    return compiled_shape(shape, dtype, position, rotation, _size_of(shape), vertices)
 
 
 def _from_z(x: float, y: float, z: float) -> Quaternion:

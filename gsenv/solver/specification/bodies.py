@@ -9,6 +9,7 @@ import numpy as np
 from ..dimension import PACKAGES, dimension
 from ..records.model import Array, BodyKind
 from . import check
+from .solids import has_inertia, solid_mass
 from .specs import BodySpec
 
 KINDS = {"static": BodyKind.STATIC, "kinematic": BodyKind.KINEMATIC, "dynamic": BodyKind.DYNAMIC}
@@ -65,9 +66,9 @@ def check_body(spec: BodySpec) -> None:
             raise ValueError(f"{what}: a {name} belongs on a static or kinematic body.")
     if spec.kind != BodyKind.DYNAMIC:
         return
-    if spec.mass is None and not modules.initial_state.solid_mass(spec.shapes)[0] > 0.0:
+    if spec.mass is None and not solid_mass(spec.dim, spec.shapes)[0] > 0.0:
         raise ValueError(f"{what} is dynamic and needs a mass or a shape with density.")
-    if not modules.initial_state.has_inertia(spec):
+    if not has_inertia(spec):
         raise ValueError(f"{what} is dynamic and needs an inertia or a shape with density.")
 
 

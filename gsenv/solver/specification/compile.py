@@ -31,6 +31,7 @@ from ..records.sensors import SENSOR_DTYPE, SensorKind
 from . import check
 from .placement import anchor_of, to_local, to_world
 from .sensors import SENSOR_TYPES
+from .solids import mass_of
 from .specs import BodySpec, JointSpec, SceneSpec, SensorSpec
 
 ACTUATOR_MODES = {"velocity": ActuatorMode.VELOCITY, "position": ActuatorMode.POSITION, "torque": ActuatorMode.TORQUE}
@@ -120,25 +121,26 @@ def compile_scene(scene: SceneSpec) -> Model:
 def _fill_body(spec: BodySpec, nominal: Array, start: Array) -> None:
     """Write mass, extent and initial state of one body to one-entry slices."""
     modules = dimension(spec.dim)
-    mass, center, inertia = modules.initial_state.mass_of(spec)
+    mass, center, inertia, axes = mass_of(spec)
     if spec.kind == BodyKind.DYNAMIC:
         nominal["mass"] = mass
         nominal["inv_mass"] = 1.0 / mass if spec.enabled else 0.0
-        modules.initial_state.fill_mass(spec, nominal, mass, inertia)
-    elif spec.dim == 3:
-        nominal["axes"][:, 0] = 1.0
+        nominal["inertia"] = inertia
+        nominal["inv_inertia"] = 1.0 / inertia if spec.enabled else 0.0
+    if spec.dim == 3:
+        nominal["axes"] = axes if spec.kind == BodyKind.DYNAMIC else (1.0, 0.0, 0.0, 0.0)
     nominal["center"] = center
     nominal["linear_damping"] = spec.linear_damping
     nominal["angular_damping"] = spec.angular_damping
     nominal["gravity_scale"] = spec.gravity_scale
     solid = [shape for shape in spec.shapes if shape.solid and shape.mask != 0]
-    nominal["extent"] = min((modules.shapes.extent(shape) for shape in solid), default=np.inf)
+    nominal["extent"] = min((shape.extent() for shape in solid), default=np.inf)
     nominal["radius"] = max((modules.shapes.bounding_radius(shape, center) for shape in solid), default=0.0)
     nominal["enabled"] = spec.enabled
     start["position"] = spec.position + modules.initial_state.turned(spec, center)
     modules.initial_state.fill_pose(spec, start)
     if spec.kind != BodyKind.STATIC:
-        start["velocity"] = modules.initial_state.velocity_of(spec)
+        start["velocity"] = np.hstack((spec.linear_velocity, spec.angular_velocity))
 
 
 def _compile_joints(scene: SceneSpec, bodies: list[BodySpec]) -> tuple[Array, Array, Array, Array]:

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from gsenv.envs.core.spec_tables import Entry, RewardTerm, box_of, entry_table, fill_docstring, reward_table
-from gsenv.envs.stack import blocks as rules
 from gsenv.envs.stack import scene, settings
+from gsenv.envs.stack import shared_rules as rules
 
 ENTRIES = (Entry("how far", "distance", -2.5, 3, "m"), Entry("yes or no", "flag", 0, 1))
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from gsenv.envs.core.policies import scripted_actions
-from gsenv.envs.stack import blocks as rules
+from gsenv.envs.stack import shared_rules as rules
 from gsenv.envs.stack3d import blocks as parts
 from gsenv.envs.stack3d import scene
 from gsenv.envs.stack3d.env import Stack3DEnv, Stack3DTask, Stack3DVectorEnv

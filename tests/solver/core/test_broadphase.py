@@ -7,7 +7,8 @@ import pytest
 
 from gsenv.solver.core import broadphase
 from gsenv.solver.core.broadphase import broadphase_dtype, broadphase_scratch, encode_exclusion, find_pairs
-from gsenv.solver.records.model import PAIR_DTYPE, Array, shape_geometry_dtype, shape_model_dtype
+from gsenv.solver.records.model import Array, shape_model_dtype
+from gsenv.solver.records.scratch_dtypes import PAIR_DTYPE, shape_geometry_dtype
 
 
 def scene(count: int, dim: int, seed: int = 0, spread: float = 1.0) -> tuple[Array, Array]:

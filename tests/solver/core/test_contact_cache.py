@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from gsenv.solver.core.contact_cache import update_contacts
-from gsenv.solver.records.model import Array, contact_dtype, shape_geometry_dtype
+from gsenv.solver.records.model import Array, contact_dtype
+from gsenv.solver.records.scratch_dtypes import shape_geometry_dtype
 
 SHAPES = 12
 

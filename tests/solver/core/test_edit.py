@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 
 import gsenv.solver.planar
-import gsenv.solver.planar.edit as planar
 import gsenv.solver.spatial
-import gsenv.solver.spatial.edit as spatial
 from gsenv.solver import Scene, World
 from gsenv.solver.core.edit import (
     disable_body,
     disable_joint,
     enable_body,
     enable_joint,
+    place_body,
+    set_box,
     set_mass,
     set_mass_alone,
     sleep_body,
@@ -69,8 +69,7 @@ def records(world: World) -> tuple[Any, Any, Any]:
 def place(world: World, b: int, position: Any, turn: Any = None, velocity: Any = None) -> None:
     dim = world.model.dim
     bodies, parameters, contacts = records(world)
-    module: Any = planar if dim == 2 else spatial
-    module.place_body(b, bodies, parameters, contacts, tuple(position), turn or LEVEL[dim], velocity or REST[dim])
+    place_body(b, bodies, parameters, contacts, tuple(position), turn or LEVEL[dim], velocity or REST[dim])
 
 
 def height(world: World, b: int) -> float:
@@ -116,13 +115,8 @@ def test_a_disabled_body_takes_a_mass_and_keeps_its_zero_inverses(dim: int) -> N
 
 
 @njit
-def _set_planar_box(bodies: Any, shapes: Any, half: Any, mass: Any) -> None:
-    planar.set_box(bodies[0], shapes[0], half[0], half[1], mass)
-
-
-@njit
-def _set_spatial_box(bodies: Any, shapes: Any, half: Any, mass: Any) -> None:
-    spatial.set_box(bodies[0], shapes[0], half[0], half[1], half[2], mass)
+def _set_box(bodies: Any, shapes: Any, half: Any, mass: Any) -> None:
+    set_box(bodies[0], shapes[0], half, mass)
 
 
 @DIMENSIONS
@@ -134,8 +128,7 @@ def test_set_box_is_the_same_as_a_scene_with_that_box(dim: int) -> None:
     shape = module.Box(half_extents=tuple(half), position=at(dim, 0.4), density=mass / np.prod(2.0 * half))
     new.add_body("box", shapes=[shape])
     world, wanted = World(old).parameters, World(new).parameters
-    kernel = _set_planar_box if dim == 2 else _set_spatial_box
-    kernel(as_records(world.bodies[0]), as_records(world.shapes[0]), half, mass)
+    _set_box(as_records(world.bodies[0]), as_records(world.shapes[0]), tuple(half.tolist()), mass)
     for name in ("mass", "inertia", "inv_mass", "inv_inertia", "extent", "radius"):
         np.testing.assert_allclose(world.bodies[name], wanted.bodies[name], rtol=1e-14, err_msg=name)
     for name in ("size", "extent", "density"):
@@ -148,8 +141,7 @@ def test_parameters_set_and_the_kernel_agree(dim: int) -> None:
     scene = Scene(dim=dim)
     scene.add_body("box", shapes=[box(dim)])
     world, other = World(scene).parameters, World(scene).parameters
-    kernel = _set_planar_box if dim == 2 else _set_spatial_box
-    kernel(as_records(world.bodies[0]), as_records(world.shapes[0]), half, mass)
+    _set_box(as_records(world.bodies[0]), as_records(world.shapes[0]), tuple(half.tolist()), mass)
     other.set("box", half_extents=half[None], density=mass / np.prod(2.0 * half))
     for name in ("mass", "inertia", "inv_mass", "inv_inertia", "extent", "radius"):
         np.testing.assert_allclose(world.bodies[name], other.bodies[name], rtol=1e-14, err_msg=name)

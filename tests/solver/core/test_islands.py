@@ -12,7 +12,6 @@ from gsenv.solver.core.islands import ASLEEP, AWAKE, DRIVEN, KINEMATIC_CONTACT, 
 from gsenv.solver.jit import njit
 from gsenv.solver.records.bundle import Bundle
 from gsenv.solver.records.model import (
-    ISLAND_DTYPE,
     Array,
     BodyKind,
     body_model_dtype,
@@ -24,6 +23,7 @@ from gsenv.solver.records.model import (
     joint_state_dtype,
     world_state_dtype,
 )
+from gsenv.solver.records.scratch_dtypes import ISLAND_DTYPE
 
 BODIES = 30
 Island = tuple[list[int], list[int], list[int], int]  # bodies, contacts, joints, how awake

@@ -25,8 +25,9 @@ from gsenv.solver.methods.cholesky import (
     substitute,
 )
 from gsenv.solver.methods.joint_factor import factorise_equations, solve_equations
-from gsenv.solver.records.model import body_state_dtype, substep_body_dtype
+from gsenv.solver.records.model import body_state_dtype
 from gsenv.solver.records.plain import as_records
+from gsenv.solver.records.scratch_dtypes import substep_body_dtype
 
 pytestmark = pytest.mark.nojit
 Array = NDArray[Any]

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from gsenv.solver.planar import Box, Capsule, Circle, HalfPlane, Polygon, Shape, Terrain
-from gsenv.solver.planar.shapes import bounding_radius, extent, mass_properties, shape_record, validate
+from gsenv.solver.planar.shapes import bounding_radius, mass_properties, shape_record, validate
 from gsenv.solver.planar.vertices import Turn, derive_vertices, leaf_count, leaf_span, linked_vertices
 from gsenv.solver.records.model import shape_model_dtype, shape_parameter_dtype
 
@@ -101,9 +101,9 @@ def test_mass_against_a_fine_grid(shape: Shape) -> None:
 def test_extent_and_radius(shape: Shape) -> None:
     wanted = {Circle: 0.7, Box: 0.2, Capsule: 0.3}
     if type(shape) in wanted:
-        assert extent(shape) == wanted[type(shape)]
+        assert shape.extent() == wanted[type(shape)]
     else:  # the narrowest strip lies along the longest side
-        assert extent(shape) == pytest.approx(0.5)
+        assert shape.extent() == pytest.approx(0.5)
     far = {Circle: 0.7, Box: np.hypot(0.5, 0.2), Capsule: 0.9, Polygon: 2.0}[type(shape)]
     assert bounding_radius(shape, shape.position) == pytest.approx(far)
 

@@ -17,8 +17,9 @@ from gsenv.solver.records.model import (
 )
 from gsenv.solver.records.plain import as_records
 from gsenv.solver.spatial import Box, Capsule, Cylinder, Hull, Shape, Sphere
-from gsenv.solver.spatial.mass import principal_axes, solid_mass, solids
-from gsenv.solver.spatial.shapes import bounding_radius, extent, mass_properties, rotation_matrix, shape_record
+from gsenv.solver.spatial.mass import principal_axes
+from gsenv.solver.spatial.shapes import bounding_radius, mass_properties, rotation_matrix, shape_record
+from gsenv.solver.specification.solids import solid_mass, solids
 
 ROTATION = (0.9, 0.3, -0.4, 0.2)
 CORNERS = [(0, 0, 0), (1.2, 0, 0), (0, 0.9, 0), (0.1, 0.1, 0.7), (1.0, 0.6, 0.5)]
@@ -71,7 +72,7 @@ def test_one_shape_gives_its_own_axes() -> None:
         Box(half_extents=(1, 1, 1), orientation=ROTATION),
         Box(half_extents=(1, 2, 3), orientation=(0.1, 0, 0, 1)),
     ):
-        _, _, moments, rotation = solid_mass([shape])
+        _, _, moments, rotation = solid_mass(3, [shape])
         wanted = np.array(shape.orientation) / np.linalg.norm(shape.orientation)
         assert rotation == pytest.approx(wanted)
         own = mass_properties(Box(half_extents=shape.half_extents))[2]
@@ -81,20 +82,20 @@ def test_one_shape_gives_its_own_axes() -> None:
 def test_parts_make_the_whole() -> None:
     """A box in two pieces of one density."""
     r = {"density": 3.0, "orientation": ROTATION}
-    axes = rotation_matrix(solid_mass([Box(half_extents=(1, 1, 1), orientation=ROTATION)])[3])
-    whole = solid_mass([Box(half_extents=(1.0, 0.5, 0.25), position=(1, 2, 3), **r)])  # type: ignore[arg-type]
+    axes = rotation_matrix(solid_mass(3, [Box(half_extents=(1, 1, 1), orientation=ROTATION)])[3])
+    whole = solid_mass(3, [Box(half_extents=(1.0, 0.5, 0.25), position=(1, 2, 3), **r)])  # type: ignore[arg-type]
     parts = [
         Box(half_extents=(0.7, 0.5, 0.25), position=axes[:, 0] * -0.3 + (1, 2, 3), **r),  # type: ignore[arg-type]
         Box(half_extents=(0.3, 0.5, 0.25), position=axes[:, 0] * 0.7 + (1, 2, 3), **r),  # type: ignore[arg-type]
         Sphere(radius=5.0, sensor=True),
     ]
-    mass, center, moments, rotation = solid_mass(parts)
+    mass, center, moments, rotation = solid_mass(3, parts)
     assert mass == pytest.approx(whole[0])
     assert center == pytest.approx(whole[1])
     for m, q in ((moments, rotation), (whole[2], whole[3])):
         a = rotation_matrix(q)
         assert a @ np.diag(m) @ a.T == pytest.approx(axes @ np.diag(whole[2]) @ axes.T)
-    assert solid_mass([])[0] == 0.0
+    assert solid_mass(3, [])[0] == 0.0
 
 
 def compiled(shape: Shape, worlds: int) -> tuple[Any, Any, Any]:
@@ -104,7 +105,7 @@ def compiled(shape: Shape, worlds: int) -> tuple[Any, Any, Any]:
     shapes["kind"], shapes["vertex_count"] = int(shape.kind), len(one.vertices)
     parameters = np.zeros((worlds, 1), body_parameter_dtype(3))
     parameters["center"] = mass_properties(shape)[1]
-    model = SimpleNamespace(bodies=bodies, shapes=shapes, nominal_vertices=one.vertices)
+    model = SimpleNamespace(dim=3, bodies=bodies, shapes=shapes, nominal_vertices=one.vertices)
     return model, np.broadcast_to(one.record, (worlds, 1)).copy(), parameters
 
 
@@ -127,11 +128,11 @@ def test_resizing_is_the_same_as_authoring(shape: Shape, sizes: dict[str, Any]) 
     chosen = np.array([0, 1])
     found = solids(model, records, 0, chosen)
     for world, authored in enumerate((old, new)):
-        wanted_mass, _, moments, _ = solid_mass([authored])
+        wanted_mass, _, moments, _ = solid_mass(3, [authored])
         assert found["mass"][world] == pytest.approx(wanted_mass)
         assert found["inertia"][world] == pytest.approx(moments)
     fit_solids(chosen, as_records(bodies), as_records(records), 0, 0, as_records(found), False, False)
-    assert records["extent"][1, 0] == pytest.approx(extent(new)) == bodies["extent"][1, 0]
+    assert records["extent"][1, 0] == pytest.approx(new.extent()) == bodies["extent"][1, 0]
     assert bodies["radius"][1, 0] == pytest.approx(bounding_radius(new, new.position))
     assert bodies["radius"][2, 0] == 0.0, "not chosen"
 
@@ -141,7 +142,7 @@ def test_density_of_a_hull() -> None:
     model, records, _ = compiled(hull, 2)
     records["density"][1] = 5.0
     found = solids(model, records, 0, np.array([0, 1]))
-    wanted, _, moments, _ = solid_mass([hull])
+    wanted, _, moments, _ = solid_mass(3, [hull])
     assert found["mass"] == pytest.approx([wanted, 5.0 * wanted])
     assert found["inertia"][0] == pytest.approx(moments)
     assert found["inertia"][1] == pytest.approx(5.0 * moments)

@@ -13,7 +13,6 @@ from gsenv.solver.records.model import shape_parameter_dtype
 from gsenv.solver.spatial import Box, Capsule, Cylinder, Heightfield, Hull, Plane, Shape, Sphere
 from gsenv.solver.spatial.shapes import (
     bounding_radius,
-    extent,
     mass_properties,
     rotation_matrix,
     shape_record,
@@ -151,7 +150,7 @@ def test_a_short_capsule_is_a_ball_and_a_long_one_a_rod() -> None:
 def test_extent_and_radius(shape: Shape) -> None:
     wanted = {Sphere: 0.7, Box: 0.2, Capsule: 0.3, Cylinder: 0.4}
     if type(shape) in wanted:
-        assert extent(shape) == wanted[type(shape)]
+        assert shape.extent() == wanted[type(shape)]
     far: dict[type, float] = {
         Sphere: 0.7,
         Box: np.sqrt(0.25 + 0.04 + 0.64),

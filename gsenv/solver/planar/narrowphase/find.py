@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
-from ...core.detection import TOUCHING, with_motion
+from ...core.detection import TOUCHING, any_jointed, with_motion
 from ...core.geometry import BASE_MARGIN, MovingShape, PlacedShape
-from ...jit import inline_njit, njit
+from ...jit import njit
+from ...records.model import Array
 from ..kinds import TERRAIN
-from ..math import Pose, relative, rotate, to_world, unrotate
+from ..math import relative, rotate, to_world, unrotate
 from .chains import chain_near, mover_of
 from .manifold import Manifold
 from .motion import velocity_of
@@ -20,20 +18,12 @@ from .predict import predict
 from .table import CHAINS, PAIR_TABLE, PLANES, collide
 from .terrains import Tally, terrain_contacts
 
-Array = NDArray[Any]
-
 
 @njit
-def collide_pair(world: Any, a: int, b: int, extent: float, margin: float, count: int) -> int:
-    """Write the contacts of shapes a and b from entry `count` of `world.scratch.found` on; returns the new count.
-
-    `extent` and `margin` are those of pair_scale, in m.
-    """
+def pair_contacts(world: Any, one: PlacedShape, other: PlacedShape, extent: float, margin: float, count: int) -> int:
+    """Write the contacts of a pair from entry `count` of `world.scratch.found` on; returns the new count."""
     shapes = world.shapes
-    geometry = world.scratch.geometry
-    one = PlacedShape(a, pose_in(geometry[a]))
-    other = PlacedShape(b, pose_in(geometry[b]))
-    routine = PAIR_TABLE[shapes.models[a].kind, shapes.models[b].kind]
+    routine = PAIR_TABLE[shapes.models[one.number].kind, shapes.models[other.number].kind]
     if routine == CHAINS:
         return find_chain_contacts(world, shapes.vertices, one, other, margin, count)
     m = collide(shapes, shapes.vertices, one, other, margin)
@@ -56,10 +46,7 @@ def look_ahead(
     a = with_motion(world, one)
     b = with_motion(world, other)
     ahead = predict(world.shapes, a, b, now, world.options.timestep, margin, TOUCHING * extent)
-    models = world.shapes.models
-    bodies = world.model.bodies
-    jointed = bodies[models[one.number].body].jointed | bodies[models[other.number].body].jointed
-    return ahead if ahead.points > 0 or jointed == 0 else now
+    return ahead if ahead.points > 0 or not any_jointed(world, one, other) else now
 
 
 @njit
@@ -77,27 +64,6 @@ def write_points(m: Manifold, lift: float, contacts: Array, count: int) -> int:
             contact.feature = m.feature1 if k else m.feature0
         count += 1
     return count
-
-
-@inline_njit
-def pose_in(entry: Any) -> Pose:
-    return Pose(entry.position[0], entry.position[1], entry.rotation[0], entry.rotation[1])
-
-
-@inline_njit
-def pair_scale(one: Any, other: Any, body_a: Any, body_b: Any, sensor: int, timestep: float) -> tuple[float, float]:
-    """Return (extent, margin) of a pair in m, from its records of geometry and the states of its bodies.
-
-    They are the smaller extent of its dynamic bodies, and the distance within which the two may touch in
-    this step.  Sensors detect present overlaps only.
-    """
-    extent = min(one.extent, other.extent)
-    if sensor != 0:
-        return extent, 0.0
-    dx = body_b.velocity[0] - body_a.velocity[0]
-    dy = body_b.velocity[1] - body_a.velocity[1]
-    margin = BASE_MARGIN * extent + timestep * np.sqrt(dx * dx + dy * dy)
-    return extent, margin + one.reach + other.reach
 
 
 @njit

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from ...core.geometry import DYNAMIC, STATIC, swing_of
 from ...core.trig import sin_cos
-from ...jit import njit
+from ...jit import inline_njit, njit
 from ..math import Pose, rotate
 
 
@@ -34,6 +36,14 @@ def motion_of(body: Any, parameter: Any, kind: int, gravity: Any, timestep: floa
         vx += timestep * (parameter.gravity_scale * gravity[0] + parameter.inv_mass * body.force[0])
         vy += timestep * (parameter.gravity_scale * gravity[1] + parameter.inv_mass * body.force[1])
     return Motion(x, y, vx, vy, body.velocity[2], swing_of(parameter))
+
+
+@inline_njit
+def approach_of(body_a: Any, body_b: Any, extent: float, timestep: float) -> float:
+    """Return the largest approach of two bodies in the step, in m, if nothing pushes them."""
+    dx = body_b.velocity[0] - body_a.velocity[0]
+    dy = body_b.velocity[1] - body_a.velocity[1]
+    return timestep * np.sqrt(dx * dx + dy * dy)
 
 
 @njit

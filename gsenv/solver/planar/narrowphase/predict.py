@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from ...core.geometry import MovingShape, placed, share_of
+from ...core.geometry import MovingShape, placed, share_of, swing_speed
 from ...jit import njit
 from .manifold import Manifold, no_manifold
 from .motion import Motion, velocity_of
@@ -31,8 +31,7 @@ def predict(
     """
     one = a.motion
     other = b.motion
-    swing = abs(one.spin) * one.swing + abs(other.spin) * other.swing
-    weight = share_of(a, b)
+    swing = swing_speed(a, b)
     m = now
     time = 0.0
     for _ in range(MAX_ADVANCES):
@@ -47,21 +46,24 @@ def predict(
         m = collide(shapes, shapes.vertices, placed(a, time), placed(b, time), margin)
         if m.separation <= touching:
             break
-    return brought_back(m, one, other, weight, time)
+    return brought_back(m, a, b, time)
 
 
 @njit
-def brought_back(m: Manifold, a: Motion, b: Motion, weight: float, time: float) -> Manifold:
+def brought_back(m: Manifold, a: MovingShape, b: MovingShape, time: float) -> Manifold:
     """Return a manifold of `time` s ahead, expressed at the present.
 
     Each separation grows by the approach until then, so that the bound "normal velocity >=
     -separation / timestep" stops the bodies where they touch.  The points move back with the
-    lighter body, whose lever arm they must have: `weight` is the share of a's motion in that.
+    lighter body, whose lever arm they must have.
     """
-    back_x = time * (weight * a.velocity_x + (1.0 - weight) * b.velocity_x)
-    back_y = time * (weight * a.velocity_y + (1.0 - weight) * b.velocity_y)
-    gap0 = time * closing_speed(m, a, b, m.x0, m.y0, time)
-    gap1 = time * closing_speed(m, a, b, m.x1, m.y1, time)
+    one = a.motion
+    other = b.motion
+    share = share_of(a, b)
+    back_x = time * (share * one.velocity_x + (1.0 - share) * other.velocity_x)
+    back_y = time * (share * one.velocity_y + (1.0 - share) * other.velocity_y)
+    gap0 = time * closing_speed(m, one, other, m.x0, m.y0, time)
+    gap1 = time * closing_speed(m, one, other, m.x1, m.y1, time)
     return Manifold(
         m.points, m.normal_x, m.normal_y, m.separation + gap0,
         m.x0 - back_x, m.y0 - back_y, m.separation0 + gap0, m.feature0,

@@ -5,18 +5,16 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...core.geometry import PlacedShape
 from ...jit import njit
+from ...records.model import Array
 from ..kinds import CIRCLE, HALF_PLANE, POLYGON
 from .boxes import box_box, box_of
 from .circles import box_circle
 from .half_planes import half_plane_box, half_plane_polygon
 from .manifold import Manifold, flipped, no_manifold
 from .polygons import outline_of, polygon_polygon
-
-Array = NDArray[Any]
 
 NONE = 0  # excluded: neither shape can belong to a dynamic body
 ROUND = 1  # circles.box_circle: circles and capsules are rounded boxes

@@ -5,40 +5,29 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ...core.detection import TOUCHING, with_motion
+from ...core.detection import TOUCHING, any_jointed, with_motion
 from ...core.geometry import BASE_MARGIN, PlacedShape
 from ...jit import inline_njit, njit
+from ...records.model import Array
 from ..kinds import HEIGHTFIELD, SPHERE
-from ..math import Pose, norm, pose_of, quaternion, sub, vec
 from .heightfields import heightfield_contacts
 from .manifold import clear_manifold
 from .predict import MISS, predict
 from .table import FIELDS, PAIR_TABLE, collide
 
-Array = NDArray[Any]
-
 
 @njit
-def collide_pair(world: Any, a: int, b: int, extent: float, margin: float, count: int) -> int:
-    """Write the contacts of shapes a and b from entry `count` of `world.scratch.found` on; returns the new count.
-
-    `extent` and `margin` are those of pair_scale, in m.
-    """
+def pair_contacts(world: Any, one: PlacedShape, other: PlacedShape, extent: float, margin: float, count: int) -> int:
+    """Write the contacts of a pair from entry `count` of `world.scratch.found` on; returns the new count."""
     shapes = world.shapes
-    models = shapes.models
-    parameters = shapes.parameters
-    geometry = world.scratch.geometry
+    a = shapes.parameters[one.number]
+    b = shapes.parameters[other.number]
     found = world.scratch.found
     narrowphase = world.scratch.narrowphase
-    if far_apart(geometry[a], geometry[b], models[a], models[b], parameters[a], parameters[b], margin):
-        return count
-    one = PlacedShape(a, pose_in(geometry[a]))
-    other = PlacedShape(b, pose_in(geometry[b]))
     start = count
     miss = 0.0
-    if PAIR_TABLE[models[a].kind, models[b].kind] == FIELDS:
+    if PAIR_TABLE[shapes.models[one.number].kind, shapes.models[other.number].kind] == FIELDS:
         count = find_field_contacts(world, one, other, margin, count, narrowphase.field)
     else:
         collide(shapes, one, other, margin, narrowphase)
@@ -50,8 +39,8 @@ def collide_pair(world: Any, a: int, b: int, extent: float, margin: float, count
         count = write_points(m, found, count)
     for k in range(start, min(count, len(found))):
         found[k].miss_distance = miss
-        found[k].torsional_friction = max(parameters[a].torsional_friction, parameters[b].torsional_friction)
-        found[k].rolling_friction = max(parameters[a].rolling_friction, parameters[b].rolling_friction)
+        found[k].torsional_friction = max(a.torsional_friction, b.torsional_friction)
+        found[k].rolling_friction = max(a.rolling_friction, b.rolling_friction)
     return count
 
 
@@ -67,8 +56,7 @@ def look_ahead(world: Any, one: PlacedShape, other: PlacedShape, margin: float, 
     a = with_motion(world, one)
     b = with_motion(world, other)
     outcome, miss = predict(shapes, a, b, world.options.timestep, margin, TOUCHING * extent, narrowphase)
-    bodies = world.model.bodies
-    if bodies[shapes.models[one.number].body].jointed | bodies[shapes.models[other.number].body].jointed == 0:
+    if not any_jointed(world, one, other):
         if outcome == MISS and narrowphase.manifold.separation == np.inf:
             clear_manifold(narrowphase.manifold)
         return miss
@@ -78,11 +66,15 @@ def look_ahead(world: Any, one: PlacedShape, other: PlacedShape, margin: float, 
 
 
 @inline_njit
-def far_apart(one: Any, other: Any, model_a: Any, model_b: Any, a: Any, b: Any, margin: float) -> bool:
+def far_apart(world: Any, a: int, b: int, margin: float) -> bool:
     """Whether two spheres are beyond the margin; for other shapes the test of the boxes is sufficient."""
-    if model_a.kind != SPHERE or model_b.kind != SPHERE:
+    models = world.shapes.models
+    if models[a].kind != SPHERE or models[b].kind != SPHERE:
         return False
-    reach = a.radius + b.radius + margin
+    parameters = world.shapes.parameters
+    one = world.scratch.geometry[a]
+    other = world.scratch.geometry[b]
+    reach = parameters[a].radius + parameters[b].radius + margin
     square = 0.0
     for d in range(3):
         square += (one.position[d] - other.position[d]) ** 2
@@ -101,24 +93,6 @@ def write_points(m: Any, contacts: Array, count: int) -> int:
             contact.feature = m.feature[k]
         count += 1
     return count
-
-
-@njit
-def pose_in(entry: Any) -> Pose:
-    return pose_of(vec(entry.position), quaternion(entry.rotation))
-
-
-@inline_njit
-def pair_scale(one: Any, other: Any, body_a: Any, body_b: Any, sensor: int, timestep: float) -> tuple[float, float]:
-    """Return (extent, margin) of a pair in m; as in 2D, but with the sum of both motions: impacts may change them."""
-    extent = min(one.extent, other.extent)
-    if sensor != 0:
-        return extent, 0.0
-    va = vec(body_a.velocity)
-    vb = vec(body_b.velocity)
-    together = min(timestep * (norm(va) + norm(vb)), extent)
-    speed = norm(sub(vb, va))
-    return extent, BASE_MARGIN * extent + max(timestep * speed, together) + one.reach + other.reach
 
 
 @njit

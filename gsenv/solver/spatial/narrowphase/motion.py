@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from ...core.geometry import DYNAMIC, STATIC, swing_of
-from ...jit import njit
+from ...jit import inline_njit, njit
 from ..math import Pose, Vec, add, along, cross, norm, scaled, sub, turn_of, turned, vec
 
 
@@ -36,6 +36,19 @@ def motion_of(body: Any, parameter: Any, kind: int, gravity: Any, timestep: floa
         velocity = along(velocity, timestep * parameter.inv_mass, vec(body.force))
     spin = (body.velocity[3], body.velocity[4], body.velocity[5])
     return Motion(vec(body.position), velocity, spin, swing_of(parameter))
+
+
+@inline_njit
+def approach_of(body_a: Any, body_b: Any, extent: float, timestep: float) -> float:
+    """Return the largest approach of two bodies in the step, in m.
+
+    It is up to the sum of both motions, since impacts may change their directions.
+    """
+    va = vec(body_a.velocity)
+    vb = vec(body_b.velocity)
+    together = min(timestep * (norm(va) + norm(vb)), extent)
+    speed = norm(sub(vb, va))
+    return max(timestep * speed, together)
 
 
 @njit

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from ...core.geometry import MovingShape, placed, share_of
+from ...core.geometry import MovingShape, placed, share_of, swing_speed
 from ...jit import njit
-from ..math import Vec, add, dot, norm, scaled, sub, vec
+from ..math import Vec, add, dot, scaled, sub, vec
 from .motion import Motion, velocity_of
 from .table import collide
 
@@ -29,8 +29,7 @@ def predict(
     m = narrowphase.manifold
     one = a.motion
     other = b.motion
-    swing = norm(one.spin) * one.swing + norm(other.spin) * other.swing
-    weight = share_of(a, b)
+    swing = swing_speed(a, b)
     time = 0.0
     for _ in range(MAX_ADVANCES):
         if not m.separation < np.inf:
@@ -41,29 +40,30 @@ def predict(
         if not miss < 0.0:
             if time == 0.0:
                 return APART, miss
-            bring_back(m, one, other, weight, time)
+            bring_back(m, a, b, time)
             return MISS, miss
         time += m.separation / speed
         collide(shapes, placed(a, time), placed(b, time), margin, narrowphase)
         if m.separation <= touching:
             break
-    bring_back(m, one, other, weight, time)
+    bring_back(m, a, b, time)
     return MEET, 0.0
 
 
 @njit
-def bring_back(m: Any, a: Motion, b: Motion, weight: float, time: float) -> None:
+def bring_back(m: Any, a: MovingShape, b: MovingShape, time: float) -> None:
     """Express a manifold of `time` s ahead at the present.
 
     Each separation grows by the approach until then, so that the bound "normal velocity >=
     -separation / timestep" stops the bodies where they touch.  The points move back with the
-    lighter body, whose lever arm they must have: `weight` is the share of a's motion in that.
+    lighter body, whose lever arm they must have.
     """
-    back = scaled(add(scaled(a.velocity, weight), scaled(b.velocity, 1.0 - weight)), time)
+    share = share_of(a, b)
+    back = scaled(add(scaled(a.motion.velocity, share), scaled(b.motion.velocity, 1.0 - share)), time)
     n = vec(m.normal)
     for k in range(m.count):
         p = (m.point[k, 0], m.point[k, 1], m.point[k, 2])
-        gap = time * closing_speed(n, a, b, p, time)
+        gap = time * closing_speed(n, a.motion, b.motion, p, time)
         m.gap[k] += gap
         if k == 0:
             m.separation += gap

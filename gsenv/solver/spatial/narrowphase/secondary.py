@@ -27,6 +27,23 @@ MAX_ROUNDS = 8  # largest number of passes over all contacts
 
 
 @njit
+def look_again(world: Any, count: int, last: bool) -> tuple[int, bool]:
+    """Remove candidates that no impact can close; returns (contacts left, whether to search again in wider boxes).
+
+    After the `last` search the boxes stay as they are.
+    """
+    scratch = world.scratch
+    bodies = world.state.bodies
+    parameters = world.parameters.bodies
+    substep_bodies = scratch.substep_bodies
+    timestep = world.options.timestep
+    count, hit = keep_secondary(scratch.found, count, bodies, parameters, substep_bodies, timestep)
+    if last or not hit:
+        return count, False
+    return count, widen_boxes(world.shapes.models, bodies, parameters, substep_bodies, timestep, scratch.geometry)
+
+
+@njit
 def keep_secondary(
     contacts: Array, count: int, bodies: Array, body_parameters: Array, substep_bodies: Array, timestep: float
 ) -> tuple[int, bool]:

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 from numba import int64
-from numpy.typing import NDArray
 
 from ...core.geometry import PlacedShape
 from ...jit import njit
+from ...records.model import Array
 from ..kinds import BOX, CYLINDER, PLANE
 from ..math import add
 from .boxes import boxes_direction, cross_edges
@@ -19,8 +19,6 @@ from .manifold import MAX_POINTS, add_point, begin_manifold, clear_manifold, fli
 from .planes import collide_plane
 from .rounds import round_direction
 from .solids import Solid, from_origin, solid_of
-
-Array = NDArray[Any]
 
 NONE = 0  # excluded: neither shape can belong to a dynamic body
 ROUND = 1  # rounds.round_direction: closed form

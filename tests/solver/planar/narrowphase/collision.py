@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from gsenv.solver.core.detection import collide_pairs
+from gsenv.solver.core.detection import collide_pairs, find_contacts
 from gsenv.solver.core.geometry import update_geometry
 from gsenv.solver.core.status import OK
 from gsenv.solver.planar import shapes as planar
-from gsenv.solver.planar.detection import find_contacts
 from gsenv.solver.planar.vertices import vertex_dtype
 from gsenv.solver.records import model as records
+from gsenv.solver.records import scratch_dtypes
 from gsenv.solver.records.model import Array, BodyKind
 from tests.solver.kernel_worlds import kernel_world
 
@@ -93,7 +93,7 @@ def world(*bodies: dict[str, Any], with_vertices: bool = True) -> Arrays:
             entry["inv_mass"], entry["inv_inertia"] = 1.0 / mass, 1.0 / inertia
         entry["gravity_scale"] = 1.0
         entry["enabled"] = 1
-        entry["extent"] = min(planar.extent(shape) for shape in spec["shapes"])
+        entry["extent"] = min(shape.extent() for shape in spec["shapes"])
         entry["radius"] = max(
             (planar.bounding_radius(shape, center) for shape in spec["shapes"] if shape.solid), default=0.0
         )
@@ -110,7 +110,7 @@ def world(*bodies: dict[str, Any], with_vertices: bool = True) -> Arrays:
     return Arrays(
         states, models, parameters, np.array(shape_models), np.array(shape_parameters),
         np.concatenate(vertices) if with_vertices else None,
-        np.zeros(len(shape_models), records.shape_geometry_dtype(2)),
+        np.zeros(len(shape_models), scratch_dtypes.shape_geometry_dtype(2)),
     )  # fmt: skip
 
 

@@ -5,14 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from gsenv.solver.core.detection import find_contacts
 from gsenv.solver.core.status import MORE_CONTACTS
 from gsenv.solver.planar import Box, Capsule, Circle, HalfPlane, Polygon, Shape, Terrain
-from gsenv.solver.planar.detection import find_contacts
 from gsenv.solver.planar.kinds import ShapeKind
 from gsenv.solver.planar.narrowphase.boxes import REFERENCE_BIAS
 from gsenv.solver.planar.narrowphase.table import BOXES, CHAINS, NONE, PAIR_TABLE, PLANES, POLYGONS, ROUND
-from gsenv.solver.planar.shapes import extent, mass_properties
-from gsenv.solver.records.model import PAIR_DTYPE, Array, contact_dtype
+from gsenv.solver.planar.shapes import mass_properties
+from gsenv.solver.records.model import Array, contact_dtype
+from gsenv.solver.records.scratch_dtypes import PAIR_DTYPE
 from tests.solver.planar.narrowphase.collision import (
     STATIC,
     Arrays,
@@ -59,7 +60,7 @@ def check_manifold(contacts: Array, a: Shape, pose_a: Array, b: Shape, pose_b: A
     """Against the oracle: separation, normal, and both surfaces at each point."""
     core_a, core_b = core(a, pose_a[:2], pose_a[2]), core(b, pose_b[:2], pose_b[2])
     true = signed_distance(core_a, core_b)
-    scale = min(extent(a), extent(b))
+    scale = min(a.extent(), b.extent())
     bias = REFERENCE_BIAS * scale
     sharp = core_a[1] + core_b[1] == 0.0
     if len(contacts) == 0:
@@ -92,11 +93,11 @@ def test_manifold_against_support_functions(kinds: tuple[ShapeKind, ShapeKind]) 
         arrays = two(a, pose_a, b, pose_b)
         contacts = arrays.contacts(REST, pairs=ONE_PAIR)
         touching += len(contacts) > 0
-        check_manifold(contacts, a, pose_a, b, pose_b, REFERENCE_BIAS * min(extent(a), extent(b)))
+        check_manifold(contacts, a, pose_a, b, pose_b, REFERENCE_BIAS * min(a.extent(), b.extent()))
         swapped = two(b, pose_b, a, pose_a).contacts(REST, pairs=ONE_PAIR)
         if len(contacts) and len(swapped):
             s, t = contacts["separation"].min(), swapped["separation"].min()
-            assert abs(s - t) <= REFERENCE_BIAS * min(extent(a), extent(b)) + 1e-9
+            assert abs(s - t) <= REFERENCE_BIAS * min(a.extent(), b.extent()) + 1e-9
             if abs(s - t) < 1e-13:
                 np.testing.assert_allclose(contacts[0]["normal"], -swapped[0]["normal"], atol=1e-9)
     assert touching > 20
@@ -135,7 +136,7 @@ def test_half_plane_touches_the_lowest_corners(kind: ShapeKind) -> None:
         contacts = arrays.contacts(REST, pairs=ONE_PAIR)
         corners, radius = core(shape, pose[:2], pose[2])
         heights = np.sort(corners @ normal - 0.7 - radius)
-        if heights[0] > 0.02 * extent(shape):
+        if heights[0] > 0.02 * shape.extent():
             assert len(contacts) == 0
             continue
         np.testing.assert_allclose(contacts["separation"].min(), heights[0], atol=1e-12)

@@ -1,0 +1,54 @@
+"""What the tasks of GStack-v0, GStack3D-v0 and tower_v0 share outside their kernels."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from types import ModuleType
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from gsenv.envs.core.task import Array, Task
+from gsenv.envs.stack.domain_randomization import QUANTITIES
+from gsenv.envs.stack.settings import write_settings
+
+if TYPE_CHECKING:
+    from gsenv.render.camera import Camera
+
+
+class BlocksTask(Task):
+    """Building a tower of blocks, by the kernels of the module `rules`."""
+
+    rules: ClassVar[ModuleType]
+    info_fields: ClassVar[Sequence[tuple[str, Any]]] = (
+        ("success", "?"),
+        ("is_success", "?"),
+        ("placed", "i8"),
+        ("stand_time", "f8"),
+    )
+    quantities = QUANTITIES
+
+    def initialize_episode(self, worlds: Array, draws: Array, options: Mapping[str, Any]) -> None:
+        write_settings(self.task_state, worlds, options)
+        self.rules.initialize_worlds(self.kernel_world, worlds, draws, self.world.timestep)
+
+    def apply_action(self, actions: Array) -> int:
+        bad: int = self.rules.apply_actions(self.kernel_world, actions)
+        return bad
+
+    def evaluate(self) -> None:
+        self.rules.evaluate_worlds(self.kernel_world, self.world.timestep)
+
+    def front_camera(self, world: int, width: int, height: int, reach: float) -> Camera:
+        """Return a camera that sees `reach` m to either side, and higher for towers of more than four blocks."""
+        from gsenv.render.camera import Bounds, Camera
+
+        state = self.task_state[world]
+        block_height = 2.0 * float(state["half_height"][1])
+        top = 2.7 + block_height * max(int(state["blocks"]) - 4, 0)
+        return Camera.fit(Bounds(-reach, -0.25, reach, top), width, height, margin=0.0)
+
+    def captions(self, world: int) -> Sequence[str]:
+        state = self.task_state[world]
+        lines = [f"blocks {state['placed']} / {state['blocks']}"]
+        if state["placed"] == state["blocks"]:
+            lines.append(f"stands {self.infos['stand_time'][world]:.1f} s")
+        return lines

@@ -1,0 +1,140 @@
+"""The records of a step's scratch: pairs of shapes, bodies within a substep, islands. See model.py for the others."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from .model import NDOF, ROTATION_SIZE
+
+
+def shape_geometry_dtype(dim: int) -> np.dtype[Any]:
+    """Return the dtype of the scratch of a shape: its present pose and box."""
+    return np.dtype(
+        [
+            ("position", "f8", (dim,)),  # m, world
+            ("rotation", "f8", (ROTATION_SIZE[dim],)),
+            ("lower", "f8", (dim,)),  # m, bounding box, swept over the step and widened by the margin
+            ("upper", "f8", (dim,)),
+            ("reach", "f8"),  # m, largest motion in a step beyond the linear one: by rotation, gravity and forces
+            ("extent", "f8"),  # m, length scale of a dynamic shape, else infinite
+            ("active", "i4"),  # 1: enabled, on an enabled body
+            ("dynamic", "i4"),  # 1: active, on a dynamic body
+            ("awake", "i4"),  # 1: on an awake dynamic or a moving kinematic body
+        ],
+        align=True,
+    )
+
+
+PAIR_DTYPE = np.dtype(
+    [
+        ("shape_a", "i4"),
+        ("shape_b", "i4"),
+        ("spare_a", "i4"),  # scratch of the sort
+        ("spare_b", "i4"),
+    ],
+    align=True,
+)
+
+
+SUBSTEP_BODY_FIELDS_3D: list[Any] = [
+    # rows: principal axes half a substep ahead, or the world's axes where all moments are equal
+    ("frame", "f8", (3, 3)),
+    ("rotated_frame", "i4"),  # 1: the rows of ``frame`` are principal axes, not the world's axes
+    ("mid_rotation", "f8", (4,)),  # own frame at the middle of the substep, where ``rotated_frame`` is 1
+    ("velocity_lower", "f8", (3,)),  # m/s, smallest and largest velocity that impacts of the step may cause
+    ("velocity_upper", "f8", (3,)),
+    ("velocity_center", "f8", (3,)),  # m/s, centre of a ball that contains these velocities
+    ("velocity_radius", "f8"),  # m/s, radius of this ball
+    ("blocked", "i4"),  # 1: it may hit a fixed body in the step, directly or through others
+]
+
+
+def substep_body_dtype(dim: int) -> np.dtype[Any]:
+    """Return the dtype of the scratch of a body within one step.
+
+    In 3D angular quantities are in the body's ``frame`` of the substep, in which its inertia is diagonal.
+    """
+    ndof = NDOF[dim]
+    spatial: list[Any] = [] if dim == 2 else SUBSTEP_BODY_FIELDS_3D
+    return np.dtype(
+        [
+            ("acceleration", "f8", (ndof,)),  # m/s^2 and rad/s^2, by gravity and applied forces
+            ("constrained_acceleration", "f8", (ndof,)),  # the same with the forces of rigid joints
+            ("start_velocity", "f8", (ndof,)),  # at the start of the substep, after impacts
+            ("free_velocity", "f8", (ndof,)),  # before constraint impulses
+            ("correction", "f8", (ndof,)),  # pseudo-velocity of the position pass; then the displacement of the substep
+            ("inverse", "f8", (ndof,)),  # 1/kg and 1/(kg m^2)
+            ("impact_displacement", "f8", (ndof,)),  # m and rad, added to the substep's motion by its impacts
+            ("displacement", "f8", (ndof,)),  # m and rad, since the contacts were found
+            ("saved_velocity", "f8", (ndof,)),  # of a disabled body, restored after the step
+            ("start_position", "f8", (dim,)),  # at the start of the step
+            ("start_rotation", "f8", (ROTATION_SIZE[dim],)),
+            ("start_angle", "f8"),
+            ("mass_matrix", "f8", (ndof, ndof)),  # kg and kg m^2, of dynamic bodies
+            ("event_time", "f8"),  # s, time of the body's last impact within the substep
+            *spatial,
+        ],
+        align=True,
+    )
+
+
+def start_pose_dtype(dim: int) -> np.dtype[Any]:
+    """Return the dtype of a body's pose before the step, for continuous collision."""
+    return np.dtype(
+        [
+            ("position", "f8", (dim,)),  # m
+            ("rotation", "f8", (ROTATION_SIZE[dim],)),
+            ("angle", "f8"),  # rad, unwrapped (2D)
+        ],
+        align=True,
+    )
+
+
+ISLAND_DTYPE = np.dtype(
+    [
+        ("body_first", "i4"),
+        ("body_count", "i4"),
+        ("contact_first", "i4"),
+        ("contact_count", "i4"),
+        ("joint_first", "i4"),
+        ("joint_count", "i4"),
+        ("activity", "i4"),  # 0 all asleep, 1 awake, 2 driven, 3 kinematic contact; see core/islands.py
+        ("parent", "i4"),  # entry b: parent of body b in union-find, negative outside all islands
+        ("label", "i4"),  # entry b: island of body b, or a negative label of core/islands.py
+    ],
+    align=True,
+)
+
+ISLAND_STEP_DTYPE = np.dtype(
+    [
+        ("body_first", "i4"),  # ranges of its lists, as in ISLAND_DTYPE
+        ("body_count", "i4"),
+        ("contact_first", "i4"),
+        ("contact_count", "i4"),
+        ("joint_first", "i4"),
+        ("joint_count", "i4"),
+        ("activity", "i4"),
+        ("kinematic", "i4"),  # 1: the world has enabled kinematic bodies
+        ("driven", "i4"),  # 1: joints or kinematic bodies may do work on it
+        ("has_springs", "i4"),  # 1: a joint has a spring, which may release energy
+        ("has_restitution", "i4"),  # 1: a contact has a restitution
+        ("rotated_frame", "i4"),  # 1: one of its bodies has a rotated frame (3D)
+        ("substeps", "i8"),
+        ("joint_rows", "i8"),  # number of joint rows, which come before those of contacts
+        ("rows", "i8"),  # all rows
+        ("h", "f8"),  # s, one substep
+        ("stored_scale", "f8"),  # factor of impulses that are stored for substeps of the usual length
+        ("warm_start", "f8"),  # factor of the stored impulses; 0 for a cold start
+        ("gravity_norm", "f8"),  # m/s^2
+        ("residual_scale", "f8"),  # of the squared residual in this substep
+        ("residual", "f8"),  # of this substep's solve
+        ("smooth", "f8"),  # 1: no velocity jumped in this substep, else 0
+        ("error_sum", "f8"),  # J; sums |e|^2, |q/s|^2, |s r|^2 of the last substep, see natural_residual
+        ("velocity_sum", "f8"),
+        ("impulse_sum", "f8"),
+    ],
+    align=True,
+)
+"""Scratch of the island that is being stepped, shared by its stages."""
