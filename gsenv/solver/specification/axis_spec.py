@@ -118,7 +118,7 @@ def _part(spec: JointSpec, word: str, number: int, axis: Axis, axis_in_world: Ar
     part.axis = axis_in_world
     set_spring(part, axis, what)
     set_axis(part, axis, what)
-    if number == NODE_TURN and not -0.5 * math.pi <= max(part.lower, -1.0) <= min(part.upper, 1.0) <= 0.5 * math.pi:
+    if number == NODE_TURN and any(0.5 * math.pi < abs(limit) < np.inf for limit in (part.lower, part.upper)):
         raise ValueError(f"{what}: limits of the second rotation must be within +-pi/2, got {axis.limits!r}.")
     spec.parts.append(part)
 

@@ -56,7 +56,7 @@ def test_each_axis_swings_on_its_spring(word: str) -> None:
 
 @pytest.mark.parametrize("word", NAMES)
 def test_each_axis_has_its_motor_and_its_limits(word: str) -> None:
-    axis = Axis(limits=(-0.2, 0.3), motor_speed=1.0, motor_effort=20.0)
+    axis = Axis(limits=(-0.2, 0.3), motor_speed=1.0, motor_effort=500.0)
     world = held(six(**{word: axis}), orientation=(1, 0.3, -0.2, 0.4))
     world.step(12)
     assert value(world, word) == pytest.approx(0.2, abs=0.02)
