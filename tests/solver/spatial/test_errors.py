@@ -70,7 +70,8 @@ def sensor(made: Sensor) -> Make:
 
 
 def eye(**change: Any) -> RaySensor:
-    return RaySensor("ball_0", **({"directions": [(1, 0, 0)], "length": 1.0} | change))
+    given: dict[str, Any] = {"directions": [(1, 0, 0)], "length": 1.0}
+    return RaySensor("ball_0", **(given | change))
 
 
 # what, and what the sentence must name besides "new"
