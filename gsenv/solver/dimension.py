@@ -37,10 +37,6 @@ class Dimension:
     def sensor_readings(self) -> Any:
         return import_module(f"{__package__}.{PACKAGES[self.dim]}.sensor_readings")
 
-    @property
-    def rays(self) -> Any:
-        return import_module(f"{__package__}.{PACKAGES[self.dim]}.rays")
-
 
 @cache
 def dimension(dim: int) -> Dimension:

@@ -10,8 +10,8 @@ from ..records.model import Array
 from ..specification import check
 
 
-def checked_rays(origin: Any, direction: Any, length: Any, worlds: int) -> tuple[Array, Array, Array]:
-    """Return origin (world, ray, 2) m, direction (world, ray, 2) unit and length (world, ray) m.
+def checked_rays(origin: Any, direction: Any, length: Any, worlds: int, dim: int) -> tuple[Array, Array, Array]:
+    """Return origin (world, ray, dim) m, direction (world, ray, dim) unit and length (world, ray) m.
 
     Raises:
         ValueError: no numbers, shapes that do not fit, a length that is not positive, a direction of zero.
@@ -20,13 +20,14 @@ def checked_rays(origin: Any, direction: Any, length: Any, worlds: int) -> tuple
     given = {name: check.numbers(value, f"cast_rays: {name}") for name, value in parts.items()}
     shapes = (given["origin"].shape, given["direction"].shape, (*given["length"].shape, 1))
     try:
-        shape = np.broadcast_shapes((worlds, 1, 2), *shapes)
+        shape = np.broadcast_shapes((worlds, 1, dim), *shapes)
     except ValueError:
         shape = ()
-    if len(shape) != 3 or shape[0] != worlds or shape[2] != 2:
+    are_vectors = all(given[name].shape[-1:] == (dim,) for name in ("origin", "direction"))
+    if not are_vectors or len(shape) != 3 or shape[0] != worlds or shape[2] != dim:
         got = ", ".join(str(array.shape) for array in given.values())
         raise ValueError(
-            f"cast_rays: origin, direction and length must fit ({worlds}, rays, 2), ({worlds}, rays, 2) and "
+            f"cast_rays: origin, direction and length must fit ({worlds}, rays, {dim}), ({worlds}, rays, {dim}) and "
             f"({worlds}, rays), got arrays of shape {got}."
         )
     if (given["length"] <= 0.0).any():

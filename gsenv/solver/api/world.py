@@ -13,7 +13,7 @@ from ..core.step import step_worlds
 from ..dimension import dimension
 from ..jit import entry
 from ..readings.diagnostics import Contacts, Diagnostics, contacts_of, diagnose
-from ..readings.rays import RayHits, cast_rays
+from ..readings.rays import RayCast, RayHits
 from ..readings.sensors import read_sensors
 from ..records.bundle import Bundle
 from ..records.kernel_variants import kernel_variant_of
@@ -142,6 +142,17 @@ class World(Actions):
             self.parameters.write_rows(rows, values)
 
     def _advance(self, count: int) -> None:
+        """Take ``count`` steps; where a sensor needs it, keep the motion over the last one."""
+        if self.state.motions is None or count == 0:
+            self._take_steps(count)
+            return
+        if count > 1:
+            self._take_steps(count - 1)
+        start = self.state.bodies.copy()
+        self._take_steps(1)
+        self.state.keep_motion(start)
+
+    def _take_steps(self, count: int) -> None:
         calls = self._calls or self._prepare_calls()
         while True:
             if len(calls) == 1:
@@ -308,25 +319,31 @@ class World(Actions):
     ) -> RayHits:
         """Return the first hits of rays with the shapes at their present poses; see RayHits.
 
-        Rays pass disabled and sensor shapes, and shapes that they only touch. A terrain is hit only from
-        its outside, but a start behind it by at most the extent (smallest half-width) of body ``exclude``
-        counts as inside it.
+        Rays pass disabled and sensor shapes, and shapes that they only touch. A terrain or heightfield is hit
+        only from its outside, but a start behind it by at most the extent (smallest half-width) of body
+        ``exclude`` counts as inside it.
 
         Args:
-            origin: m, (2,), (ray, 2) or (chosen world, ray, 2).
+            origin: m, (dim,), (ray, dim) or (chosen world, ray, dim).
             direction: likewise, of any length but 0.
             length: m, of the rays: one number, (ray,) or (chosen world, ray).
             worlds: None for all, an int, ints or a bool mask.
             mask: bits of the categories that rays can hit.
             exclude: a body that rays pass, such as the one that they start from.
+
+        Raises:
+            ValueError: arrays that do not fit or are not finite, a direction of 0, a length that is not positive,
+                an unknown body.
         """
-        if self.model.dim == 3:
-            raise ValueError("cast_rays: rays are there in 2D only.")
         chosen = check.worlds(worlds, self.world_count, "cast_rays: worlds")
         carrier = -1 if exclude is None else find(exclude, "body", self.model.body_names, "cast_rays: exclude")
         bits = check.bits(mask, "cast_rays: mask")
-        rays = checked_rays(origin, direction, length, len(chosen))
-        return cast_rays(self.model, self.parameters, self.state, chosen, *rays, bits, carrier)
+        rays = checked_rays(origin, direction, length, len(chosen), self.model.dim)
+        made = RayCast(self.model, self.parameters, self.state, chosen, *rays)
+        parts = threads.ranges(len(chosen), min(self.threads, max(len(chosen), 1)))
+        if parts:
+            threads.run([partial(made.cast, bits, carrier, first, last) for first, last in parts])
+        return made.hits()
 
     def joint_coordinate(self, joint: Reference) -> Array:
         """Return the coordinate (world,): rad since the initial pose (revolute, hinge), m along the axis (prismatic,

@@ -2,6 +2,8 @@
 
 from ..specification.joints import Distance, Gear, Prismatic, Revolute, Target, Weld, Wheel
 from ..specification.sensors import (
+    AccelerationSensor,
+    ContactForceSensor,
     ContactSensor,
     FrameSensor,
     JointSensor,
@@ -12,9 +14,11 @@ from ..specification.sensors import (
 from .shapes import Box, Capsule, Circle, HalfPlane, Polygon, Shape, Terrain
 
 __all__ = [
+    "AccelerationSensor",
     "Box",
     "Capsule",
     "Circle",
+    "ContactForceSensor",
     "ContactSensor",
     "Distance",
     "FrameSensor",

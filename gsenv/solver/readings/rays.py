@@ -1,4 +1,4 @@
-"""The hits of ``World.cast_rays``."""
+"""The rays of ``World.cast_rays`` and their hits."""
 
 from __future__ import annotations
 
@@ -6,16 +6,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..dimension import dimension
+from ..core import rays
 from ..records.model import Array, Model
 from ..records.parameters import ParameterArrays
 from ..records.plain import as_records
+from ..records.sensors import ray_dtype
 from ..records.state import State
 
 
 @dataclass(frozen=True)
 class RayHits:
-    """First hits of rays; arrays (chosen world, ray), of vectors (chosen world, ray, 2).
+    """First hits of rays; arrays (chosen world, ray), of vectors (chosen world, ray, dim).
 
     Attributes:
         distance: m from the start; the ray's length where nothing is hit.
@@ -37,22 +38,37 @@ class RayHits:
         return self.shape >= 0
 
 
-def cast_rays(
-    model: Model, parameters: ParameterArrays, state: State, worlds: Array,
-    origin: Array, direction: Array, length: Array, mask: int, exclude: int,
-) -> RayHits:  # fmt: skip
-    """Return the first hits of 2D rays in the worlds of these indices.
+class RayCast:
+    """Rays in some worlds, which several calls of ``cast`` may share, each in a thread of its own.
 
     Args:
-        origin: m, (world, ray, 2); direction: unit, the same shape; length: m, (world, ray).
-        mask: category bits; exclude: index of a body, or -1.
+        worlds: (chosen,) indices.
+        origin: m, (chosen, ray, dim); direction: unit, the same shape; length: m, (chosen, ray).
     """
-    rays = dimension(model.dim).rays
-    fan = np.zeros(length.shape, rays.RAY_DTYPE)
-    fan["origin"], fan["direction"], fan["distance"] = origin, direction, length
-    seen = rays.surroundings(model, parameters, state)
-    rays.cast_rays(worlds, seen, seen.vertices, mask, exclude, as_records(fan))
-    shape = fan["shape"]
-    body = np.where(shape >= 0, model.shapes["body"][shape], -1)
-    point = fan["origin"] + fan["distance"][..., None] * fan["direction"]
-    return RayHits(fan["distance"].copy(), shape.copy(), body, fan["normal"].copy(), point)
+
+    def __init__(
+        self, model: Model, parameters: ParameterArrays, state: State, worlds: Array,
+        origin: Array, direction: Array, length: Array,
+    ) -> None:  # fmt: skip
+        self._model = model
+        self._worlds = worlds
+        self._seen = rays.surroundings(model, parameters, state)
+        self._fan = np.zeros(length.shape, ray_dtype(model.dim))
+        self._fan["origin"], self._fan["direction"], self._fan["distance"] = origin, direction, length
+
+    def cast(self, mask: int, exclude: int, first: int, last: int) -> None:
+        """Find the first hits in the chosen worlds first .. last - 1.
+
+        Args:
+            mask: category bits; exclude: index of a body, or -1.
+        """
+        fan = as_records(self._fan[first:last])
+        rays.cast_rays(self._worlds[first:last], self._seen, self._seen.vertices, mask, exclude, fan)
+
+    def hits(self) -> RayHits:
+        """Return what has been found."""
+        fan = self._fan
+        shape = fan["shape"]
+        body = np.where(shape >= 0, self._model.shapes["body"][shape], -1)
+        point = fan["origin"] + fan["distance"][..., None] * fan["direction"]
+        return RayHits(fan["distance"].copy(), shape.copy(), body, fan["normal"].copy(), point)

@@ -344,8 +344,8 @@ class Model:
     shapes: Array  # shape_model_dtype (shape,)
     joints: Array  # joint_model_dtype (joint,)
     actuators: Array  # ACTUATOR_DTYPE (actuator,)
-    sensors: Array  # SENSOR_DTYPE (sensor,)
-    sensor_rays: Array  # (ray, 2) unit directions in the frames of the sensors' bodies
+    sensors: Array  # sensor_dtype (sensor,)
+    sensor_rays: Array  # (ray, dim) unit directions in the frames of the sensors' bodies
     exclusions: Array  # int64, encoded body pairs, sorted
     nominal_world: Array  # world_parameter_dtype ()
     nominal_bodies: Array  # body_parameter_dtype (body,)

@@ -8,12 +8,16 @@ import numpy as np
 
 from .model import Array, Model, contact_dtype, world_state_dtype
 from .parameters import ParameterArrays
+from .sensors import ACCELERATION, CONTACT_FORCE, motion_dtype
 
 STATE_ARRAYS = ("worlds", "bodies", "joints", "control")
 
 
 class State:
-    """The arrays of N worlds that change in a step: (world,) or (world, item)."""
+    """The arrays of N worlds that change in a step: (world,) or (world, item).
+
+    ``motions`` (world, body) of motion_dtype is None in a scene without sensors of accelerations and contact forces.
+    """
 
     def __init__(self, model: Model, world_count: int, contact_capacity: int) -> None:
         n = world_count
@@ -22,6 +26,8 @@ class State:
         self.joints = np.zeros((n, len(model.joints)), model.start_joints.dtype)
         self.contacts = np.zeros((n, contact_capacity), contact_dtype(model.dim))
         self.control = np.zeros((n, len(model.actuators)))
+        has_motions = bool(np.isin(model.sensors["kind"], (ACCELERATION, CONTACT_FORCE)).any())
+        self.motions = np.zeros((n, len(model.bodies)), motion_dtype(model.dim)) if has_motions else None
         self.reset(model, np.arange(n))
 
     def reset(self, model: Model, chosen: Array) -> None:
@@ -31,6 +37,21 @@ class State:
         self.joints[chosen] = model.start_joints
         self.contacts[chosen] = np.zeros((), self.contacts.dtype)
         self.control[chosen] = 0.0
+        self.forget_motion(chosen)
+
+    def keep_motion(self, start: Array) -> None:
+        """Keep the motion of all bodies over the step that has just ended; ``start``: ``bodies`` before it."""
+        if self.motions is not None:
+            for name in ("position", "rotation", "velocity"):
+                self.motions[name] = start[name]
+            for name in ("rotation", "velocity"):
+                self.motions[f"end_{name}"] = self.bodies[name]
+
+    def forget_motion(self, chosen: Array) -> None:
+        """Set the last step's motion of the chosen worlds to a uniform one, without acceleration."""
+        if self.motions is not None:
+            for name in ("position", "rotation", "velocity", "end_rotation", "end_velocity"):
+                self.motions[name][chosen] = self.bodies[name.removeprefix("end_")][chosen]
 
     def grow_contacts(self, capacity: int) -> None:
         """Make room for ``capacity`` contacts in each world."""
@@ -54,6 +75,7 @@ class Snapshot:
     state: dict[str, Array]
     contacts: Array
     parameters: dict[str, Array]
+    motions: Array | None = None  # of a scene with sensors of accelerations or contact forces
 
     @property
     def world_count(self) -> int:
@@ -78,6 +100,9 @@ class Snapshot:
             getattr(parameters, name)[chosen] = array
         state.contacts[chosen] = np.zeros((), state.contacts.dtype)
         state.contacts[chosen, : self.contact_capacity] = self.contacts
+        state.forget_motion(chosen)
+        if state.motions is not None and self.motions is not None:
+            state.motions[chosen] = self.motions
 
 
 def take_snapshot(model: Model, parameters: ParameterArrays, state: State, chosen: Array) -> Snapshot:
@@ -88,4 +113,5 @@ def take_snapshot(model: Model, parameters: ParameterArrays, state: State, chose
         {name: getattr(state, name)[chosen].copy() for name in STATE_ARRAYS},
         state.contacts[chosen, :used].copy(),
         {name: array[chosen].copy() for name, array in parameters.arrays().items()},
+        None if state.motions is None else state.motions[chosen].copy(),
     )

@@ -6,17 +6,29 @@ The files have the names of those in planar/.
 from ..specification.axis_joints import Hinge, SixAxis, Slider, Universal
 from ..specification.joint_base import Axis
 from ..specification.joints import Ball, Distance, Gear, Target, Weld, Wheel
-from ..specification.sensors import ContactSensor, JointSensor, PoseSensor, VelocitySensor
+from ..specification.sensors import (
+    AccelerationSensor,
+    ContactForceSensor,
+    ContactSensor,
+    FrameSensor,
+    JointSensor,
+    PoseSensor,
+    RaySensor,
+    VelocitySensor,
+)
 from .shapes import Box, Capsule, Cylinder, Heightfield, Hull, Plane, Shape, Sphere
 
 __all__ = [
+    "AccelerationSensor",
     "Axis",
     "Ball",
     "Box",
     "Capsule",
+    "ContactForceSensor",
     "ContactSensor",
     "Cylinder",
     "Distance",
+    "FrameSensor",
     "Gear",
     "Heightfield",
     "Hinge",
@@ -24,6 +36,7 @@ __all__ = [
     "JointSensor",
     "Plane",
     "PoseSensor",
+    "RaySensor",
     "Shape",
     "SixAxis",
     "Slider",

@@ -27,7 +27,7 @@ from ..records.model import (
     shape_parameter_dtype,
     world_parameter_dtype,
 )
-from ..records.sensors import SENSOR_DTYPE, SensorKind
+from ..records.sensors import SensorKind, sensor_dtype
 from . import check
 from .placement import anchor_of, to_local, to_world
 from .solids import mass_of
@@ -96,8 +96,8 @@ def compile_scene(scene: SceneSpec) -> Model:
         shapes=shapes,
         joints=joints,
         actuators=_compile_actuators(scene),
-        sensors=_sensor_records(scene.sensors.values()),
-        sensor_rays=_sensor_rays(scene.sensors.values()),
+        sensors=_sensor_records(scene.sensors.values(), dim),
+        sensor_rays=np.concatenate([np.zeros((0, dim)), *(spec.rays for spec in scene.sensors.values())]),
         exclusions=np.array(sorted(encode_exclusion(a, b) for a, b in scene.excluded), np.int64),
         nominal_world=world,
         nominal_bodies=nominal,
@@ -228,25 +228,19 @@ def _compile_actuators(scene: SceneSpec) -> Array:
     return actuators
 
 
-def _sensor_records(specs: Iterable[SensorSpec]) -> Array:
-    """Return the records (sensor,) of SENSOR_DTYPE."""
+def _sensor_records(specs: Iterable[SensorSpec], dim: int) -> Array:
+    """Return the records (sensor,) of sensor_dtype."""
     specs = list(specs)
-    sensors = np.zeros(len(specs), SENSOR_DTYPE)
+    sensors = np.zeros(len(specs), sensor_dtype(dim))
     column = ray = 0
     for record, spec in zip(sensors, specs, strict=True):
         record["kind"] = SensorKind[spec.kind.upper()]
         record["column"] = column
-        record["count"] = spec.width or len(spec.angles)
+        record["count"] = spec.width or len(spec.rays)
         record["ray_first"] = ray
         record["local_position"] = spec.position
-        for name in ("body", "joint", "mask", "length"):
+        for name in ("body", "joint", "mask", "length", "subtract_gravity"):
             record[name] = getattr(spec, name)
         column += int(record["count"])
-        ray += len(spec.angles)
+        ray += len(spec.rays)
     return sensors
-
-
-def _sensor_rays(specs: Iterable[SensorSpec]) -> Array:
-    """Return the unit directions (ray, 2) of all sensors' rays in the frames of their bodies."""
-    rays = [dimension(2).initial_state.rotation_of(angle) for spec in specs for angle in spec.angles]
-    return np.array(rays).reshape(-1, 2)

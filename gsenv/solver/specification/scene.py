@@ -199,8 +199,8 @@ class Scene(SceneSpec):
         """Add a sensor of a body or joint, for ``World.sensor`` and ``World.sensors``.
 
         Args:
-            sensor: of ``gsenv.solver.planar``: PoseSensor, VelocitySensor, ContactSensor, FrameSensor, RaySensor
-                or JointSensor; of ``gsenv.solver.spatial``: all but FrameSensor and RaySensor.
+            sensor: PoseSensor, VelocitySensor, FrameSensor, AccelerationSensor, ContactSensor, ContactForceSensor,
+                RaySensor or JointSensor, of ``gsenv.solver.planar`` or ``gsenv.solver.spatial``, which have the same.
         """
         name = check.unique(name, self.sensors, "sensor")
         self.sensors[name] = sensor_spec(name, sensor, self)

@@ -105,9 +105,10 @@ class SensorSpec:
     body: int  # -1: none
     joint: int  # -1: none
     position: Array  # m, of the site in the body's own frame
-    angles: Array  # rad, of the rays
+    rays: Array  # (ray, dim) unit directions in the body's own frame
     length: float  # m
     mask: int
+    subtract_gravity: bool
     width: int = 0  # numbers of a reading; 0: one for each ray
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gsenv.solver import Scene, World
+from gsenv.solver import Scene, World, spatial
 from gsenv.solver.planar import Box, Circle, HalfPlane, Terrain
 
 INF, NAN = float("inf"), float("nan")
@@ -117,10 +117,91 @@ def test_casting_changes_nothing() -> None:
     assert (length == 1.0).all()
 
 
+# ---------------------------------------------------------------- in space
+
+
+def cloud() -> Scene:
+    """Every shape of space, at different places over a field."""
+    scene = Scene(dim=3)
+    heights = np.random.default_rng(1).uniform(0.0, 0.5, (7, 8))
+    scene.add_body("land", "static", [spatial.Heightfield(heights=heights, size=(9, 9))])
+    shapes: list[spatial.Shape] = [
+        spatial.Sphere(radius=0.4), spatial.Box(half_extents=(0.3, 0.4, 0.5)),
+        spatial.Capsule(half_length=0.4, radius=0.3), spatial.Cylinder(half_length=0.4, radius=0.3),
+        spatial.Hull(vertices=[(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]), spatial.Sphere(radius=0.2, sensor=True),
+    ]  # fmt: skip
+    for k, shape in enumerate(shapes):
+        place = (2.0 * (k % 3) - 2.0, 2.0 * (k // 3) - 1.0, 1.5)
+        scene.add_body(f"b{k}", shapes=[shape], position=place, mass=1.0, inertia=(1, 1, 1))
+    scene.add_body("roof", "static", [spatial.Plane(normal=(0, 0, -1), offset=-9, category=4)])
+    return scene
+
+
+def test_filters_in_space() -> None:
+    world = World(cloud(), world_count=2)
+    up, above = (0, 0, 1), (-2.0, -1.0, 3.0)
+    assert world.cast_rays(above, up, 9.0).shape[0, 0] == 7
+    assert world.cast_rays(above, up, 9.0).normal[0, 0].tolist() == [0, 0, -1]
+    assert world.cast_rays(above, up, 9.0, mask=3).shape[0, 0] == -1
+    assert world.cast_rays(above, up, 9.0, exclude="roof").shape[0, 0] == -1
+    world.parameters.set("b0", enabled=False, worlds=1)
+    assert world.cast_rays(above, (0, 0, -1), 9.0).shape[:, 0].tolist() == [1, 0]
+    world.parameters.set("land/0", enabled=False, worlds=1)
+    assert world.cast_rays(above, (0, 0, -1), 9.0).shape[:, 0].tolist() == [1, -1]
+    assert world.cast_rays((2.0, 1.0, 3.0), (0, 0, -1), 9.0).shape[:, 0].tolist() == [0, -1]  # through the sensor
+
+
+def test_worlds_differ_in_poses_and_sizes_in_space() -> None:
+    world = World(cloud(), world_count=3)
+    world.parameters.set("b0", radius=0.7, worlds=1)
+    world.parameters.set("b1", half_extents=(0.3, 0.4, 1.0), worlds=1)
+    world.parameters.set("b2", half_length=0.9, worlds=1)
+    world.set_pose("b0", position=(-2, -1, 2), worlds=2)
+    world.set_pose("b3", position=(-2, 1, 2), orientation=(1, 1, 0, 0), worlds=2)
+    starts = [(-2, -1, 5), (0, -1, 5), (2, -1, 5), (-2, 1, 5)]
+    hits = world.cast_rays(starts, (0, 0, -2), 9.0)
+    expected = [(3.1, 3.0, 2.8, 3.1), (2.8, 2.5, 2.3, 3.1), (2.6, 3.0, 2.8, 2.7)]
+    np.testing.assert_allclose(hits.distance, expected, atol=1e-12)
+    np.testing.assert_allclose(hits.normal, np.tile((0, 0, 1.0), (3, 4, 1)), atol=1e-12)
+    some = world.cast_rays(starts, (0, 0, -2), 9.0, worlds=[2, 0])
+    np.testing.assert_array_equal(some.distance, hits.distance[[2, 0]])
+    none = world.cast_rays(starts[0], (0, 0, -2), 9.0, worlds=[False] * 3)
+    assert (none.distance.shape, none.normal.shape) == ((0, 1), (0, 1, 3))
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_threads_and_batches_do_not_matter_and_a_snapshot_looks_the_same(dim: int) -> None:
+    """Bit for bit."""
+    rng = np.random.default_rng(4)
+    count, scene = 5, cloud() if dim == 3 else row()
+    world, several = World(scene, count), World(scene, count, threads=3)
+    for k in (1, 2, 3):
+        where = rng.uniform(0, 4, (count, dim))
+        world.set_pose(k, position=where)
+        several.set_pose(k, position=where)
+    origin = rng.uniform(-5, 5, (count, 200, dim))
+    rays = origin, rng.uniform(-1, 3, (count, 200, dim)) - origin, 12.0
+    seen, fresh = world.cast_rays(*rays), World(scene, count)
+    fresh.restore(world.save())
+    assert 50 < seen.hit.sum() < 950
+    alone = [world.cast_rays(rays[0][w], rays[1][w], 12.0, worlds=w) for w in range(count)]
+    for name in ("distance", "shape", "body", "normal", "point"):
+        wanted = getattr(seen, name).tobytes()
+        assert getattr(several.cast_rays(*rays), name).tobytes() == wanted, name
+        assert getattr(fresh.cast_rays(*rays), name).tobytes() == wanted, name
+        assert b"".join(getattr(one, name).tobytes() for one in alone) == wanted, name
+
+
+# ---------------------------------------------------------------- refused
+
+
 REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     "origin NaN": ({"origin": (0, NAN)}, "origin must be finite"),
     "origin 3D": ({"origin": (0, 0, 0)}, "must fit"),
     "origins of three worlds": ({"origin": np.zeros((3, 4, 2))}, "must fit"),
+    "origin one number": ({"origin": 0.0}, "must fit"),
+    "origin 1D": ({"origin": (0.0,)}, "must fit"),
+    "direction one number": ({"direction": 1.0}, "must fit"),
     "origin ragged": ({"origin": [[1], [1, 2]]}, "origin must be numbers"),
     "direction zero": ({"direction": [(1, 0), (0, 0)]}, "direction must not be zero"),
     "direction inf": ({"direction": (INF, 0)}, "direction must be finite"),
@@ -145,3 +226,14 @@ def test_refused_in_one_sentence(case: str) -> None:
     with pytest.raises(ValueError, match=r"^cast_rays[^\n]+\.$") as error:
         world.cast_rays(**(arguments | change))
     assert words in str(error.value)
+
+
+@pytest.mark.parametrize("change", [
+    {"origin": (0, 0)}, {"direction": (1, 0)}, {"direction": np.ones((3, 2))}, {"origin": (0, 0, NAN)},
+    {"direction": (0, 0, 0)}, {"length": 0.0}, {"length": -1.0}, {"length": NAN}, {"direction": (0, INF, 0)},
+    {"origin": np.zeros((4, 3)), "direction": np.ones((2, 3))}, {"exclude": 99}, {"worlds": 7}, {"mask": 1.5},
+])  # fmt: skip
+def test_refused_in_space(change: dict[str, Any]) -> None:
+    arguments: dict[str, Any] = {"origin": (0, 0, 0), "direction": (1, 0, 0), "length": 1.0}
+    with pytest.raises(ValueError, match=r"^cast_rays[^\n]+\.$"):
+        World(cloud()).cast_rays(**(arguments | change))

@@ -149,7 +149,7 @@ def test_disabled_joints_make_no_rows(dim: int) -> None:
 UNNEEDED = {
     2: (
         ".planar.joints.", ".core.joint_rows.", ".methods.joint_factor.", ".planar.joint_readings.",  # no joints
-        ".planar.rays.", ".planar.narrowphase.polygons.polygon_polygon",
+        ".planar.rays.", ".core.rays.", ".core.sensor_readings.", ".planar.narrowphase.polygons.polygon_polygon",
         ".planar.narrowphase.half_planes.half_plane_polygon", ".planar.narrowphase.terrains.",
         ".continuous_collision.first_hit", ".planar.continuous_collision.",
         ".broadphase.find_pairs_by_tree",  # few shapes
@@ -161,6 +161,7 @@ UNNEEDED = {
         ".narrowphase.heightfields.", ".narrowphase.field_bodies.", ".narrowphase.field_rounds.",
         ".continuous_collision.first_hit", ".spatial.continuous_collision.",
         ".broadphase.find_pairs_by_tree", ".methods.newton.", ".methods.soft.",
+        ".spatial.rays.", ".spatial.field_rays.", ".core.rays.", ".core.sensor_readings.",
         ".planar.",
     ),
 }  # fmt: skip

@@ -11,8 +11,21 @@ import pytest
 
 from gsenv.solver import Options, Scene, World
 from gsenv.solver.planar import Box as FlatBox
-from gsenv.solver.planar import Circle, FrameSensor, Gear, RaySensor, Revolute
-from gsenv.solver.spatial import Ball, Box, Capsule, Cylinder, Heightfield, Hull, Plane, Sphere, Target
+from gsenv.solver.planar import Circle, Gear, Revolute
+from gsenv.solver.spatial import (
+    AccelerationSensor,
+    Ball,
+    Box,
+    Capsule,
+    Cylinder,
+    FrameSensor,
+    Heightfield,
+    Hull,
+    Plane,
+    RaySensor,
+    Sphere,
+    Target,
+)
 from gsenv.solver.specification.sensors import Sensor
 from tests.solver.bits import everything
 from tests.solver.joints import make_joint
@@ -54,6 +67,11 @@ def rule(jacobian: Any, bodies: Any = ("ball_0",), **given: Any) -> Make:
 
 def sensor(made: Sensor) -> Make:
     return lambda scene: scene.add_sensor("new", made)
+
+
+def eye(**change: Any) -> RaySensor:
+    given: dict[str, Any] = {"directions": [(1, 0, 0)], "length": 1.0}
+    return RaySensor("ball_0", **(given | change))
 
 
 # what, and what the sentence must name besides "new"
@@ -127,8 +145,20 @@ AUTHORED: dict[str, tuple[Make, str]] = {
     "bounds crossed": (rule(ROW, lower=1.0, upper=-1.0), "lower must not be above upper"),
     "frame": (rule(ROW, frame="ball"), "frame 'ball' is unknown"),
     "update": (rule(ROW, update=3), "update must be a function"),
-    "rays": (sensor(RaySensor("ball_0", angles=[0.0], length=1.0)), "a RaySensor of gsenv.solver.planar has 2 dim"),
-    "frame sensor": (sensor(FrameSensor("ball_0")), "a FrameSensor of gsenv.solver.planar has 2 dimensions"),
+    "rays by angles": (sensor(RaySensor("ball_0", angles=[0.0], length=1.0)), "rays in 3D need directions"),
+    "rays by both": (sensor(eye(angles=[0.0])), "rays in 3D have no angles"),
+    "a ray of two": (sensor(eye(directions=[(1, 0)])), r"directions must have the shape \(rays, 3\), got \(1, 2\)"),
+    "a ray alone": (sensor(eye(directions=(1, 0, 0))), "directions must have the shape"),
+    "no rays": (sensor(eye(directions=[])), "directions must have the shape"),
+    "a ray of zero": (sensor(eye(directions=[(1, 0, 0), (0, 0, 0)])), "directions must not be zero"),
+    "a ray NaN": (sensor(eye(directions=[(1, 0, NAN)])), "directions must be finite"),
+    "rays without length": (sensor(eye(length=0.0)), "length must be positive"),
+    "site of two": (sensor(FrameSensor("ball_0", position=(0, 0))), "position must be 3 numbers"),
+    "site NaN": (sensor(AccelerationSensor("ball_0", position=(0, 0, NAN))), "position must be finite"),
+    "gravity's share": (
+        sensor(AccelerationSensor("ball_0", subtract_gravity=0.5)),  # type: ignore[arg-type]
+        "subtract_gravity must be True or False, got 0.5",
+    ),
     "axis of a target": (lambda s: s.add_actuator("new", "goal", "angle"), "axis 'angle' is unknown"),
     "turn has no position": (lambda s: s.add_actuator("new", "goal", "turn_x", "position"), "turn_x has no position"),
     "motor of a ball": (lambda s: s.add_actuator("new", "pin"), "'pin' has no motor"),
@@ -209,7 +239,8 @@ ACTS: dict[str, Callable[[Any], Any]] = {
     "motor of a ball": lambda w: w.set_motor("pin", speed=1.0),
     "coordinate of a ball": lambda w: w.joint_coordinate("pin"),
     "rate of a ball": lambda w: w.joint_rate("pin"),
-    "rays": lambda w: w.cast_rays((0, 0, 0), (1, 0, 0), 1.0),
+    "rays of two": lambda w: w.cast_rays((0, 0), (1, 0), 1.0),
+    "rays NaN": lambda w: w.cast_rays((0, 0, NAN), (1, 0, 0), 1.0),
     "newton": lambda w: setattr(w, "options", Options(solver="newton")),
     "gravity of two": lambda w: w.parameters.set(gravity=(0, 1)),
     "gravity NaN": lambda w: w.parameters.set(gravity=(0, 1, NAN)),
