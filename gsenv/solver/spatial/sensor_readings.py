@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 def read_joint(
     reading: Array, model: Model, parameters: ParameterArrays, state: State, timestep: float, joint: int
 ) -> None:
-    """Write coordinate and rate of a joint, where it has one, and its mean force N and torque N m on body_b at b's anchor.
+    """Write coordinate and rate of a joint, where it has one, and its mean force N and torque N m at body_b's anchor.
 
     reading: (world, 8), or (world, 6) of a joint without a coordinate.
     """
