@@ -21,6 +21,10 @@ from .specs import JointSpec
 
 # numbers of coordinates, as in spatial/joints/axes.py
 FIRST_TURN, NODE_TURN, LAST_TURN, SWING, TWIST, BALL_TURN = 3, 4, 5, 6, 7, 8
+OF_EACH_TURN = (  # arguments of a ball for each of its three rotations
+    "frequency", "damping_ratio", "stiffness", "damping", "rest", "spring_effort", "motor_speed", "motor_effort",
+    "motor_gain", "friction_effort",
+)  # fmt: skip
 _POINT = 0b111
 _LETTERS = "xyz"
 _CYCLES = ((1.0, 0.0, 0.0, 0.0), (0.5, 0.5, 0.5, 0.5), (0.5, -0.5, -0.5, -0.5))  # x to x, to y, to z
@@ -200,9 +204,7 @@ def _add_ball(spec: JointSpec, joint: Ball, what: str) -> None:
         if not -math.pi < lower <= upper < math.pi:
             raise ValueError(f"{what}: twist must be within (-pi, pi), got {joint.twist!r}.")
         _part(spec, "twist", TWIST, Axis(limits=(lower, upper), **soft))
-    words = ("frequency", "damping_ratio", "stiffness", "damping", "rest", "spring_effort")
-    words += ("motor_speed", "motor_effort", "motor_gain", "friction_effort")
-    axis = Axis(**{name: getattr(joint, name) for name in words})
+    axis = Axis(**{name: getattr(joint, name) for name in OF_EACH_TURN})
     if axis != Axis():
         frame = spec.orientation
         spec.orientation = np.array((1.0, 0.0, 0.0, 0.0))

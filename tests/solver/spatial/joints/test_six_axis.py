@@ -33,7 +33,11 @@ def value(world: Any, word: str) -> float:
     ],
 )
 def test_moves_as_the_joint_that_it_generalises(general: Any, special: Any) -> None:
-    motion = {"position": (0.3, 0.1, 0), "angular_velocity": (0.2, 1.0, 0.4), "linear_velocity": (0.5, 0, 0)}
+    motion: dict[str, Any] = {
+        "position": (0.3, 0.1, 0),
+        "angular_velocity": (0.2, 1.0, 0.4),
+        "linear_velocity": (0.5, 0, 0),
+    }
     one, other = (held(joint, G, options=FINE, **motion) for joint in (general, special))
     for _ in range(60):
         one.step()
