@@ -61,7 +61,7 @@ def inverse_mass_matrix(value: Any, dof: int) -> CsrMatrix:
     inverse = matrix(value, "inverse_mass")
     if inverse.shape != (dof, dof):
         raise ValueError(f"inverse_mass has shape {inverse.shape}, expected ({dof}, {dof}).")
-    inverse, symmetric = symmetrised(inverse, "inverse_mass", 5)
+    inverse, symmetric = symmetrised(inverse, "inverse_mass", 4)
     if not symmetric:
         _, i, j = asymmetry(inverse, "inverse_mass")
         raise ValueError(f"inverse_mass[{i}, {j}] differs from inverse_mass[{j}, {i}], expected symmetry.")

@@ -73,7 +73,8 @@ def run_direct(problem: Problem, rules: Rules, impulse: Floats) -> Run:
     solver = direct_solve(problem, rules, impulse)
     if solver.has_contacts:
         solver.proximal_steps(FIRST_EPSILON, impulse, rules.max_sweeps)
-        for start, used in convex_starts(problem, rules, solver.impulse) if not solver.solved else ():
+        left = rules._replace(max_sweeps=rules.max_sweeps - solver.used)
+        for start, used in convex_starts(problem, left, solver.impulse) if not solver.solved else ():
             solver.used += used
             solver.proximal_steps(FIRST_EPSILON, start, rules.max_sweeps)
             if solver.solved or solver.used >= rules.max_sweeps:

@@ -85,7 +85,10 @@ def convex_starts(problem: Problem, rules: Rules, impulse: Floats) -> Iterator[t
     weights = np.zeros(generators.size)
     shift = np.zeros(problem.row_count)
     factor = None
+    left = rules.max_sweeps
     for _ in range(ITERATIONS):
+        if left <= 0:
+            return
         to_impulse = generators.matrix(velocity)
         matrix = to_impulse.T.product(problem._system).product(to_impulse)
         convex = type(problem)._build(
@@ -96,7 +99,8 @@ def convex_starts(problem: Problem, rules: Rules, impulse: Floats) -> Iterator[t
         solver = direct_solve(convex, own, weights, factor)
         factor = solver.factor  # entries may cancel, but the pattern is that of the contacts
         solver.goal = CONVEX_GOAL
-        solver.proximal_steps(FIRST_EPSILON, weights, rules.max_sweeps)
+        solver.proximal_steps(FIRST_EPSILON, weights, min(left, 200 + generators.size))
+        left -= solver.used
         before = impulse
         weights = solver.impulse
         impulse = to_impulse.multiply(weights)

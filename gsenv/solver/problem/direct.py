@@ -26,8 +26,10 @@ LEAST_EPSILON = 1e-14
 LARGER = (1e-6, 1e-2)  # epsilon where pivoting fails or rows contradict each other
 PROXIMAL_STEPS = 60
 SLOW = 0.3  # reduction of the error in a proximal step above which epsilon is reduced
+STAYS = 0.95
 ROUNDING = 1e-14  # residual at which no further step is worth it
 SHORT_RUN = 10  # linear systems for each row with one epsilon, before the next epsilon
+MOST_FAILURES = 4  # proximal steps without a solution
 NEWTON_STEPS = 60  # of one proximal step
 NEWTON_SOLVED = 1e-10  # relative residual of the proximal step's own equations
 
@@ -80,27 +82,32 @@ class DirectSolve:
         """Take proximal steps from the impulses `start` until the error stays, or until `most` systems were solved."""
         self.most = min(most, self.rules.max_sweeps)
         start = start.copy()
-        centre, previous = start, np.inf
+        centre, guess, previous, failures = start, start, np.inf, 0
         for _ in range(PROXIMAL_STEPS):
             if self.residual <= self.goal or self.used >= self.most:
                 return
-            impulse = self._solve_proximal(centre, epsilon)
-            if impulse is None:
-                return
+            impulse = self._solve_proximal(centre, guess, epsilon)
+            if impulse is None:  # a larger epsilon is easier from here
+                failures += 1
+                if failures > MOST_FAILURES or previous == np.inf:
+                    return
+                epsilon *= 10.0
+                continue
             error_square = self._offer(impulse)
             slow = error_square > SLOW * SLOW * previous
-            if slow and (epsilon <= LEAST_EPSILON or (error_square > 0.9 * previous and epsilon >= LARGER[0])):
+            stays = error_square > STAYS * STAYS * previous
+            if slow and (epsilon <= LEAST_EPSILON or (stays and epsilon >= LARGER[0])):
                 return
-            centre = impulse
+            centre = guess = impulse
             if slow:
-                epsilon = max(1e-2 * epsilon, LEAST_EPSILON)
-                if not np.abs(self.row_scale * impulse).max() < np.sqrt(self._cap()):
-                    centre = start  # far beyond their data impulses only grow
+                epsilon = max((1e-2 if stays else 0.1) * epsilon, LEAST_EPSILON)
+            if stays and not np.abs(self.row_scale * impulse).max() < np.sqrt(self._cap()):
+                centre = start  # far beyond their data impulses may only grow
             previous = min(previous, error_square)
 
-    def _solve_proximal(self, centre: Floats, epsilon: float) -> Floats | None:
-        """Return the impulses of one proximal step, projected; None where it can't be solved."""
-        impulse = centre.copy()
+    def _solve_proximal(self, centre: Floats, guess: Floats, epsilon: float) -> Floats | None:
+        """Return the impulses of the proximal step from `centre`, projected; None where it can't be solved."""
+        impulse = guess.copy()
         self.rows.proximal[:] = epsilon * self.row_scale**2
         self.vectors.centre[:] = centre
         left = self.most - self.used
