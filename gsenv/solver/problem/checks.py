@@ -77,8 +77,8 @@ def symmetrised(value: CsrMatrix, name: str, stacklevel: int = 3) -> tuple[CsrMa
     if relative > SLIGHT:
         return value, False
     if relative > ROUND_OFF:
-        text = f"{name}[{i}, {j}] differs from {name}[{j}, {i}] by {relative:.1e} of its size; ({name} + {name}^T) / 2 is used."
-        warnings.warn(text, UserWarning, stacklevel)
+        difference = f"{name}[{i}, {j}] differs from {name}[{j}, {i}] by {relative:.1e} of its size"
+        warnings.warn(f"{difference}; ({name} + {name}^T) / 2 is used.", UserWarning, stacklevel)
     return symmetric_part(value), True
 
 

@@ -54,9 +54,8 @@ def run_method(problem: Problem, method: str, rules: Rules, impulse: Floats) -> 
             raise ValueError(f"The problem has {rows} rows for method 'lemke', expected at most {MOST_LEMKE_ROWS}.")
         return run_lemke(problem, rules, impulse)
     if len(problem._blocks) > MOST_BLOCKS:
-        raise ValueError(
-            f"The problem has {len(problem._blocks)} rows and contacts, expected at most {MOST_BLOCKS} for method 'direct'."
-        )
+        count = len(problem._blocks)
+        raise ValueError(f"The problem has {count} blocks for method 'direct', expected at most {MOST_BLOCKS}.")
     return run_direct(problem, rules, impulse)
 
 
@@ -177,7 +176,7 @@ def choose_without_symmetry(problem: Problem, rules: Rules, impulse: Floats) -> 
         return Run("direct", 0, 0, measured(problem, rules, impulse)[1], "max_sweeps is 0.")
     direct = Run("direct", 0, 0, float("inf"), "The problem is too large for the direct method.")
     if len(problem._blocks) <= MOST_BLOCKS:
-        few = rules._replace(max_sweeps=min(rules.max_sweeps, 100 + 2 * problem.row_count))
+        few = rules._replace(max_sweeps=min(rules.max_sweeps, 100 + problem.row_count // 2))
         direct = run_direct(problem, few, impulse)
     if direct.residual <= rules.tolerance:
         return direct

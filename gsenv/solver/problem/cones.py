@@ -2,10 +2,10 @@
 
 With De Saxce's term mu |u_T| fixed at its last value, a contact's law is that of a convex cone, and each iteration
 solves a problem with a symmetric positive semidefinite matrix exactly (the fixed point of Cadoux: Acary, Cadoux,
-Lemarechal, Malick, "A formulation of the linear discrete Coulomb friction problem via convex optimization", ZAMM 91, 2011).
-The impulses of a contact are sums of generators of its cone with weights >= 0: the two edges in 2D, in 3D six edges of the
-cone, of which the first is opposite to the last sliding velocity. So the fixed point is exact in 2D, and for open
-and sliding contacts in 3D. The weights are bounded rows, solved by pivoting.
+Lemarechal, Malick, "A formulation of the linear discrete Coulomb friction problem via convex optimization", ZAMM 91,
+2011). The impulses of a contact are sums of generators of its cone with weights >= 0: the two edges in 2D, in 3D six
+edges of the cone, of which the first is opposite to the last sliding velocity. So the fixed point is exact in 2D, and
+for open and sliding contacts in 3D. The weights are bounded rows, solved by pivoting.
 """
 
 from __future__ import annotations
@@ -49,7 +49,10 @@ class Generators:
         lower, upper = np.zeros(self.size), np.full(self.size, np.inf)
         bounded = self.is_first.copy()
         bounded[self.problem.contact_row] = False
-        lower[self.start[bounded]], upper[self.start[bounded]] = self.problem.lower[bounded], self.problem.upper[bounded]
+        lower[self.start[bounded]], upper[self.start[bounded]] = (
+            self.problem.lower[bounded],
+            self.problem.upper[bounded],
+        )
         return lower, upper
 
     def matrix(self, velocity: Floats) -> CsrMatrix:

@@ -1,9 +1,10 @@
 """The direct method: states of all rows by pivoting, of contacts by Newton steps, inside proximal steps.
 
-Each proximal step solves W + epsilon S^2 in place of W, from the impulses of the last one (S^2 is the diagonal of W), so
-redundant rows have a unique solution and no factor breaks down. The steps converge by epsilon / (epsilon + sigma) in an
-eigenvector of eigenvalue sigma: one or two steps for ordinary rows. Where they converge slowly epsilon is reduced;
-where pivoting fails, or rows contradict each other, it is increased, and the result is a compromise with bounded impulses.
+Each proximal step solves W + epsilon S^2 in place of W, from the impulses of the last one (S^2 is the diagonal of W),
+so redundant rows have a unique solution and no factor breaks down. The steps converge by epsilon / (epsilon + sigma)
+in an eigenvector of eigenvalue sigma: one or two steps for ordinary rows. Where they converge slowly epsilon is
+reduced; where pivoting fails, or rows contradict each other, it is increased, and the result is a compromise with
+bounded impulses.
 """
 
 from __future__ import annotations
@@ -72,53 +73,57 @@ class DirectSolve:
 
     def run(self) -> None:
         """Solve from the present impulses."""
-        few = self.used + SHORT_RUN * (1 + len(self.impulse))
-        for epsilon, most in ((FIRST_EPSILON, few), (LARGER[0], 2 * few), (LARGER[1], 3 * few), (FIRST_EPSILON, 0)):
-            self.proximal_steps(epsilon, self.impulse, most or self.rules.max_sweeps)
-            if self.solved or (self.has_contacts and not most):
+        few = SHORT_RUN * (1 + len(self.impulse))
+        for epsilon in (FIRST_EPSILON, *LARGER):
+            self.proximal_steps(epsilon, self.impulse, self.used + few)
+            if self.solved:
                 return
+        self.proximal_steps(FIRST_EPSILON, self.impulse, self.rules.max_sweeps)
 
     def proximal_steps(self, epsilon: float, start: Floats, most: int) -> None:
         """Take proximal steps from the impulses `start` until the error stays, or until `most` systems were solved."""
         self.most = min(most, self.rules.max_sweeps)
         start = start.copy()
-        centre, guess, previous, failures = start, start, np.inf, 0
+        centre, guess, previous, failures, least = start, start, np.inf, 0, LEAST_EPSILON
         for _ in range(PROXIMAL_STEPS):
             if self.residual <= self.goal or self.used >= self.most:
                 return
-            impulse = self._solve_proximal(centre, guess, epsilon)
-            if impulse is None:  # a larger epsilon is easier from here
+            impulse, solved = self._solve_proximal(centre, guess, epsilon)
+            if not solved:  # a larger epsilon is easier
                 failures += 1
-                if failures > MOST_FAILURES or previous == np.inf:
+                if failures > MOST_FAILURES or (self.has_contacts and previous == np.inf):
                     return
                 epsilon *= 10.0
+                if not self.has_contacts:
+                    least = epsilon
+                    self._offer(impulse)
                 continue
             error_square = self._offer(impulse)
             slow = error_square > SLOW * SLOW * previous
             stays = error_square > STAYS * STAYS * previous
-            if slow and (epsilon <= LEAST_EPSILON or (stays and epsilon >= LARGER[0])):
+            if slow and (epsilon <= least or (stays and epsilon >= LARGER[0])):
                 return
             centre = guess = impulse
             if slow:
-                epsilon = max((1e-2 if stays else 0.1) * epsilon, LEAST_EPSILON)
+                epsilon = max((1e-2 if stays else 0.1) * epsilon, least)
             if stays and not np.abs(self.row_scale * impulse).max() < np.sqrt(self._cap()):
                 centre = start  # far beyond their data impulses may only grow
             previous = min(previous, error_square)
 
-    def _solve_proximal(self, centre: Floats, guess: Floats, epsilon: float) -> Floats | None:
-        """Return the impulses of the proximal step from `centre`, projected; None where it can't be solved."""
+    def _solve_proximal(self, centre: Floats, guess: Floats, epsilon: float) -> tuple[Floats, bool]:
+        """Return the impulses of the proximal step from `centre`, projected, and whether they solve it."""
         impulse = guess.copy()
         self.rows.proximal[:] = epsilon * self.row_scale**2
         self.vectors.centre[:] = centre
         left = self.most - self.used
         solved = self._take_newton_steps(impulse, left) if self.has_contacts else self._pivot(impulse, left)
-        if not solved or not np.all(np.isfinite(impulse)):
-            return None
-        project(self.system.lower, self.system.upper, self.system.blocks, impulse)
-        return impulse
+        finite = bool(np.all(np.isfinite(impulse)))
+        if finite:
+            project(self.system.lower, self.system.upper, self.system.blocks, impulse)
+        return impulse, solved and finite
 
     def _pivot(self, impulse: Floats, left: int) -> bool:
-        """Solve bounded rows in place. Where pivoting ends early, its result may still be good, so this is True."""
+        """Solve bounded rows in place; returns whether all rows have found their states."""
         state = np.zeros(len(impulse), np.uint8)
         proximal_velocity(self.system, self.rows, self.vectors, impulse)
         guess_states(self.system, self.vectors, impulse, state)
@@ -127,9 +132,9 @@ class DirectSolve:
         self.used += steps
         if self.symmetric and not solved and np.all(np.isfinite(impulse)):
             project(self.system.lower, self.system.upper, self.system.blocks, impulse)
-            steps, _ = descend(*arguments, Limits(max(left - steps, 0), True))
+            steps, solved = descend(*arguments, Limits(max(left - steps, 0), True))
             self.used += steps
-        return True
+        return bool(solved)
 
     def _take_newton_steps(self, impulse: Floats, left: int) -> bool:
         """Solve bounded rows and contacts in place; returns whether the steps have converged."""
@@ -161,6 +166,4 @@ class DirectSolve:
 def direct_solve(problem: Problem, rules: Rules, impulse: Floats, factor: Factor | None = None) -> DirectSolve:
     """Return a direct solve of a problem from these impulses, which it changes."""
     system = problem._kernel_system()
-    return DirectSolve(
-        system, rules, factor or plan_factor(system), problem._row_scale, impulse, problem.symmetric
-    )
+    return DirectSolve(system, rules, factor or plan_factor(system), problem._row_scale, impulse, problem.symmetric)

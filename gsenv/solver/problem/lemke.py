@@ -1,13 +1,13 @@
 """Lemke's method for bounded rows of any square matrix.
 
-The rows are solved for the right-hand side q + t d at a t so large that every bounded row is at a bound; then the path of
-solutions is followed to t = 0 (Lemke, "Bimatrix equilibrium points and mathematical programming", Management
+The rows are solved for the right-hand side q + t d at a t so large that every bounded row is at a bound; then the
+path of solutions is followed to t = 0 (Lemke, "Bimatrix equilibrium points and mathematical programming", Management
 Science 11, 1965; with bounds as in Sargent, "An efficient implementation of the Lemke algorithm and its extension to
 deal with upper and lower bounds", Math. Prog. Study 7, 1978). One pivot changes one row's state. The path ends at a
-solution where the matrix is a P-matrix. It may end in a ray otherwise; for positive semidefinite (copositive-plus) matrices
-with one-sided bounds that proves that no solution exists (Cottle, Pang, Stone, "The Linear Complementarity Problem",
-1992, theorem 4.4.12). Ties are broken lexicographically, as if q had the additional terms (e, e^2, e^3 ...), so no
-basis recurs in degenerate problems.
+solution where the matrix is a P-matrix. It may end in a ray otherwise; for positive semidefinite (copositive-plus)
+matrices with one-sided bounds that proves that no solution exists (Cottle, Pang, Stone, "The Linear Complementarity
+Problem", 1992, theorem 4.4.12). Ties are broken lexicographically, as if q had the additional terms (e, e^2, e^3
+...), so no basis recurs in degenerate problems.
 
 The tableau is dense: a pivot takes n^2 operations, a solve mostly n to 2 n pivots.
 """

@@ -31,8 +31,8 @@ def solve_lemke(problem: Problem, most_pivots: int) -> tuple[Floats, int, str]:
     """Return the impulses where Lemke's path ends, the number of pivots, and why they are no solution ("": they are).
 
     A 2D contact has the impulses lambda_N, t+, t- >= 0 with lambda_T = t+ - t-, and its sliding speed gamma >= 0
-    (Stewart and Trinkle, "An implicit time-stepping scheme for rigid body dynamics with inelastic collisions and Coulomb
-    friction", Int. J. Numer. Methods Eng. 39, 1996), whose matrix is copositive:
+    (Stewart and Trinkle, "An implicit time-stepping scheme for rigid body dynamics with inelastic collisions and
+    Coulomb friction", Int. J. Numer. Methods Eng. 39, 1996), whose matrix is copositive:
         t+, t- complementary to u_T + gamma, -u_T + gamma >= 0;  gamma to mu lambda_N - t+ - t- >= 0.
     ValueError where a contact has two tangents.
     """
@@ -83,14 +83,12 @@ def dense_system(problem: Problem) -> tuple[Floats, Floats, Floats, Floats, Floa
 def polished(
     matrix: Floats, rhs: Floats, lower: Floats, upper: Floats, impulse: Floats, free: NDArray[np.bool_]
 ) -> Floats:
-    """Return the impulses with the free rows solved anew, without the rounding errors of the pivots, where that helps."""
+    """Return the impulses with the free rows solved anew where that removes rounding errors of the pivots."""
     better = impulse.copy()
     try:
         for _ in range(2):
             better[free] -= np.linalg.solve(matrix[np.ix_(free, free)], (matrix @ better + rhs)[free])
     except np.linalg.LinAlgError:  # redundant rows
         return impulse
-    errors = [
-        np.sum((x - np.clip(x - matrix @ x - rhs, lower, upper)) ** 2) for x in (better, impulse)
-    ]
+    errors = [np.sum((x - np.clip(x - matrix @ x - rhs, lower, upper)) ** 2) for x in (better, impulse)]
     return better if errors[0] < errors[1] else impulse

@@ -1,18 +1,18 @@
 """Bounded rows by principal pivoting: finite for positive definite and for P-matrices.
 
-Every row is at its lower bound, at its upper bound or free (its velocity is zero). The free rows are solved as equations, and
-rows that then break a bound or a sign change sides, all at once while that reduces their number
+Every row is at its lower bound, at its upper bound or free (its velocity is zero). The free rows are solved as
+equations, and rows that then break a bound or a sign change sides, all at once while that reduces their number
 (Judice and Pires, "A block principal pivoting algorithm for large-scale strictly monotone linear complementarity
-problems", Computers and Operations Research 21, 1994). MOST_BLOCK_STEPS changes without a smaller number may be a cycle.
-Then `pivot_rows` goes on with the last of these rows alone, which cannot cycle where W is a P-matrix (Murty, "Note on a
-Bard-type scheme for solving the complementarity problem", Opsearch 11, 1974), until the number is smaller than ever
-before. For symmetric matrices `descend` is faster: impulses stay within their bounds, and each solution of free
-rows has a smaller quadratic function than the one before, so that none recurs (the active-set method, Nocedal and Wright,
-"Numerical Optimization", 2006, section 16.5).
+problems", Computers and Operations Research 21, 1994). MOST_BLOCK_STEPS changes without a smaller number may be a
+cycle. Then `pivot_rows` goes on with the last of these rows alone, which cannot cycle where W is a P-matrix (Murty,
+"Note on a Bard-type scheme for solving the complementarity problem", Opsearch 11, 1974), until the number is smaller
+than ever before. For symmetric matrices `descend` is faster: impulses stay within their bounds, and each solution of
+free rows has a smaller quadratic function than the one before, so that none recurs (the active-set method, Nocedal
+and Wright, "Numerical Optimization", 2006, section 16.5).
 
-The rows solved are those of W + P, q - P c with a small positive diagonal P: one step of the proximal point method from c
-(Rockafellar, SIAM J. Control Optim. 14, 1976). Then redundant rows have a unique solution, too, and the next step
-removes the error that P has made: it is iterative refinement.
+The rows solved are those of W + P, q - P c with a small positive diagonal P: one step of the proximal point method
+from c (Rockafellar, SIAM J. Control Optim. 14, 1976). Then redundant rows have a unique solution, too, and the next
+step removes the error that P has made: it is iterative refinement.
 """
 
 from __future__ import annotations

@@ -23,12 +23,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from . import kernels
 from .checks import ContactRows, at_least_zero, bounds, contacts_of, inverse_mass_matrix, symmetrised, vector
 from .choose import METHODS, run_method
 from .csr import CsrMatrix, Index, Vector, matrix
+
+__all__ = ["GROWTH", "ContactRows", "Problem", "Solution", "solve"]
 
 # Impulses may outgrow the data by this factor before `residual` stops dividing by them. Rows
 # that contradict each other make impulses grow without bound; dividing by those would hide the error.
@@ -261,14 +263,19 @@ def solve(
 ) -> Solution:
     """Solve a problem until `problem.residual` is at most `tolerance`.
 
-    | method | solves | limits |
-    |---|---|---|
-    | "auto" | everything below: a few sweeps of "nncg", "direct" where these are slow or the rows ill-conditioned, "lemke" where that fails; without symmetry "direct", then "lemke" | |
-    | "pgs" | symmetric A; bounds; 2D and 3D contacts | slow for towers, and for mass ratios from 1e3 |
-    | "nncg", "apgd" | as "pgs", in far fewer sweeps | mass ratios from 1e5 |
-    | "direct" | any A; bounds; contacts; redundant rows. Ends at the solution where A is a P-matrix or positive semidefinite and there is no friction; with friction mostly | 8000 rows and contacts |
-    | "lemke" | any A; bounds; 2D contacts. Ends at the solution where A is a P-matrix; contacts where A is positive definite | 2000 rows; dense |
+    | method | matrix A | bounds | contacts | use it for |
+    |---|---|---|---|---|
+    | "auto" | any | yes | 2D, 3D | everything; `Solution.method` names the one it chose |
+    | "pgs" | symmetric | yes | 2D, 3D | few rows of similar mass |
+    | "nncg", "apgd" | symmetric | yes | 2D, 3D | many rows, mass ratios up to 1e3 |
+    | "direct" | any | yes | 2D, 3D | tall towers, mass ratios up to 1e9, redundant rows, P-matrices |
+    | "lemke" | any | yes | 2D | up to 2000 rows without symmetry |
 
+    auto: a few sweeps of "nncg"; then "direct", if these are slow or impulses exceed their data a hundred times; then
+        "lemke", if that fails and contacts are 2D; then sweeps. Without symmetry "direct", then "lemke".
+    Guarantees, in exact arithmetic and within max_sweeps: without contacts "direct" solves symmetric positive
+        semidefinite and P-matrices, "lemke" P-matrices. With contacts "lemke" solves positive definite matrices;
+        "direct" has no guarantee there.
     method: "pgs", projected Gauss-Seidel with an exact one-contact solve (circular cone); "nncg", the same sweep as the
         gradient of a nonlinear conjugate gradient method (Silcowitz, Niebe, Erleben 2010); "apgd", the same sweep with
         Nesterov momentum and gradient restart. Where friction stalls, contacts continue with short projected steps.
@@ -331,5 +338,3 @@ def _shares(error: Vector, residual: float) -> Vector:
         return np.where(np.isfinite(error), 0.0, np.inf)
     norm = np.linalg.norm(error)
     return error * (residual / norm) if norm > 0.0 else error
-
-

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from gsenv.solver.problem.problem import ContactRows, Problem
 
 Array = NDArray[np.float64]
+Body = tuple[int, float, float]  # index, x, y
 
 G = 9.81  # m/s^2
 STEP = 1.0 / 60.0  # s
@@ -28,14 +29,14 @@ def pyramid(layers: int, friction: float, ratio: float = 1.0, push: float = 0.3)
     Two contacts at each interface, so there are more rows than coordinates. Coordinates of a box: x, y, angle.
     """
     gap = 1.02
-    place = {}
+    place: dict[tuple[int, int], Body] = {}
     for layer in range(layers):
         for k in range(layers - layer):
             place[layer, k] = (len(place), (k + 0.5 * layer) * gap, layer + 0.5)
     coordinates = 3 * len(place)
     rows = []
 
-    def add_contact(below: tuple[int, float, float] | None, above: tuple[int, float, float], x: float, y: float) -> None:
+    def add_contact(below: Body | None, above: Body, x: float, y: float) -> None:
         normal, tangent = np.zeros(coordinates), np.zeros(coordinates)
         for body, sign in ((below, -1.0), (above, 1.0)):
             if body is not None:

@@ -112,7 +112,9 @@ def test_slight_asymmetry_is_removed_with_one_warning() -> None:
     A, b = oracle.random_delassus(np.random.default_rng(1), 5)
     skew = np.zeros((5, 5))
     skew[1, 3], skew[3, 1] = 2e-4, -2e-4
-    with pytest.warns(UserWarning, match=r"^A\[1, 3\] differs from A\[3, 1\] by .*; \(A \+ A\^T\) / 2 is used\.$") as caught:
+    with pytest.warns(
+        UserWarning, match=r"^A\[1, 3\] differs from A\[3, 1\] by .*; \(A \+ A\^T\) / 2 is used\.$"
+    ) as caught:
         problem = Problem.from_delassus(A + skew * np.sqrt(A[1, 1] * A[3, 3]), b, lower=0)
     assert len(caught) == 1
     assert caught[0].filename == __file__

@@ -60,7 +60,7 @@ def test_lemke_solves_p_matrices(seed: int, count: int, boxed: bool) -> None:
 
 
 def test_p_matrix_that_is_not_definite() -> None:
-    """All principal minors are 1, but the symmetric part is indefinite: the cyclic example on which pivots may cycle."""
+    """All principal minors are 1 or more, but the symmetric part is indefinite: here careless pivots cycle."""
     A = np.array([[1.0, 0.0, 2.0], [2.0, 1.0, 0.0], [0.0, 2.0, 1.0]])
     assert np.linalg.eigvalsh(A + A.T).min() < 0.0
     for b in itertools.product((-1.0, 0.0, 1.0), repeat=3):
