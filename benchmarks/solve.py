@@ -138,7 +138,8 @@ def all_cases() -> list[Case]:
     for n in (10, 30, 100, 200):
         cases.append(Case("degenerate, semidefinite: rows", f"{n}", partial(degenerate, n, True), every, SEEDS))
     for n in (10, 30, 100):
-        cases.append(Case("degenerate linear program: rows", f"{n}", partial(degenerate, n, False), general, SEEDS))
+        methods = general if n < 100 else ("auto", "lemke")  # "direct" takes minutes there, and fails
+        cases.append(Case("degenerate linear program: rows", f"{n}", partial(degenerate, n, False), methods, SEEDS))
     for n in (5, 10, 20):
         cases.append(Case("Murty's example: rows", f"{n}", partial(exponential, n), general))
     return cases

@@ -10,7 +10,7 @@ from .cones import convex_starts
 from .direct import FIRST_EPSILON, direct_solve
 from .kernels import Floats, Rules
 from .lemke_problem import MOST_LEMKE_ROWS, lemke_rows, solve_lemke
-from .sparse_lu import MOST_BLOCKS
+from .sparse_lu import MOST_BLOCKS, Factor, plan_factor
 
 if TYPE_CHECKING:
     from .problem import Problem
@@ -25,6 +25,7 @@ TRIAL_GAIN = 1e-3
 # goes on from sweeps that have converged to the direct method.
 ILL_CONDITIONED = 100.0
 AUTO_LEMKE_ROWS = 600
+MOST_OPERATIONS = 1e10  # of one factor, about 10 s: above, auto tries all sweeps first
 
 
 @dataclass(frozen=True)
@@ -67,9 +68,9 @@ def run_sweeps(problem: Problem, method: str, rules: Rules, impulse: Floats) -> 
     return Run(method, int(sweeps), 0, float(residual), reason)
 
 
-def run_direct(problem: Problem, rules: Rules, impulse: Floats) -> Run:
+def run_direct(problem: Problem, rules: Rules, impulse: Floats, factor: Factor | None = None) -> Run:
     """Solve directly from `impulse`; contacts by Newton steps from it and, where these fail, from convex problems."""
-    solver = direct_solve(problem, rules, impulse)
+    solver = direct_solve(problem, rules, impulse, factor)
     if solver.has_contacts:
         solver.proximal_steps(FIRST_EPSILON, impulse, rules.max_sweeps)
         left = rules._replace(max_sweeps=rules.max_sweeps - solver.used)
@@ -123,26 +124,31 @@ def choose(problem: Problem, rules: Rules, impulse: Floats) -> Run:
     solved = trial.residual <= rules.tolerance
     if trial.sweeps == 0 or (solved and size <= ILL_CONDITIONED**2 * rules.data_square):
         return trial
-    pivots = 0
-    if len(problem._blocks) <= MOST_BLOCKS:
-        direct = improve(problem, rules, impulse, "direct")
+    sweeps, pivots = trial.sweeps, 0
+    factor = plan_factor(problem._kernel_system()) if len(problem._blocks) <= MOST_BLOCKS else None
+    if factor is not None and factor.operations > MOST_OPERATIONS and not solved:
+        longer = run_sweeps(problem, "nncg", rules._replace(max_sweeps=max(rules.max_sweeps - sweeps, 0)), impulse)
+        sweeps, solved = sweeps + longer.sweeps, longer.residual <= rules.tolerance
+        if solved:
+            return Run("nncg", sweeps, 0, longer.residual, "")
+    if factor is not None:
+        direct = improve(problem, rules, impulse, factor)
         pivots = direct.pivots
         if direct.residual <= rules.tolerance:
-            return Run("nncg" if solved and direct.reason else "direct", trial.sweeps, pivots, direct.residual, "")
+            return Run("nncg" if direct.reason else "direct", sweeps, pivots, direct.residual, "")
     if problem.contact_dim.max(initial=1) == 2 and lemke_rows(problem) <= AUTO_LEMKE_ROWS:
-        lemke = improve(problem, rules, impulse, "lemke")
+        lemke = improve(problem, rules, impulse, None)
         pivots += lemke.pivots
         if lemke.residual <= rules.tolerance:
-            return Run("lemke", trial.sweeps, pivots, lemke.residual, "")
-    left = rules._replace(max_sweeps=max(rules.max_sweeps - trial.sweeps, 0))
-    last = run_sweeps(problem, "nncg", left, impulse)
-    if last.residual > rules.tolerance and len(problem._blocks) <= MOST_BLOCKS:
-        direct = improve(problem, rules, impulse, "direct")
+            return Run("lemke", sweeps, pivots, lemke.residual, "")
+    last = run_sweeps(problem, "nncg", rules._replace(max_sweeps=max(rules.max_sweeps - sweeps, 0)), impulse)
+    if last.residual > rules.tolerance and factor is not None:
+        direct = improve(problem, rules, impulse, factor)
         pivots += direct.pivots
         if direct.residual <= rules.tolerance:
-            return Run("direct", trial.sweeps + last.sweeps, pivots, direct.residual, "")
+            return Run("direct", sweeps + last.sweeps, pivots, direct.residual, "")
     reason = "" if last.residual <= rules.tolerance else "Neither sweeps nor direct methods have solved all rows."
-    return Run("nncg", trial.sweeps + last.sweeps, pivots, last.residual, reason)
+    return Run("nncg", sweeps + last.sweeps, pivots, last.residual, reason)
 
 
 def try_sweeps(problem: Problem, rules: Rules, impulse: Floats) -> Run:
@@ -158,10 +164,10 @@ def try_sweeps(problem: Problem, rules: Rules, impulse: Floats) -> Run:
     return Run("nncg", trial.sweeps + longer.sweeps, 0, longer.residual, longer.reason)
 
 
-def improve(problem: Problem, rules: Rules, impulse: Floats, method: str) -> Run:
-    """Run a method from `impulse`, which changes only where the error falls."""
+def improve(problem: Problem, rules: Rules, impulse: Floats, factor: Factor | None) -> Run:
+    """Run the direct method, or Lemke's without a factor; `impulse` changes only where the error falls."""
     candidate = impulse.copy()
-    run = run_direct(problem, rules, candidate) if method == "direct" else run_lemke(problem, rules, candidate)
+    run = run_lemke(problem, rules, candidate) if factor is None else run_direct(problem, rules, candidate, factor)
     before, residual = measured(problem, rules, impulse)
     after, _ = measured(problem, rules, candidate)
     if after < 0.5 * before:

@@ -26,7 +26,7 @@ Bytes = NDArray[np.uint8]
 
 SOLVED, RAY, SINGULAR, TOO_LONG = 0, 1, 2, 3
 LOWER, UPPER = 0, 2
-SMALLEST_PIVOT = 1e-10  # relative to the largest entry of its column
+SMALLEST_PIVOTS = (1e-10, 1e-13)  # relative to the largest entry of the column: the first, and for a second try
 SMALLEST_T = 1e-15  # relative to the first t: the rest is rounding
 TIE = 1e-12  # relative difference of two ratios that counts as none
 
@@ -150,7 +150,7 @@ def is_sooner(tableau: Tableau, line: int, other: int, rate: float, other_rate: 
 
 
 @njit
-def leaving_line(tableau: Tableau, column: int, direction: float) -> tuple[int, float]:
+def leaving_line(tableau: Tableau, column: int, direction: float, smallest_pivot: float) -> tuple[int, float]:
     """Return the line whose variable meets a bound first and the distance to it; -1 where none does."""
     n = len(tableau.basic)
     table = tableau.table
@@ -160,7 +160,7 @@ def leaving_line(tableau: Tableau, column: int, direction: float) -> tuple[int, 
     chosen, least = -1, np.inf
     for i in range(n):
         rate = table[i, column] * direction
-        if abs(rate) <= SMALLEST_PIVOT * largest:
+        if abs(rate) <= smallest_pivot * largest:
             continue
         distance = max(room(tableau, i, rate), 0.0)
         if distance == np.inf:
@@ -194,7 +194,7 @@ def first_line(tableau: Tableau) -> int:
 
 
 @njit
-def follow(tableau: Tableau, most_pivots: int) -> tuple[int, int]:
+def follow(tableau: Tableau, most_pivots: int, smallest_pivot: float) -> tuple[int, int]:
     """Follow the path from large t to t = 0. Returns (pivots, SOLVED, RAY, SINGULAR or TOO_LONG)."""
     n = len(tableau.basic)
     if not free_rows(tableau):
@@ -215,7 +215,7 @@ def follow(tableau: Tableau, most_pivots: int) -> tuple[int, int]:
         if entering < n:
             start = tableau.lower[entering] if direction > 0.0 else tableau.upper[entering]
             flip = tableau.upper[entering] - tableau.lower[entering]
-        line, distance = leaving_line(tableau, column, direction)
+        line, distance = leaving_line(tableau, column, direction, smallest_pivot)
         if flip < distance or (line < 0 and flip < np.inf):  # from one bound to the other
             move(tableau, column, direction * flip)
             tableau.side[entering] = UPPER if direction > 0.0 else LOWER

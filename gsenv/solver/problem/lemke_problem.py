@@ -8,14 +8,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .kernels import Floats
-from .lemke import RAY, SINGULAR, SOLVED, follow, free_impulses, impulses_of, make_tableau
+from .lemke import RAY, SINGULAR, SMALLEST_PIVOTS, SOLVED, follow, free_impulses, impulses_of, make_tableau
 
 if TYPE_CHECKING:
     from .problem import Problem
 
 MOST_LEMKE_ROWS = 2000  # of a dense tableau: 32 MB
 
+ACCURATE = 1e-10  # error, in units of the tableau, above which a second try is worth it
+
 REASONS = {
+    SOLVED: "",
     RAY: "Lemke's path has ended in a ray: a problem with a positive semidefinite matrix then has no solution "
     "if no row has two bounds.",
     SINGULAR: "The rows without bounds are linearly dependent, which Lemke's method excludes.",
@@ -44,13 +47,25 @@ def solve_lemke(problem: Problem, most_pivots: int) -> tuple[Floats, int, str]:
     matrix, rhs, lower, upper, scale, of_row = dense_system(problem)
     # in units in which the diagonal is 1
     matrix, rhs, lower, upper = matrix / np.outer(scale, scale), rhs / scale, lower * scale, upper * scale
-    tableau = make_tableau(matrix, rhs, lower, upper)
-    pivots, status = follow(tableau, most_pivots)
-    impulse = impulses_of(tableau)
-    if status == SOLVED:
-        impulse = polished(matrix, rhs, lower, upper, impulse, free_impulses(tableau))
-    reason = REASONS.get(status, f"Lemke's method has taken max_sweeps = {most_pivots} pivots and not ended.")
-    return of_row.T @ (impulse / scale), int(pivots), "" if status == SOLVED else reason
+    best, least, used, reason = np.clip(0.0 * rhs, lower, upper), np.inf, 0, ""
+    for smallest_pivot in SMALLEST_PIVOTS:
+        tableau = make_tableau(matrix, rhs, lower, upper)
+        pivots, status = follow(tableau, most_pivots - used, smallest_pivot)
+        used += int(pivots)
+        impulse = polished(matrix, rhs, lower, upper, impulses_of(tableau), free_impulses(tableau))
+        error = clip_error(matrix, rhs, lower, upper, impulse)
+        if error < least:
+            best, least = impulse, error
+            reason = REASONS.get(status, f"Lemke's method has taken max_sweeps = {most_pivots} pivots and not ended.")
+        if used >= most_pivots or status == SINGULAR or least <= ACCURATE * max(1.0, np.abs(best).max(initial=0.0)):
+            break
+    return of_row.T @ (best / scale), used, reason
+
+
+def clip_error(matrix: Floats, rhs: Floats, lower: Floats, upper: Floats, impulse: Floats) -> float:
+    """Return the largest entry of the natural map."""
+    error = impulse - np.clip(impulse - matrix @ impulse - rhs, lower, upper)
+    return float(np.abs(error).max(initial=0.0))
 
 
 def dense_system(problem: Problem) -> tuple[Floats, Floats, Floats, Floats, Floats, Floats]:
@@ -90,5 +105,5 @@ def polished(
             better[free] -= np.linalg.solve(matrix[np.ix_(free, free)], (matrix @ better + rhs)[free])
     except np.linalg.LinAlgError:  # redundant rows
         return impulse
-    errors = [np.sum((x - np.clip(x - matrix @ x - rhs, lower, upper)) ** 2) for x in (better, impulse)]
+    errors = [clip_error(matrix, rhs, lower, upper, x) for x in (better, impulse)]
     return better if errors[0] < errors[1] else impulse

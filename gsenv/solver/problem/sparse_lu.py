@@ -40,6 +40,11 @@ class Factor(NamedTuple):
     pivot: Floats  # (row,) diagonal of U
     work: Floats  # (row,)
 
+    @property
+    def operations(self) -> float:
+        """Multiplications of one factorisation."""
+        return float(np.sum(np.diff(self.upper_ptr).astype(float) ** 2))
+
 
 class Rows(NamedTuple):
     """The matrix `G (W + diag(proximal)) + H`, by blocks; columns of rows that are not live count as zero in W."""

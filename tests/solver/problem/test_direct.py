@@ -166,6 +166,7 @@ def test_degenerate_problems(seed: int, count: int) -> None:
     assert solution.pivots < 40 * (count + 2)
 
 
+@pytest.mark.nojit
 def test_redundant_rows_share_equally() -> None:
     problem = Problem.from_rows(1, [[1.0, -1.0]] * 3, [3, -1])
     assert_allclose(solve(problem, "direct").impulse, [-2 / 3] * 3, atol=1e-6)
@@ -282,6 +283,7 @@ def test_block_on_an_incline(dim: int, mass: float) -> None:
         assert_allclose(solution.body_velocity, [0.0, expected, 0.0][:dim], atol=1e-14)
 
 
+@pytest.mark.nojit
 @pytest.mark.parametrize("ratio", [1.0, 1e3, 1e6, 1e9])
 @pytest.mark.parametrize("angle", [10.0, 20.0])
 def test_wedge_under_a_block(ratio: float, angle: float) -> None:

@@ -72,7 +72,8 @@ def test_p_matrix_that_is_not_definite() -> None:
                 assert_allclose(solution.impulse, expected, atol=1e-12)
 
 
-@pytest.mark.parametrize("count", [3, 10])
+@pytest.mark.nojit
+@pytest.mark.parametrize("count", [3, 5])
 def test_murtys_example(count: int) -> None:
     """Lemke's method takes 2^n - 1 pivots, block pivoting about n."""
     problem = murty_problem(count)
@@ -112,9 +113,10 @@ def test_a_ray_is_no_solution() -> None:
     assert "semidefinite" in solution.reason
 
 
+@pytest.mark.nojit
 def test_rows_with_every_kind_of_bound() -> None:
     rng = np.random.default_rng(5)
-    for _ in range(40):
+    for _ in range(20):
         A, b = p_matrix(rng, 5), 3.0 * rng.normal(size=5)
         lower, upper = [-np.inf, -np.inf, 0.0, -1.0, 0.3], [np.inf, 0.2, np.inf, 1.0, 0.3]
         problem = Problem.from_delassus(A, b, 0, lower, upper)
