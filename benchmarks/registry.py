@@ -64,6 +64,7 @@ BENCHMARKS: dict[str, Benchmark] = {
         Benchmark("render", "CPU time of a rendered frame", (2, 3), True),
         Benchmark("scaling", "step time against the number of bodies, awake and asleep", (2, 3), True, True),
         Benchmark("scripted_builder", "success of the scripted builder of GStack-v0 beside random actions"),
+        Benchmark("solve", "run time against error of the methods that solve rows without bodies", (2,), True, True),
         Benchmark("stability", "error of each fidelity as scenes get harder, and random jointed scenes", page=True),
         Benchmark("stack_sweeps", "contact loads and height of a stack against the number of sweeps"),
         Benchmark("startup", "process start to the end of the first step, with an empty and a full kernel cache"),

@@ -60,9 +60,12 @@ def _run_parallel_env(name: str) -> None:
 def _solve_problem() -> None:
     from gsenv.solver import Problem, solve
 
-    problem = Problem.from_delassus(np.eye(3), -np.ones(3), friction=[0.5])
-    for method in ("pgs", "nncg", "apgd"):
-        solve(problem, method=method)
+    contact = Problem.from_delassus(np.eye(3), -np.ones(3), friction=[0.5])
+    for method in ("pgs", "nncg", "apgd", "direct"):
+        solve(contact, method=method)
+    rows = Problem.from_delassus(np.eye(3), -np.ones(3), lower=0)
+    for method in ("direct", "lemke"):
+        solve(rows, method=method)
 
 
 def _run_many_bodies() -> None:

@@ -23,34 +23,19 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from . import kernels
-from .csr import CsrMatrix, Index, Vector, dense_array, matrix, symmetric_part
+from .checks import ContactRows, at_least_zero, bounds, contacts_of, inverse_mass_matrix, symmetrised, vector
+from .choose import METHODS, run_method
+from .csr import CsrMatrix, Index, Vector, matrix
 
-METHODS = {"pgs": kernels.PGS, "nncg": kernels.NNCG, "apgd": kernels.APGD}
+__all__ = ["GROWTH", "ContactRows", "Problem", "Solution", "solve"]
 
 # Impulses may outgrow the data by this factor before `residual` stops dividing by them. Rows
 # that contradict each other make impulses grow without bound; dividing by those would hide the error.
 # Stacks reach 1e3 at a height of about 100, heavy boxes on light ones their mass ratio.
 GROWTH = 1e5
-
-
-@dataclass(frozen=True)
-class ContactRows:
-    """Which rows of a problem are contacts.
-
-    friction: coefficient >= 0, a scalar or one per contact.
-    rows: first row (the normal) of each contact; its tangents follow it. Default: consecutive
-        contacts from row 0, as many as `friction` has entries; for a scalar friction, up to
-        the last row.
-    dim: rows of a contact, a scalar or one per contact: 3 = normal and two tangents in a
-        circular cone, 2 = normal and one tangent, 1 = normal only.
-    """
-
-    friction: ArrayLike
-    rows: ArrayLike | None = None
-    dim: ArrayLike = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,6 +53,7 @@ class Problem:
     jacobian: CsrMatrix | None  # J (row, dof); None from a Delassus matrix
     inverse_mass: CsrMatrix | None  # (dof, dof)
     velocity: Vector | None  # v (dof,), free velocity
+    symmetric: bool  # whether A is symmetric
     _system: CsrMatrix  # A + diag(softness)
     _blocks: np.recarray[Any, Any]  # kernels.BLOCK
     _row_scale: Vector  # s (row,)
@@ -102,8 +88,8 @@ class Problem:
         """
         rows = matrix(jacobian, "jacobian")
         count, dof = rows.shape
-        inverse = _inverse_mass(inverse_mass, dof)
-        free = _vector(velocity, "velocity", dof)
+        inverse = inverse_mass_matrix(inverse_mass, dof)
+        free = vector(velocity, "velocity", dof)
         half = rows.product(inverse).product(rows.T)
         mirror = half.T
         delassus = half + mirror
@@ -113,7 +99,7 @@ class Problem:
             raise ValueError(
                 f"inverse_mass gives row {below[0]} a negative effective mass, expected a positive semidefinite matrix."
             )
-        rhs = rows.multiply(free) + _vector(bias, "bias", count)
+        rhs = rows.multiply(free) + vector(bias, "bias", count)
         return cls._build(delassus, rhs, softness, lower, upper, contacts, "contacts.", rows, inverse, free)
 
     @classmethod
@@ -130,17 +116,20 @@ class Problem:
     ) -> Problem:
         """Return the problem of an assembled A (row, row) [1/kg] and b (row,) [m/s].
 
-        A: symmetric with a diagonal >= 0, dense or scipy.sparse; a Delassus matrix is positive
-            semidefinite (not checked). softness, lower, upper: as in `from_rows`.
+        A: square with a diagonal >= 0, dense or scipy.sparse. A Delassus matrix is symmetric and positive
+            semidefinite (the latter is not checked). An asymmetry of up to 1e-3 of max(|A_ij|, |A_ji|,
+            sqrt(A_ii A_jj)) is removed, above 1e-6 with a warning; with more the problem is solved as it is,
+            by the methods that can (see `solve`): a linear complementarity problem, or one with boxes.
+        softness, lower, upper: as in `from_rows`.
         friction, contact_dim, contact_rows: `ContactRows(friction, contact_rows, contact_dim)`;
             friction None: no contacts.
 
-        ValueError as `from_rows`, and where A is asymmetric or has a negative diagonal.
+        ValueError as `from_rows`, and where A is not square or has a negative diagonal.
         """
-        delassus = symmetric_part(matrix(A, "A"), "A")
-        rhs = _vector(b, "b", delassus.shape[0])
+        delassus, symmetric = symmetrised(matrix(A, "A"), "A")
+        rhs = vector(b, "b", delassus.shape[0])
         contacts = None if friction is None else ContactRows(friction, contact_rows, contact_dim)
-        return cls._build(delassus, rhs, softness, lower, upper, contacts, "contact_")
+        return cls._build(delassus, rhs, softness, lower, upper, contacts, "contact_", symmetric=symmetric)
 
     @classmethod
     def _build(
@@ -155,16 +144,17 @@ class Problem:
         jacobian: CsrMatrix | None = None,
         inverse_mass: CsrMatrix | None = None,
         velocity: Vector | None = None,
+        symmetric: bool = True,
     ) -> Problem:
         count = len(rhs)
-        soft = _vector(softness, "softness", count)
-        _at_least_zero(soft, "softness")
-        contact_row, contact_dim, friction = _contacts(contacts, count, prefix)
+        soft = vector(softness, "softness", count)
+        at_least_zero(soft, "softness")
+        contact_row, contact_dim, friction = contacts_of(contacts, count, prefix)
         in_contact = np.zeros(count, bool)
         for offset in range(3):
             in_contact[contact_row[contact_dim > offset] + offset] = True
-        low = _bounds(lower, "lower", in_contact, -np.inf, contact_row)
-        high = _bounds(upper, "upper", in_contact, np.inf)
+        low = bounds(lower, "lower", in_contact, -np.inf, contact_row)
+        high = bounds(upper, "upper", in_contact, np.inf)
         crossed = np.flatnonzero(low > high)
         if len(crossed):
             r = crossed[0]
@@ -195,7 +185,7 @@ class Problem:
         data = max(np.sum((rhs / row_scale) ** 2), np.sum((row_scale * forced) ** 2))
         problem = cls(
             delassus, rhs, soft, kernel_low, high, contact_row, contact_dim, friction,
-            jacobian, inverse_mass, velocity, system, blocks, row_scale, float(data),
+            jacobian, inverse_mass, velocity, symmetric, system, blocks, row_scale, float(data),
         )  # fmt: skip
         for array in (rhs, soft, kernel_low, high, contact_row, contact_dim, friction):
             array.setflags(write=False)
@@ -222,7 +212,7 @@ class Problem:
         length or of time, or the Jacobian of a bounded row does not change nm. A row that
         nothing can move (A_rr = 0) uses the root mean square of the other s.
         """
-        return self._measure(_vector(impulse, "impulse", self.row_count))[0]
+        return self._measure(vector(impulse, "impulse", self.row_count))[0]
 
     def _measure(self, impulse: Vector) -> tuple[float, Vector]:
         error = np.zeros(self.row_count)
@@ -247,6 +237,9 @@ class Solution:
     converged: bool
     row_error: Vector  # (row,) the row's share of the residual: |row_error| = residual
     tolerance: float
+    method: str  # the method that produced `impulse`
+    pivots: int  # linear systems solved by the direct method, and pivots of Lemke's
+    reason: str  # one sentence on why it has not converged, else ""
 
     @property
     def unsolved_rows(self) -> Index:
@@ -263,27 +256,46 @@ class Solution:
 
 def solve(
     problem: Problem,
-    method: str = "pgs",
+    method: str = "auto",
     tolerance: float = 1e-8,
     max_sweeps: int = 10_000,
     start: ArrayLike | None = None,
 ) -> Solution:
-    """Solve a problem: sweep over the rows until `problem.residual` is at most `tolerance`.
+    """Solve a problem until `problem.residual` is at most `tolerance`.
 
-    method: "pgs", projected Gauss-Seidel with an exact one-contact solve (circular cone);
-        "nncg", the same sweep as the gradient of a nonlinear conjugate gradient method
-        (Silcowitz, Niebe, Erleben 2010); "apgd", the same sweep with Nesterov momentum and
-        gradient restart. Where friction stalls, contacts continue with short projected steps.
+    | method | matrix A | bounds | contacts | use it for |
+    |---|---|---|---|---|
+    | "auto" | any | yes | 2D, 3D | everything; `Solution.method` names the one it chose |
+    | "pgs" | symmetric | yes | 2D, 3D | few rows of similar mass |
+    | "nncg", "apgd" | symmetric | yes | 2D, 3D | many rows, mass ratios up to 1e3 |
+    | "direct" | any | yes | 2D, 3D | tall towers, mass ratios up to 1e9, redundant rows, P-matrices |
+    | "lemke" | any | yes | 2D | up to 2000 rows without symmetry |
+
+    auto: a few sweeps of "nncg"; then "direct", if these are slow or impulses exceed their data a hundred times; then
+        "lemke", if that fails and contacts are 2D; then sweeps. Without symmetry "direct", then "lemke".
+    Guarantees, in exact arithmetic and within max_sweeps: without contacts "direct" solves symmetric positive
+        semidefinite and P-matrices, "lemke" P-matrices. With contacts "lemke" solves positive definite matrices;
+        "direct" has no guarantee there.
+    method: "pgs", projected Gauss-Seidel with an exact one-contact solve (circular cone); "nncg", the same sweep as the
+        gradient of a nonlinear conjugate gradient method (Silcowitz, Niebe, Erleben 2010); "apgd", the same sweep with
+        Nesterov momentum and gradient restart. Where friction stalls, contacts continue with short projected steps.
+        "direct", the states of all rows by block principal pivoting (Judice and Pires 1994; Murty 1974), those of
+        contacts by semismooth Newton steps (Alart and Curnier 1991), within proximal steps (Rockafellar 1976) that
+        make redundant rows regular. "lemke", the path of Lemke 1965 with bounds and lexicographic ties; 2D contacts as
+        in Stewart and Trinkle 1996.
     tolerance: bound on the residual nm, >= 0. At loose tolerances the errors |e| must also fall
-        to a tenth of the data (this matters only where impulses far exceed their data).
-    max_sweeps: after these, the iterate of least error is returned with converged=False.
+        to a tenth of the data (this matters only where impulses far exceed their data). "direct" and "lemke" don't stop
+        at the tolerance, but at rounding errors.
+    max_sweeps: after these, the iterate of least error is returned with converged=False. It also limits the
+        linear systems that "direct" solves and the pivots of "lemke", each by itself.
     start: (row,) first impulses [N s], projected to their bounds; default 0. A start within
-        the tolerance costs 0 sweeps.
+        the tolerance costs 0 sweeps. "lemke" does not use it.
 
     Singular, redundant and contradictory rows are allowed: redundant rows share their impulse,
-    contradictory rows end with converged=False and are among `unsolved_rows`.
+    contradictory rows end with converged=False and are among `unsolved_rows`. `Solution.reason` says why.
+    Problems with friction may have several solutions or none; each method returns one.
 
-    ValueError for an unknown method, a bad tolerance, max_sweeps or start.
+    ValueError for an unknown method, one that can't solve a problem of this kind, a bad tolerance, max_sweeps or start.
     """
     if method not in METHODS:
         raise ValueError(f"Unknown method {method!r}, expected one of {', '.join(METHODS)}.")
@@ -291,13 +303,13 @@ def solve(
         raise ValueError(f"tolerance is {tolerance}, expected a number of at least 0.")
     if not isinstance(max_sweeps, int | np.integer) or max_sweeps < 0:
         raise ValueError(f"max_sweeps is {max_sweeps}, expected a whole number of at least 0.")
-    impulse = _vector(0.0 if start is None else start, "start", problem.row_count)
+    impulse = vector(0.0 if start is None else start, "start", problem.row_count)
     if problem._data_square == 0.0:
         impulse[:] = 0.0  # no row needs an impulse
     # The kernel stops by one number; the smaller growth keeps |e| below a tenth of the data.
     growth = min(GROWTH, 0.1 / tolerance) if tolerance > 0.0 else GROWTH
-    rules = kernels.Rules(METHODS[method], float(tolerance), int(max_sweeps), problem._data_square, max(growth, 1.0))
-    sweeps, bound = kernels.iterate(problem._kernel_system(), problem._row_scale, rules, impulse)
+    rules = kernels.Rules(kernels.PGS, float(tolerance), int(max_sweeps), problem._data_square, max(growth, 1.0))
+    run = run_method(problem, method, rules, impulse)
     residual, error = problem._measure(impulse)
     body_velocity = None
     if problem.jacobian is not None:
@@ -310,24 +322,14 @@ def solve(
         row_velocity=problem.delassus.multiply(impulse) + problem.rhs,
         body_velocity=body_velocity,
         residual=residual,
-        sweeps=int(sweeps),
-        converged=bool(bound <= tolerance),
+        sweeps=run.sweeps,
+        converged=bool(run.residual <= tolerance),
         row_error=_shares(error, residual),
         tolerance=float(tolerance),
+        method=run.method,
+        pivots=run.pivots,
+        reason="" if run.residual <= tolerance else run.reason,
     )
-
-
-def _vector(value: ArrayLike, name: str, size: int, infinite: bool = False) -> Vector:
-    """Return a new (size,) array from a scalar or (size,) values, finite unless `infinite`."""
-    array = dense_array(value, name)
-    if array.shape not in ((), (size,)):
-        raise ValueError(f"{name} has shape {array.shape}, expected a scalar or ({size},).")
-    bad = np.flatnonzero(np.isnan(array) if infinite else ~np.isfinite(array))
-    if len(bad):
-        place = f"{name}[{bad[0]}]" if array.ndim else name
-        wanted = "a number" if infinite else "a finite number"
-        raise ValueError(f"{place} is {array.flat[bad[0]]}, expected {wanted}.")
-    return np.broadcast_to(array, (size,)).copy()
 
 
 def _shares(error: Vector, residual: float) -> Vector:
@@ -336,94 +338,3 @@ def _shares(error: Vector, residual: float) -> Vector:
         return np.where(np.isfinite(error), 0.0, np.inf)
     norm = np.linalg.norm(error)
     return error * (residual / norm) if norm > 0.0 else error
-
-
-def _at_least_zero(array: Vector, name: str) -> None:
-    bad = np.flatnonzero(array < 0.0)
-    if len(bad):
-        raise ValueError(f"{name}[{bad[0]}] is {array[bad[0]]:g}, expected at least 0.")
-
-
-def _inverse_mass(value: Any, dof: int) -> CsrMatrix:
-    if not (isinstance(value, CsrMatrix) or hasattr(value, "tocoo")):
-        value = dense_array(value, "inverse_mass")
-        if value.ndim < 2:
-            diagonal = _vector(value, "inverse_mass", dof)
-            _at_least_zero(diagonal, "inverse_mass")
-            return CsrMatrix.from_diagonal(diagonal)
-    inverse = matrix(value, "inverse_mass")
-    if inverse.shape != (dof, dof):
-        raise ValueError(f"inverse_mass has shape {inverse.shape}, expected ({dof}, {dof}).")
-    return symmetric_part(inverse, "inverse_mass")
-
-
-def _bounds(
-    value: ArrayLike,
-    name: str,
-    in_contact: NDArray[np.bool_],
-    unbounded: float,
-    normals: Index | tuple[()] = (),
-) -> Vector:
-    """Return the bounds of bounded rows; contact rows have none but the cone, and others are refused.
-
-    A lower bound of 0 on `normals` agrees with the cone and is allowed.
-    """
-    array = _vector(value, name, len(in_contact), infinite=True)
-    wrong = np.flatnonzero(array == -unbounded)
-    if len(wrong):
-        raise ValueError(f"{name}[{wrong[0]}] is {array[wrong[0]]}, so no impulse is allowed.")
-    if np.ndim(value):
-        array[[r for r in normals if array[r] == 0.0]] = unbounded
-        bound = np.flatnonzero(in_contact & np.isfinite(array))
-        if len(bound):
-            raise ValueError(
-                f"{name}[{bound[0]}] is {array[bound[0]]:g} on a contact row, "
-                f"expected {unbounded} (the cone bounds it)."
-            )
-    array[in_contact] = unbounded
-    return array
-
-
-def _contacts(contacts: ContactRows | None, count: int, prefix: str) -> tuple[Index, Index, Vector]:
-    """Return first row, dim and friction of each contact, validated."""
-    if contacts is None:
-        return np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0)
-    friction_name = "friction" if prefix == "contact_" else prefix + "friction"
-    friction = dense_array(contacts.friction, friction_name)
-    dim = _whole(contacts.dim, prefix + "dim")
-    rows = None if contacts.rows is None else _whole(contacts.rows, prefix + "rows")
-    if rows is not None and rows.ndim != 1:
-        raise ValueError(f"{prefix}rows has shape {rows.shape}, expected one dimension.")
-    bad = np.flatnonzero((dim < 1) | (dim > 3))
-    if len(bad):
-        raise ValueError(f"{prefix}dim is {dim.flat[bad[0]]}, expected 1, 2 or 3.")
-    if rows is not None:
-        size = len(rows)
-    elif friction.ndim or dim.ndim:
-        size = friction.size if friction.ndim else dim.size
-    else:
-        size = count // int(dim)
-        if size * int(dim) != count:
-            raise ValueError(f"{prefix}dim {int(dim)} does not divide {count} rows, expected {prefix}rows.")
-    friction = _vector(friction, friction_name, size)
-    _at_least_zero(friction, friction_name)
-    dim = _vector(dim, prefix + "dim", size).astype(np.int64)
-    if rows is None:
-        rows = np.cumsum(dim) - dim
-    outside = np.flatnonzero((rows < 0) | (rows + dim > count))
-    if len(outside):
-        k = outside[0]
-        raise ValueError(f"{prefix}rows[{k}] is {rows[k]}, its {dim[k]} rows don't fit into {count} rows.")
-    order = np.argsort(rows, kind="stable")
-    clash = np.flatnonzero(rows[order][:-1] + dim[order][:-1] > rows[order][1:])
-    if len(clash):
-        i, j = order[clash[0]], order[clash[0] + 1]
-        raise ValueError(f"{prefix}rows[{j}] is {rows[j]}, inside the contact at row {rows[i]}.")
-    return rows, dim, friction
-
-
-def _whole(value: ArrayLike, name: str) -> Index:
-    array = dense_array(value, name)
-    if not np.all(np.isfinite(array)) or np.any(array != np.floor(array)):
-        raise ValueError(f"{name} must hold whole numbers.")
-    return array.astype(np.int64)
