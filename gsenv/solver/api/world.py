@@ -178,6 +178,7 @@ class World(Actions):
                 self._restitution,
                 self._options.solver,
                 self._until,
+                self._options.articulated and bool((self.model.trees["joint"] >= 0).any()),
             )
             kind = world.numba_type
             if kind not in self._entries:

@@ -423,7 +423,9 @@ ISLAND_STEP_DTYPE = np.dtype(
         ("sprung", "i4"),  # 1: a joint has a spring, which may release energy
         ("bounces", "i4"),  # 1: a contact has a restitution
         ("tilted", "i4"),  # 1: a body's frame is not the world's (3D)
+        ("servos", "i4"),  # 1: joints of trees have limits, motors or springs
         ("substeps", "i8"),
+        ("freedoms", "i8"),  # degrees of freedom, in joint coordinates
         ("joint_rows", "i8"),  # number of joint rows, which come before those of contacts
         ("rows", "i8"),  # all rows
         ("h", "f8"),  # s, one substep
@@ -463,6 +465,7 @@ class Model:
     sensors: Array  # SENSOR_DTYPE (sensor,)
     sensor_rays: Array  # (ray, 2) unit directions in the frames of the sensors' bodies
     exclusions: Array  # int64, encoded body pairs, sorted
+    trees: Array  # TREE_DTYPE (body,)
     nominal_world: Array  # world_parameter_dtype ()
     nominal_bodies: Array  # body_parameter_dtype (body,)
     nominal_shapes: Array  # shape_parameter_dtype (shape,)
