@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
+from ..core.joints import OFF_CENTER
 from ..jit import inline_njit, njit
 from ..records.articulation import LinkKind
+from .joints.angle import unwrapped_angle
 from .math import cross, rotate, turn
 
 _FREE = int(LinkKind.FREE)
@@ -283,16 +285,24 @@ def carry(link: Any) -> None:
 
 
 @njit
-def coordinate_of(link: Any, a: Any, b: Any, parameters: Any) -> Any:
+def coordinate_of(link: Any, a: Any, b: Any, joint: Any) -> Any:
     """Return the coordinate of a turn or slide, rad or m."""
     if link.kind == _TURN:
-        return b.angle - a.angle - parameters.reference_angle
+        return unwrapped_angle(a, b, joint.parameters)
     return link.coordinate
 
 
 @njit
-def set_servo_direction(row: Any, link: Any) -> None:
+def turning_rate(link: Any, parameters: Any) -> Any:
+    """Return the rate in rad/s at which forces on a link change direction."""
+    off_center = abs(link.arm[0]) + abs(link.arm[1]) > OFF_CENTER * parameters.radius
+    return abs(link.velocity[2]) if link.kind != _FREE and off_center else 0.0
+
+
+@njit
+def set_servo_direction(row: Any, links: Any, k: Any, bodies: Any, body_parameters: Any, substep_bodies: Any) -> None:
     """Set the Jacobian of J v = rate of a turn or slide."""
+    link = links[k]
     inner = row.jacobian_a if link.flipped else row.jacobian_b
     outer = row.jacobian_b if link.flipped else row.jacobian_a
     x, y = link.direction[0], link.direction[1]

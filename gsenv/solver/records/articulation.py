@@ -18,8 +18,8 @@ class LinkKind(IntEnum):
     FREE = 0  # no joint: the root of a tree
     FIXED = 1  # weld
     PIVOT = 2  # 3D ball
-    TURN = 3  # revolute
-    SLIDE = 4  # prismatic
+    TURN = 3  # revolute, hinge
+    SLIDE = 4  # prismatic, slider
 
 
 LINK_KINDS = {
@@ -27,6 +27,8 @@ LINK_KINDS = {
     JointKind.BALL: LinkKind.PIVOT,
     JointKind.REVOLUTE: LinkKind.TURN,
     JointKind.PRISMATIC: LinkKind.SLIDE,
+    JointKind.HINGE: LinkKind.TURN,
+    JointKind.SLIDER: LinkKind.SLIDE,
 }
 
 TREE_DTYPE = np.dtype(

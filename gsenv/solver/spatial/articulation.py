@@ -9,10 +9,12 @@ from __future__ import annotations
 
 from typing import Any
 
+from ..core.joints import OFF_CENTER
 from ..core.slices import part
 from ..core.trig import atan2
 from ..jit import inline_njit, njit
 from ..records.articulation import LinkKind
+from .joints.axes import unwrapped
 from .math import (
     Quaternion,
     Vec,
@@ -33,7 +35,7 @@ from .math import (
     turned,
     vec,
 )
-from .rotation import set_spin, spin_of
+from .rotation import is_round, set_spin, spin_of
 
 _FREE = int(LinkKind.FREE)
 _FIXED = int(LinkKind.FIXED)
@@ -395,14 +397,18 @@ def carry(link: Any) -> None:
 
 
 @njit
-def coordinate_of(link: Any, a: Any, b: Any, parameters: Any) -> Any:
-    """Return the coordinate of a turn or slide, rad or m."""
-    return link.coordinate
+def coordinate_of(link: Any, a: Any, b: Any, joint: Any) -> Any:
+    """Return the coordinate of a turn or slide, rad or m; counts the turns of a turn."""
+    if link.kind != _TURN:
+        return link.coordinate
+    joint.state.angle = unwrapped(link.coordinate, joint.state.angle)
+    return joint.state.angle
 
 
 @njit
-def set_servo_direction(row: Any, link: Any) -> None:
-    """Set the Jacobian of J v = rate of a turn or slide."""
+def set_servo_direction(row: Any, links: Any, k: Any, bodies: Any, body_parameters: Any, substep_bodies: Any) -> None:
+    """Set the Jacobian of J v = rate of a turn or slide, and the inverse inertias of both bodies in its direction."""
+    link = links[k]
     inner = row.jacobian_a if link.flipped else row.jacobian_b
     outer = row.jacobian_b if link.flipped else row.jacobian_a
     u = vec(link.direction)
@@ -412,6 +418,31 @@ def set_servo_direction(row: Any, link: Any) -> None:
     else:
         _six(inner, u, cross(u, vec(link.arm)))
         _six(outer, scaled(u, -1.0), cross(u, vec(link.reach)))
+    _, rotation = _holder(links, link, bodies)
+    holder = body_parameters[link.holder]
+    own = body_parameters[link.body]
+    _set_inverse(substep_bodies[link.holder].inverse, holder, rotation, spin_of(outer))
+    _set_inverse(substep_bodies[link.body].inverse, own, quaternion(link.rotation), spin_of(inner))
+
+
+@njit
+def _set_inverse(inverse: Any, parameters: Any, rotation: Quaternion, v: Vec) -> None:
+    """Set a diagonal inverse inertia in the axes of the world that is right for torques along v."""
+    own = turned(conjugate(multiply(rotation, quaternion(parameters.axes))), v)
+    size = dot(own, own)
+    i = parameters.inv_inertia
+    give = i[0] * own[0] * own[0] + i[1] * own[1] * own[1] + i[2] * own[2] * own[2]
+    for d in range(3):
+        inverse[3 + d] = give / size if size > 0.0 else 0.0
+
+
+@njit
+def turning_rate(link: Any, parameters: Any) -> float:
+    """Return the rate in rad/s at which forces on a link change direction."""
+    speed = norm(spin_of(link.velocity))
+    if link.kind == _FREE or norm(vec(link.arm)) <= OFF_CENTER * parameters.radius:
+        return 0.0 if is_round(parameters) else speed
+    return speed
 
 
 @njit

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from ...jit import njit
 from ...records.articulation import LinkKind
 from ...records.model import JointKind
 from ..dispatch import by_dimension
+from ..joints import SWING_PER_SUBSTEP
 from ..slices import part
 from ..springs import has_spring
 
@@ -16,12 +19,17 @@ enter_joint = by_dimension("articulation", "enter_joint")
 place_link = by_dimension("articulation", "place_link")
 start_rates = by_dimension("articulation", "start_rates")
 set_motion = by_dimension("articulation", "set_motion")
+turning_rate = by_dimension("articulation", "turning_rate")
+swing_of_side = by_dimension("joints", "swing_of_side")
+tension_of = by_dimension("joints", "tension_of")
 mismatch = by_dimension("articulation", "mismatch")
 
 _FREE = int(LinkKind.FREE)
 _FIXED = int(LinkKind.FIXED)
 _PIVOT = int(LinkKind.PIVOT)
 _WELD = int(JointKind.WELD)
+TURN_PER_SUBSTEP = 0.4  # rad: largest rotation of a link in a substep
+MOST_TURN = 1.0  # rad: where even the most substeps leave more, the rows of the joints are more robust
 NEAR = 0.01  # of the size of a link: joints that are farther apart are first brought together by their rows
 JUMP = 0.05  # of a link's speed: anchors that separate faster are first brought together
 
@@ -72,6 +80,8 @@ def _all_in_trees(world: Any, island: Any) -> Any:
         if trees[child].joint != j or not body_parameters[child].inv_mass > 0.0:
             return False
         if model.kind == _WELD and has_spring(joint_parameters[j]):
+            return False
+        if joint_parameters[j].limit_restitution > 0.0:
             return False
     island_bodies = part(world.scratch.island_bodies, island.body_first, island.body_count)
     body_models = world.model.bodies
@@ -176,6 +186,36 @@ def _enter(world: Any, island: Any, articulation: Any) -> Any:
             if gap > NEAR * size or slip > JUMP * speed + world.options.sleep_speed:
                 return False
     return True
+
+
+@njit
+def substeps_of_links(world: Any, island: Any, joints: Any, articulation: Any) -> Any:
+    """Return the number of substeps that keeps taut links stable and rotating ones accurate; 0 if there is none.
+
+    See ``joints.substeps_for`` for taut links.
+    """
+    links = articulation.links
+    joint_models = world.model.joints
+    joint_parameters = world.parameters.joints
+    bodies = world.state.bodies
+    body_parameters = world.parameters.bodies
+    dt = world.options.timestep
+    fastest = 0.0
+    spin = 0.0
+    for k in range(island.body_count):
+        link = links[k]
+        spin = max(spin, turning_rate(link, body_parameters[link.body]))
+        if link.joint >= 0 and link.kind != _FIXED:
+            model = joint_models[link.joint]
+            parameters = joint_parameters[link.joint]
+            a, _, _ = swing_of_side(bodies[model.body_a], body_parameters[model.body_a], parameters.anchor_a)
+            b, _, _ = swing_of_side(bodies[model.body_b], body_parameters[model.body_b], parameters.anchor_b)
+            fastest = max(fastest, tension_of(joints[link.joint]) / dt * (a + b))
+    least = world.options.substeps
+    most = max(least, world.options.max_substeps)
+    needed = max(dt * fastest**0.5 / SWING_PER_SUBSTEP, dt * spin / TURN_PER_SUBSTEP)
+    count = min(max(least, int(np.ceil(min(needed, 1e6)))), most)
+    return count if dt * spin <= MOST_TURN * count else 0
 
 
 @njit

@@ -5,8 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 from ...jit import njit
+from ...records.articulation import LinkKind
 from ..dispatch import by_dimension
 
+_FIXED = int(LinkKind.FIXED)
+_SLIDE = int(LinkKind.SLIDE)
 add_reaction = by_dimension("articulation", "add_reaction")
 keep_momentum = by_dimension("articulation", "keep_momentum")
 carry = by_dimension("articulation", "carry")
@@ -54,10 +57,19 @@ def store_reactions(world: Any, island: Any, articulation: Any, joints: Any) -> 
             for d in range(len(link.force)):
                 links[link.parent].force[d] += link.force[d]
         state = joints[link.joint]
-        dim = len(gravity)
-        for d in range(dim):
-            state.impulse[d] = (-link.force[d] if link.flipped else link.force[d]) * island.stored_scale
+        _store_locked(link, state, len(gravity), island.stored_scale)
         add_reaction(link, state.reaction)
+
+
+@njit
+def _store_locked(link: Any, state: Any, dim: Any, scale: Any) -> None:
+    """Store the impulses of the rows that the joint would have, from which these start where they are needed."""
+    for d in range(dim):
+        force = -link.force[d] if link.flipped else link.force[d]
+        state.impulse[d] = 0.0 if link.kind == _SLIDE else scale * force
+    if dim == 3 or link.kind == _FIXED:
+        for d in range(dim, len(link.force)):
+            state.impulse[d] = 0.0
 
 
 @njit

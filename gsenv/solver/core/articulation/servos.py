@@ -7,7 +7,16 @@ from typing import Any
 from ...jit import njit
 from ...records.articulation import LinkKind
 from ..dispatch import by_dimension
-from ..joint_rows import has_limit, has_motor, set_limit_row, set_motor_row, set_spring_row, speeds_within
+from ..joint_rows import (
+    has_friction,
+    has_limit,
+    has_motor,
+    set_friction_row,
+    set_limit_row,
+    set_motor_row,
+    set_spring_row,
+    speeds_within,
+)
 from ..joints import Joint, start_impulse
 from ..springs import has_spring
 
@@ -16,7 +25,8 @@ set_servo_direction = by_dimension("articulation", "set_servo_direction")
 
 _TURN = int(LinkKind.TURN)
 _INFINITY = float("inf")
-LIMIT, MOTOR, SPRING = 2, 3, 4  # slots of their impulses
+# slots of the impulses after those of locked axes, which are as many as the degrees of freedom
+LIMIT, MOTOR, SPRING, FRICTION = 0, 1, 2, 3
 
 
 @njit
@@ -30,7 +40,7 @@ def count_servo_rows(world: Any, island: Any, articulation: Any) -> Any:
         if links[k].kind >= _TURN:
             parameters = joint_parameters[links[k].joint]
             sprung = has_spring(parameters)
-            count += int(has_limit(parameters)) + int(has_motor(parameters))
+            count += int(has_limit(parameters)) + int(has_motor(parameters)) + int(has_friction(parameters))
             count += int(sprung and parameters.spring_effort < _INFINITY)
             if sprung:
                 island.servos = 1
@@ -40,7 +50,7 @@ def count_servo_rows(world: Any, island: Any, articulation: Any) -> Any:
 
 
 @njit
-def keep_coordinates(world: Any, island: Any, articulation: Any) -> None:
+def keep_coordinates(world: Any, island: Any, articulation: Any, joints: Any) -> None:
     """Keep the coordinates of turns and slides at the start of the substep."""
     links = articulation.links
     joint_parameters = world.parameters.joints
@@ -49,9 +59,9 @@ def keep_coordinates(world: Any, island: Any, articulation: Any) -> None:
     for k in range(island.body_count):
         link = links[k]
         if link.kind >= _TURN:
-            model = joint_models[link.joint]
-            parameters = joint_parameters[link.joint]
-            link.begin = coordinate_of(link, bodies[model.body_a], bodies[model.body_b], parameters)
+            j = link.joint
+            joint = Joint(joint_models[j], joint_parameters[j], joints[j])
+            link.begin = coordinate_of(link, bodies[joint.model.body_a], bodies[joint.model.body_b], joint)
 
 
 @njit
@@ -74,10 +84,11 @@ def _add_rows(world: Any, island: Any, articulation: Any, joints: Any, k: Any, r
     joint = Joint(world.model.joints[j], world.parameters.joints[j], joints[j])
     parameters = joint.parameters
     h = island.h
+    slot = slots(joint.state)
     if has_spring(parameters):
         made = rows[row]
-        _start_row(made, link, joint)
-        set_spring_row(made, SPRING, link.begin - joint.state.rest, parameters, substep_bodies, h)
+        _start_row(world, made, articulation.links, k)
+        set_spring_row(made, slot + SPRING, link.begin - joint.state.rest, 0.0, parameters, substep_bodies, h)
         if parameters.spring_effort < _INFINITY:
             made.impulse = start_impulse(made, joint.state, island.warm_start)
             row += 1
@@ -87,25 +98,40 @@ def _add_rows(world: Any, island: Any, articulation: Any, joints: Any, k: Any, r
             freedom.pull = -made.bias / made.softness
     if has_motor(parameters):
         made = rows[row]
-        _start_row(made, link, joint)
-        set_motor_row(made, MOTOR, joint, speeds_within(link.begin, 0.0, parameters, h), substep_bodies, h)
+        _start_row(world, made, articulation.links, k)
+        speeds = speeds_within(link.begin, 0.0, parameters, h)
+        set_motor_row(made, slot + MOTOR, joint, speeds, 0.0, substep_bodies, h)
+        made.impulse = start_impulse(made, joint.state, island.warm_start)
+        row += 1
+    if has_friction(parameters):
+        made = rows[row]
+        _start_row(world, made, articulation.links, k)
+        set_friction_row(made, slot + FRICTION, parameters, 0.0, substep_bodies, h)
         made.impulse = start_impulse(made, joint.state, island.warm_start)
         row += 1
     if has_limit(parameters):
         made = rows[row]
-        _start_row(made, link, joint)
-        set_limit_row(made, LIMIT, link.begin, 0.0, parameters, substep_bodies, h)
+        _start_row(world, made, articulation.links, k)
+        set_limit_row(made, slot + LIMIT, link.begin, 0.0, parameters, substep_bodies, h)
         made.impulse = start_impulse(made, joint.state, island.warm_start)
         row += 1
     return row
 
 
 @njit
-def _start_row(row: Any, link: Any, joint: Any) -> None:
-    row.body_a = joint.model.body_a
-    row.body_b = joint.model.body_b
-    row.source = link.joint
-    set_servo_direction(row, link)
+def slots(state: Any) -> Any:
+    """Return the first slot after those of locked axes: 2 in 2D, 6 in 3D."""
+    return len(state.reaction) if len(state.reaction) > 3 else 2
+
+
+@njit
+def _start_row(world: Any, row: Any, links: Any, k: Any) -> None:
+    model = world.model.joints[links[k].joint]
+    row.body_a = model.body_a
+    row.body_b = model.body_b
+    row.source = links[k].joint
+    bodies = world.state.bodies
+    set_servo_direction(row, links, k, bodies, world.parameters.bodies, world.scratch.substep_bodies)
 
 
 @njit
@@ -128,5 +154,6 @@ def store_servo_impulses(world: Any, island: Any, articulation: Any, joints: Any
             freedom = freedoms[links[k].first]
             if freedom.stiffness > 0.0:
                 impulse = freedom.pull - freedom.stiffness * rate[links[k].first]
-                joints[links[k].joint].impulse[SPRING] = scale * impulse
-                joints[links[k].joint].total_impulse[SPRING] += impulse
+                state = joints[links[k].joint]
+                state.impulse[slots(state) + SPRING] = scale * impulse
+                state.total_impulse[slots(state) + SPRING] += impulse

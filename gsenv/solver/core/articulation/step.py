@@ -21,7 +21,7 @@ from ..position_pass import smooth_fraction
 from ..slices import part
 from ..springs import any_sprung
 from .dynamics import factorise_links, respond_outward, set_free_rates, set_middle
-from .links import list_links, move_links, place_links
+from .links import list_links, move_links, place_links, substeps_of_links
 from .reactions import add_contact_impulses, keep_momenta, store_reactions
 from .rows import whiten_rows
 from .servos import add_servo_rows, count_servo_rows, keep_coordinates, store_servo_impulses
@@ -46,6 +46,9 @@ def step_articulated(world: Any, island: Any, joints: Any, articulation: Any) ->
             return False
     if not list_links(world, island, articulation):
         return False
+    island.substeps = substeps_of_links(world, island, joints, articulation)
+    if island.substeps == 0:
+        return False
     _start(world, island, joints, articulation)
     for s in range(island.substeps):
         _substep(world, island, s, joints, articulation)
@@ -61,7 +64,6 @@ def _start(world: Any, island: Any, joints: Any, articulation: Any) -> None:
     island_joints = part(world.scratch.island_joints, island.joint_first, island.joint_count)
     island.driven = island.activity != AWAKE or any_driven(island_joints, joint_models, joint_parameters)
     island.sprung = any_sprung(island_joints, joint_parameters)
-    island.substeps = options.substeps
     island.h = options.timestep / island.substeps
     island.stored_scale = island.substeps / options.substeps
     island.warm_start = options.warm_start / island.stored_scale
@@ -89,8 +91,7 @@ def _substep(world: Any, island: Any, s: Any, joints: Any, articulation: Any) ->
             start[f] = rate[f]
     refresh_contact_rows(world, island)
     keep_momenta(world, island, articulation)
-    if island.servos:
-        keep_coordinates(world, island, articulation)
+    keep_coordinates(world, island, articulation, joints)
     for k in range(island.body_count):
         for d in range(len(links[k].position)):
             links[k].start[d] = links[k].position[d]
