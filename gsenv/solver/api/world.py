@@ -178,7 +178,7 @@ class World(Actions):
                 self._restitution,
                 self._options.solver,
                 self._until,
-                self._options.articulated and bool((self.model.trees["joint"] >= 0).any()),
+                self._options.articulated and self.model.has_trees,
             )
             kind = world.numba_type
             if kind not in self._entries:

@@ -513,6 +513,11 @@ class Model:
         """Whether there are joints other than user constraints, welds and targets, which need further compiled code."""
         return bool((self.joints["kind"] > JointKind.TARGET).any())
 
+    @property
+    def has_trees(self) -> bool:
+        """Whether there are rigid joints that can be solved in joint coordinates."""
+        return bool((self.trees["joint"] >= 0).any())
+
     def parts_of(self, joint: int) -> Array:
         """Return the indices of the joints that are coordinates of a joint."""
         return np.flatnonzero((self.joints["kind"] == JointKind.AXIS) & (self.joints["joint_a"] == joint))

@@ -66,6 +66,10 @@ class Tree:
                 v = self.speeds[p] + np.cross(self.spins[p], reach) + np.cross(self.spins[k], arm)
             self.speeds.append(v)
 
+    def pin(self, k: int) -> Array:
+        """m, the anchor of body k's joint in the world."""
+        return self.positions[k] + np.array(turned(self.rotations[k], tuple(self.inner[k])))
+
     def world(self, flipped: bool) -> World:
         scene = Scene(dim=3, gravity=(0.0, 0.0, -G))
         scene.add_body("hook", "static")
@@ -82,8 +86,7 @@ class Tree:
             )
             if p >= 0 or not self.free:
                 pair = ("hook" if p < 0 else f"b{p}", f"b{k}")
-                point = self.positions[k] + np.array(turned(self.rotations[k], tuple(self.inner[k])))
-                scene.add_joint(f"j{k}", Ball(*(pair[::-1] if flipped and k % 2 else pair), anchor=point))
+                scene.add_joint(f"j{k}", Ball(*(pair[::-1] if flipped and k % 2 else pair), anchor=self.pin(k)))
         return articulated(scene)
 
     def mujoco(self) -> tuple[Any, Any]:
