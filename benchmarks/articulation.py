@@ -57,7 +57,11 @@ SIDE_JOINTS = (
 )
 PARTS = {
     **TRUNK,
-    **{f"{name}_{s}": ((p[0], y * p[1], p[2]), *rest) for name, (p, *rest) in SIDE.items() for s, y in (("l", 1), ("r", -1))},
+    **{
+        f"{name}_{s}": ((p[0], y * p[1], p[2]), *rest)
+        for name, (p, *rest) in SIDE.items()
+        for s, y in (("l", 1), ("r", -1))
+    },
 }
 
 
@@ -76,9 +80,7 @@ def ragdoll(height: float) -> Scene:
     scene = Scene(dim=3)
     scene.add_body("ground", "static", shapes=[Plane(friction=FRICTION)])
     for name, ((x, y, z), half, radius, lies) in PARTS.items():
-        shape = Capsule(
-            half_length=half, radius=radius, density=1000.0, friction=FRICTION, category=LIMBS, mask=~LIMBS
-        )
+        shape = Capsule(half_length=half, radius=radius, density=1000.0, friction=FRICTION, category=LIMBS, mask=~LIMBS)
         scene.add_body(name, shapes=[shape], position=(x, y, z + height), orientation=ALONG_Y if lies else UPRIGHT)
     for parent, child, (x, y, z) in joints():
         scene.add_joint(f"{parent}-{child}", Ball(parent, child, anchor=(x, y, z + height)))

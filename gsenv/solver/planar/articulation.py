@@ -21,7 +21,6 @@ def enter_link(link: Any, body: Any) -> None:
     """Set the pose of a link to that of its body."""
     for d in range(2):
         link.position[d] = body.position[d]
-        link.start[d] = body.position[d]
         link.rotation[d] = body.rotation[d]
     link.angle = body.angle
 
@@ -76,12 +75,12 @@ def mismatch(link: Any, body: Any, radius: Any) -> tuple[float, float, float]:
 
 @njit
 def place_link(links: Any, k: Any, step: Any, bodies: Any, body_parameters: Any, joint: Any) -> None:
-    """Move link k by the displacement ``step`` of its degrees of freedom; its parent has moved before."""
+    """Move link k from its base by the displacement ``step`` of its degrees of freedom; its parent has moved before."""
     link = links[k]
     i = link.first
     if link.kind == _FREE:
-        link.position[0] += step[i]
-        link.position[1] += step[i + 1]
+        link.position[0] = link.base_position[0] + step[i]
+        link.position[1] = link.base_position[1] + step[i + 1]
         _turn(link, step[i + 2])
         return
     px, py, c, s, angle = _holder_pose(links, link, bodies)
@@ -101,7 +100,7 @@ def place_link(links: Any, k: Any, step: Any, bodies: Any, body_parameters: Any,
             c, s = link.rotation[0], link.rotation[1]
         ux, uy = rotate(c, s, joint.axis[0], joint.axis[1])
         sign = -1.0 if link.flipped else 1.0
-        link.coordinate += step[i]
+        link.coordinate = link.base_coordinate + step[i]
         link.direction[0] = sign * ux
         link.direction[1] = sign * uy
         rx += link.coordinate * ux * sign
@@ -116,8 +115,8 @@ def place_link(links: Any, k: Any, step: Any, bodies: Any, body_parameters: Any,
 @njit
 def _turn(link: Any, angle: Any) -> None:
     link.turn[0] = angle
-    link.angle += angle
-    link.rotation[0], link.rotation[1] = turn(link.rotation[0], link.rotation[1], angle)
+    link.angle = link.base_angle + angle
+    link.rotation[0], link.rotation[1] = turn(link.base_rotation[0], link.base_rotation[1], angle)
 
 
 @njit

@@ -69,6 +69,10 @@ def link_dtype(dim: int) -> np.dtype[Any]:
             ("position", "f8", (dim,)),  # m, centre of mass
             ("rotation", "f8", (ROTATION_SIZE[dim],)),
             ("angle", "f8"),  # rad, unwrapped (2D)
+            ("base_position", "f8", (dim,)),  # pose from which displacements are counted
+            ("base_rotation", "f8", (ROTATION_SIZE[dim],)),
+            ("base_angle", "f8"),
+            ("base_coordinate", "f8"),
             ("coordinate", "f8"),  # rad or m, of a turn or slide
             ("begin", "f8"),  # the same at the start of the substep, unwrapped
             ("pin", "f8", (dim,)),  # m, anchor of the joint on the link
@@ -87,7 +91,8 @@ def link_dtype(dim: int) -> np.dtype[Any]:
             ("force", "f8", (ndof,)),  # N and N m, or N s and N m s, about the origin
             ("response", "f8", (ndof,)),  # change of the velocity at the origin
             ("inertia", "f8", (ndof, ndof)),  # articulated inertia about the origin
-            ("momentum", "f8", (ndof,)),  # kg m/s and kg m^2/s about the centre of mass, at the start
+            ("momentum", "f8", (ndof,)),  # kg m/s and kg m^2/s about the centre of mass
+            ("push", "f8", (ndof,)),  # momentum at the start of the substep, with what gravity and forces add to it
             ("contact", "f8", (ndof,)),  # N s and N m s about the centre of mass, by the rows of the substep
         ],
         align=True,

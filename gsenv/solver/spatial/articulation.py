@@ -62,7 +62,6 @@ def _six(field: Any, v: Vec, w: Vec) -> None:
 def enter_link(link: Any, body: Any) -> None:
     """Set the pose of a link to that of its body."""
     _set(link.position, vec(body.position))
-    _set(link.start, vec(body.position))
     for d in range(4):
         link.rotation[d] = body.rotation[d]
 
@@ -97,7 +96,7 @@ def mismatch(link: Any, body: Any, radius: Any) -> tuple[float, float, float]:
 
 @njit
 def place_link(links: Any, k: Any, step: Any, bodies: Any, body_parameters: Any, joint: Any) -> None:
-    """Move link k by the displacement ``step`` of its degrees of freedom; its parent has moved before.
+    """Move link k from its base by the displacement ``step`` of its degrees of freedom; its parent has moved before.
 
     ``joint``: parameters of its joint, of any joint for a free link.
     """
@@ -106,8 +105,8 @@ def place_link(links: Any, k: Any, step: Any, bodies: Any, body_parameters: Any,
     if link.kind == _FREE:
         turn = (step[i + 3], step[i + 4], step[i + 5])
         _set(link.turn, turn)
-        _set(link.position, add(vec(link.position), (step[i], step[i + 1], step[i + 2])))
-        _set_rotation(link, multiply(turn_of(turn), quaternion(link.rotation)))
+        _set(link.position, add(vec(link.base_position), (step[i], step[i + 1], step[i + 2])))
+        _set_rotation(link, multiply(turn_of(turn), quaternion(link.base_rotation)))
         return
     at, rotation = _holder(links, link, bodies)
     turn = (0.0, 0.0, 0.0)
@@ -117,7 +116,7 @@ def place_link(links: Any, k: Any, step: Any, bodies: Any, body_parameters: Any,
     reach = turned(rotation, outer)
     if link.kind == _PIVOT:
         turn = add(turn, (step[i], step[i + 1], step[i + 2]))
-        _set_rotation(link, multiply(turn_of(turn), quaternion(link.rotation)))
+        _set_rotation(link, multiply(turn_of(turn), quaternion(link.base_rotation)))
     else:
         _follow(link, rotation, step[i] if link.count > 0 else 0.0, joint)
     if link.kind == _TURN:
@@ -140,7 +139,7 @@ def _follow(link: Any, rotation: Quaternion, step: Any, joint: Any) -> None:
     axis = vec(joint.axis)
     sign = -1.0 if link.flipped else 1.0
     relative = conjugate(rest) if link.flipped else rest
-    link.coordinate += step
+    link.coordinate = link.base_coordinate + step
     if link.kind == _TURN:
         turn = turn_of(scaled(axis, sign * link.coordinate))
         relative = multiply(relative, turn) if link.flipped else multiply(turn, relative)
@@ -161,7 +160,9 @@ def enter_joint(links: Any, k: Any, bodies: Any, body_parameters: Any, joint: An
     b = bodies[link.holder if link.flipped else link.body]
     axis = vec(joint.axis)
     if link.kind == _TURN:
-        e = multiply(multiply(conjugate(quaternion(a.rotation)), quaternion(b.rotation)), conjugate(quaternion(joint.reference)))
+        e = multiply(
+            multiply(conjugate(quaternion(a.rotation)), quaternion(b.rotation)), conjugate(quaternion(joint.reference))
+        )
         link.coordinate = 2.0 * atan2(dot(axis, (e[1], e[2], e[3])), e[0])
         return
     outer, inner = _arms(link, joint, body_parameters)

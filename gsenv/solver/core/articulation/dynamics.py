@@ -11,7 +11,7 @@ from typing import Any
 
 from ...jit import njit
 from ..dispatch import by_dimension
-from .links import move_links
+from .links import move_links, place_links, set_base
 
 set_moment = by_dimension("articulation", "set_moment")
 set_inertia = by_dimension("articulation", "set_inertia")
@@ -19,8 +19,13 @@ set_motions = by_dimension("articulation", "set_motions")
 set_motion = by_dimension("articulation", "set_motion")
 set_force = by_dimension("articulation", "set_force")
 set_applied = by_dimension("articulation", "set_applied")
+keep_momentum = by_dimension("articulation", "keep_momentum")
+carry = by_dimension("articulation", "carry")
 
 PASSES = 2  # evaluations of the forces that depend on the rates
+MOST_ITERATIONS = 10  # of the balance of momentum
+SETTLED = 1e-18  # of the kinetic energy: largest energy of the last correction of the rates
+SLOWEST = 0.25  # ratio of the energies of two corrections above which they do not converge
 
 
 @njit
@@ -37,6 +42,7 @@ def set_middle(world: Any, island: Any, articulation: Any) -> None:
             link.anchor[d] = link.pin[d] - root.position[d]
         for d in range(len(link.turn)):
             link.half[d] = link.turn[d]
+        set_base(link)
         set_moment(link, body_parameters[link.body])
         set_inertia(link, body_parameters[link.body], island.h)
         set_motions(link, freedoms)
@@ -78,8 +84,12 @@ def _eliminate(inertia: Any, freedom: Any) -> None:
 
 
 @njit
-def respond(links: Any, count: Any, freedoms: Any, x: Any) -> None:
-    """Replace the impulses x on the degrees of freedom and ``link.force`` by the change x of the rates."""
+def respond(links: Any, count: Any, freedoms: Any, x: Any) -> Any:
+    """Replace the impulses x on the degrees of freedom and ``link.force`` by the change x of the rates.
+
+    Returns twice the kinetic energy of that change alone.
+    """
+    energy = 0.0
     for k in range(count - 1, -1, -1):
         force = links[k].force
         for f in range(links[k].first + links[k].count - 1, links[k].first - 1, -1):
@@ -87,6 +97,7 @@ def respond(links: Any, count: Any, freedoms: Any, x: Any) -> None:
             u = x[f]
             for d in range(len(freedom.motion)):
                 u += freedom.motion[d] * force[d]
+            energy += u * u * freedom.inverse
             u *= freedom.inverse
             x[f] = u
             for d in range(len(freedom.motion)):
@@ -96,6 +107,7 @@ def respond(links: Any, count: Any, freedoms: Any, x: Any) -> None:
             for d in range(len(links[k].force)):
                 outer[d] += force[d]
     respond_outward(links, count, freedoms, x)
+    return energy
 
 
 @njit
@@ -118,10 +130,10 @@ def respond_outward(links: Any, count: Any, freedoms: Any, x: Any) -> None:
 
 
 @njit
-def set_free_rates(world: Any, island: Any, articulation: Any) -> None:
+def set_free_rates(world: Any, island: Any, articulation: Any, passes: Any) -> None:
     """Set ``free``, the rates at the end of the substep without rows.
 
-    The forces that depend on the rates are those at the mean of old and new rates, so that the step is of
+    The forces that depend on the rates are those at the mean of old and new rates, so that two ``passes`` are of
     second order.
     """
     links = articulation.links
@@ -136,7 +148,7 @@ def set_free_rates(world: Any, island: Any, articulation: Any) -> None:
     gravity = world.parameters.world.gravity
     for f in range(island.freedoms):
         change[f] = 0.0
-    for k in range(PASSES):
+    for k in range(passes):
         for f in range(island.freedoms):
             rate[f] = start[f] + 0.5 * change[f]
             change[f] = freedoms[f].pull - freedoms[f].stiffness * start[f]
@@ -150,3 +162,100 @@ def set_free_rates(world: Any, island: Any, articulation: Any) -> None:
         respond(links, count, freedoms, change)
     for f in range(island.freedoms):
         free[f] = start[f] + change[f]
+
+
+@njit
+def settle_rates(world: Any, island: Any, articulation: Any) -> Any:
+    """Correct the rates of a substep without rows until the momentum at its end is the one that it must be.
+
+    The momenta of all bodies at the end pose, less those at the start and what forces add, do no work on the motions
+    of the joints half a substep ahead.  This is symmetric in time and keeps the momentum of free trees and, without
+    drift, the energy; forces at the mean of old and new rates alone change the energy of fast chains.  Places the
+    links at the end of the substep; returns whether the corrections converged.
+    """
+    freedoms = articulation.freedoms
+    rate = articulation.rate
+    change = articulation.change
+    count = island.body_count
+    last = 0.0
+    for f in range(island.freedoms):
+        rate[f] = articulation.free[f]
+    for k in range(MOST_ITERATIONS):
+        _end_at_rates(world, island, articulation)
+        energy = _set_imbalance(world, island, articulation)
+        for f in range(island.freedoms):
+            change[f] = freedoms[f].pull - freedoms[f].stiffness * rate[f]
+        error = respond(articulation.links, count, freedoms, change)
+        if error <= SETTLED * energy:
+            return True
+        if k > 1 and not error <= SLOWEST * last:
+            break
+        last = error
+        for f in range(island.freedoms):
+            rate[f] += change[f]
+    for f in range(island.freedoms):
+        rate[f] = articulation.free[f]
+    _end_at_rates(world, island, articulation)
+    return False
+
+
+@njit
+def _end_at_rates(world: Any, island: Any, articulation: Any) -> None:
+    """Move the links from the middle of the substep to its end, with the present rates."""
+    rate = articulation.rate
+    step = articulation.step
+    for f in range(island.freedoms):
+        step[f] = 0.5 * island.h * rate[f]
+    place_links(world, island, articulation)
+    move_links(island, articulation, rate)
+
+
+@njit
+def _set_imbalance(world: Any, island: Any, articulation: Any) -> Any:
+    """Set ``force`` of all links to the impulse that their momenta lack; returns twice the kinetic energy."""
+    links = articulation.links
+    body_parameters = world.parameters.bodies
+    energy = 0.0
+    for k in range(island.body_count):
+        link = links[k]
+        parameters = body_parameters[link.body]
+        keep_momentum(link, parameters)
+        for d in range(len(link.momentum)):
+            damping = parameters.linear_damping if d < len(link.position) else parameters.angular_damping
+            energy += link.momentum[d] * link.velocity[d]
+            link.response[d] = link.push[d] - (1.0 + island.h * damping) * link.momentum[d]
+        carry(link)
+    return energy
+
+
+@njit
+def limit_speed(world: Any, island: Any, articulation: Any) -> None:
+    """Slow the links of a substep that did not settle down to where forces have done the work.
+
+    Without springs and motors the kinetic energy grows by the work of gravity and applied forces alone.
+    """
+    links = articulation.links
+    rate = articulation.rate
+    bodies = world.state.bodies
+    body_parameters = world.parameters.bodies
+    gravity = world.parameters.world.gravity
+    world.state.world.unconverged += 1
+    if island.driven or island.sprung:
+        return
+    allowed = island.kinetic
+    energy = 0.0
+    for k in range(island.body_count):
+        link = links[k]
+        parameters = body_parameters[link.body]
+        keep_momentum(link, parameters)
+        for d in range(len(link.momentum)):
+            energy += link.momentum[d] * link.velocity[d]
+            allowed += 2.0 * island.h * bodies[link.body].force[d] * link.velocity[d]
+        for d in range(len(gravity)):
+            weight = parameters.mass * parameters.gravity_scale * gravity[d]
+            allowed += 2.0 * weight * (link.position[d] - link.start[d])
+    if energy > allowed:
+        scale = (max(allowed, 0.0) / energy) ** 0.5
+        for f in range(island.freedoms):
+            rate[f] *= scale
+        move_links(island, articulation, rate)

@@ -175,6 +175,8 @@ def _enter(world: Any, island: Any, articulation: Any) -> Any:
             link.turn[d] = 0.0
         if link.joint >= 0:
             enter_joint(links, k, bodies, body_parameters, joint_parameters[link.joint])
+        set_base(link)
+        if link.joint >= 0:
             place_link(links, k, step, bodies, body_parameters, joint_parameters[link.joint])
         start_rates(links, k, bodies, start)
         set_motion(links, k, start)
@@ -182,6 +184,7 @@ def _enter(world: Any, island: Any, articulation: Any) -> Any:
             size = 0.0
             for d in range(len(link.arm)):
                 size += abs(link.arm[d]) + abs(link.reach[d])
+            set_base(link)
             gap, slip, speed = mismatch(link, body, body_parameters[link.body].radius)
             if gap > NEAR * size or slip > JUMP * speed + world.options.sleep_speed:
                 return False
@@ -219,8 +222,19 @@ def substeps_of_links(world: Any, island: Any, joints: Any, articulation: Any) -
 
 
 @njit
+def set_base(link: Any) -> None:
+    """Count displacements from the present pose of a link."""
+    for d in range(len(link.position)):
+        link.base_position[d] = link.position[d]
+    for d in range(len(link.rotation)):
+        link.base_rotation[d] = link.rotation[d]
+    link.base_angle = link.angle
+    link.base_coordinate = link.coordinate
+
+
+@njit
 def place_links(world: Any, island: Any, articulation: Any) -> None:
-    """Move all links by the displacement ``step`` of their degrees of freedom."""
+    """Move all links from their bases by the displacement ``step`` of their degrees of freedom."""
     links = articulation.links
     step = articulation.step
     bodies = world.state.bodies

@@ -17,11 +17,23 @@ carry = by_dimension("articulation", "carry")
 
 @njit
 def keep_momenta(world: Any, island: Any, articulation: Any) -> None:
-    """Keep the momenta of all links at the start of the substep."""
+    """Keep positions, momenta and twice the kinetic energy at the start of the substep."""
     links = articulation.links
+    bodies = world.state.bodies
     body_parameters = world.parameters.bodies
+    gravity = world.parameters.world.gravity
+    island.kinetic = 0.0
     for k in range(island.body_count):
-        keep_momentum(links[k], body_parameters[links[k].body])
+        link = links[k]
+        parameters = body_parameters[link.body]
+        force = bodies[link.body].force
+        keep_momentum(link, parameters)
+        for d in range(len(link.momentum)):
+            island.kinetic += link.momentum[d] * link.velocity[d]
+            link.push[d] = link.momentum[d] + island.h * force[d]
+        for d in range(len(gravity)):
+            link.start[d] = link.position[d]
+            link.push[d] += island.h * parameters.mass * parameters.gravity_scale * gravity[d]
 
 
 @njit
@@ -31,23 +43,15 @@ def store_reactions(world: Any, island: Any, articulation: Any, joints: Any) -> 
     The change of a link's momentum is the impulse of gravity, applied forces, damping, contacts and joints.
     """
     links = articulation.links
-    bodies = world.state.bodies
     body_parameters = world.parameters.bodies
-    gravity = world.parameters.world.gravity
-    h = island.h
+    dim = len(world.parameters.world.gravity)
     for k in range(island.body_count):
         link = links[k]
         parameters = body_parameters[link.body]
-        force = bodies[link.body].force
-        for d in range(len(link.momentum)):
-            linear = d < len(gravity)
-            link.response[d] = -link.momentum[d] - link.contact[d] - h * force[d]
-            if linear:
-                link.response[d] -= h * parameters.mass * parameters.gravity_scale * gravity[d]
         keep_momentum(link, parameters)
         for d in range(len(link.momentum)):
-            damping = parameters.linear_damping if d < len(gravity) else parameters.angular_damping
-            link.response[d] += (1.0 + h * damping) * link.momentum[d]
+            damping = parameters.linear_damping if d < dim else parameters.angular_damping
+            link.response[d] = (1.0 + island.h * damping) * link.momentum[d] - link.push[d] - link.contact[d]
         carry(link)
     for k in range(island.body_count - 1, -1, -1):
         link = links[k]
@@ -57,7 +61,7 @@ def store_reactions(world: Any, island: Any, articulation: Any, joints: Any) -> 
             for d in range(len(link.force)):
                 links[link.parent].force[d] += link.force[d]
         state = joints[link.joint]
-        _store_locked(link, state, len(gravity), island.stored_scale)
+        _store_locked(link, state, dim, island.stored_scale)
         add_reaction(link, state.reaction)
 
 

@@ -274,7 +274,7 @@ def correct_overlaps(world: Any, island: Any, articulation: Any) -> Any:
         for r in range(island.rows):
             row = rows[r]
             one_sided = row.correction == UNILATERAL
-            if one_sided and row.error > 0.0 or not one_sided and row.previous == 0.0:
+            if (one_sided and row.error > 0.0) or (not one_sided and row.previous == 0.0):
                 continue
             w = row.previous + _dot(spans[r], articulation.ways, articulation.values, z)
             new = row.position_impulse - row.effective_mass * w

@@ -20,8 +20,16 @@ from ..joints import any_driven, clear_totals
 from ..position_pass import smooth_fraction
 from ..slices import part
 from ..springs import any_sprung
-from .dynamics import factorise_links, respond_outward, set_free_rates, set_middle
-from .links import list_links, move_links, place_links, substeps_of_links
+from .dynamics import (
+    PASSES,
+    factorise_links,
+    limit_speed,
+    respond_outward,
+    set_free_rates,
+    set_middle,
+    settle_rates,
+)
+from .links import list_links, move_links, place_links, set_base, substeps_of_links
 from .reactions import add_contact_impulses, keep_momenta, store_reactions
 from .rows import whiten_rows
 from .servos import add_servo_rows, count_servo_rows, keep_coordinates, store_servo_impulses
@@ -92,9 +100,6 @@ def _substep(world: Any, island: Any, s: Any, joints: Any, articulation: Any) ->
     refresh_contact_rows(world, island)
     keep_momenta(world, island, articulation)
     keep_coordinates(world, island, articulation, joints)
-    for k in range(island.body_count):
-        for d in range(len(links[k].position)):
-            links[k].start[d] = links[k].position[d]
     for f in range(island.freedoms):
         step[f] = 0.5 * island.h * start[f]
     place_links(world, island, articulation)
@@ -104,9 +109,14 @@ def _substep(world: Any, island: Any, s: Any, joints: Any, articulation: Any) ->
     if island.servos:
         add_servo_rows(world, island, articulation, joints)
     factorise_links(links, island.body_count, freedoms)
-    set_free_rates(world, island, articulation)
-    _solve(world, island, articulation, last)
-    _move(world, island, articulation)
+    set_free_rates(world, island, articulation, PASSES if island.rows > 0 else 1)
+    if island.rows > 0:
+        _solve(world, island, articulation, last)
+        place_links(world, island, articulation)
+        move_links(island, articulation, articulation.rate)
+    elif not settle_rates(world, island, articulation):
+        limit_speed(world, island, articulation)
+    _leave(world, island, articulation)
     _store(world, island, last, joints, articulation)
 
 
@@ -124,18 +134,11 @@ def _keep_start_velocities(world: Any, island: Any, articulation: Any) -> None:
 def _solve(world: Any, island: Any, articulation: Any, last: Any) -> None:
     """Make all rows true; sets ``rate`` to the new rates and ``step`` to the displacement that is left."""
     rate = articulation.rate
-    free = articulation.free
     step = articulation.step
     start = articulation.start
     change = articulation.change
     h = island.h
-    island.smooth = 1.0
-    corrected = False
-    if island.rows > 0:
-        corrected = _solve_rows(world, island, articulation, last)
-    else:
-        for f in range(island.freedoms):
-            rate[f] = free[f]
+    corrected = _solve_rows(world, island, articulation, last)
     for f in range(island.freedoms):
         step[f] = h * (rate[f] + 0.5 * island.smooth * (start[f] - rate[f]) - 0.5 * start[f])
         if corrected:
@@ -207,15 +210,14 @@ def _keep_velocities(world: Any, island: Any, articulation: Any) -> None:
 
 
 @njit
-def _move(world: Any, island: Any, articulation: Any) -> None:
-    """Move the links from the middle to the end of the substep, and their bodies with them."""
+def _leave(world: Any, island: Any, articulation: Any) -> None:
+    """Move the bodies to their links at the end of the substep."""
     links = articulation.links
     bodies = world.state.bodies
     substep_bodies = world.scratch.substep_bodies
-    place_links(world, island, articulation)
-    move_links(island, articulation, articulation.rate)
     for k in range(island.body_count):
         i = links[k].body
+        set_base(links[k])
         leave_link(links[k], bodies[i], substep_bodies[i])
 
 

@@ -84,7 +84,9 @@ def opened(world: World, h: float = 1.0) -> Opened:
     )
     assert _open(bundle, h)
     arrays: Any = scratch._articulation
-    return Opened(bundle, arrays["links"][: scratch.island["body_count"]], arrays["start"][: scratch.island["freedoms"]])
+    return Opened(
+        bundle, arrays["links"][: scratch.island["body_count"]], arrays["start"][: scratch.island["freedoms"]]
+    )
 
 
 def articulated(scene: Scene, **options: Any) -> World:

@@ -9,8 +9,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 from gsenv.solver import Scene, World
-from gsenv.solver.planar import Prismatic, Revolute
 from gsenv.solver.planar import Box as Plate
+from gsenv.solver.planar import Prismatic, Revolute
 from gsenv.solver.spatial import Ball, Box, Weld
 from gsenv.solver.spatial.math import conjugate, multiply, turned
 from tests.solver.core.articulation.opened import Opened, accelerate, articulated, opened, push
@@ -49,7 +49,9 @@ class Tree:
         self.rotations = [random_rotation(rng) for _ in range(count)]
         self.masses = rng.uniform(0.5, 3.0, count)
         edges = rng.uniform(0.1, 0.5, (count, 3))
-        self.inertias = self.masses[:, None] * np.stack([edges[:, (k + 1) % 3] ** 2 + edges[:, (k + 2) % 3] ** 2 for k in range(3)], -1)
+        self.inertias = self.masses[:, None] * np.stack(
+            [edges[:, (k + 1) % 3] ** 2 + edges[:, (k + 2) % 3] ** 2 for k in range(3)], -1
+        )
         self.outer, self.inner = rng.uniform(-0.5, 0.5, (2, count, 3))
         self.free = free
         self.positions: list[Array] = []
@@ -171,7 +173,9 @@ def test_a_double_pendulum_accelerates_by_its_equations(flipped: bool) -> None:
         plate = Plate(half_extents=(0.1, 0.1), mask=0)
         scene.add_body("m", shapes=[plate], position=first, mass=m, inertia=tiny, linear_velocity=v, angular_velocity=u)
         v = v + w * l * np.array([np.cos(b), np.sin(b)])
-        scene.add_body("n", shapes=[plate], position=second, mass=n, inertia=tiny, linear_velocity=v, angular_velocity=w)
+        scene.add_body(
+            "n", shapes=[plate], position=second, mass=n, inertia=tiny, linear_velocity=v, angular_velocity=w
+        )
         scene.add_joint("one", Revolute("hook", "m", anchor=(0.0, 0.0)))
         scene.add_joint("two", Revolute(*(("n", "m") if flipped else ("m", "n")), anchor=first))
         island = opened(articulated(scene))
@@ -198,7 +202,9 @@ def test_a_pendulum_on_a_cart_accelerates_by_its_equations() -> None:
         scene.add_body("cart", shapes=[plate], position=(0.3, 0.0), mass=m, linear_velocity=(0.4, 0.0))
         place = np.array([0.3 + k * np.sin(a), -k * np.cos(a)])
         v = np.array([0.4 + u * k * np.cos(a), u * k * np.sin(a)])
-        scene.add_body("bob", shapes=[plate], position=place, mass=n, inertia=1e-9, linear_velocity=v, angular_velocity=u)
+        scene.add_body(
+            "bob", shapes=[plate], position=place, mass=n, inertia=1e-9, linear_velocity=v, angular_velocity=u
+        )
         pair = ("cart", "rail") if flipped else ("rail", "cart")
         scene.add_joint("slide", Prismatic(*pair, axis=(1.0, 0.0), anchor=(0.0, 0.0)))
         scene.add_joint("pin", Revolute("cart", "bob", anchor=(0.3, 0.0)))

@@ -105,7 +105,9 @@ def test_friction_holds_and_slides_by_coulombs_law(joint: Any) -> None:
     contacts = world.contacts()
     force = contacts.force_vector(world.timestep)[contacts.body_a == 2].sum(0)
     weight = world.parameters.mass[0, 3:].sum() * G
-    assert_allclose(force, weight * np.array([-np.sin(np.radians(20)), 0.0, np.cos(np.radians(20))]), rtol=1e-3, atol=1e-3 * weight)
+    assert_allclose(
+        force, weight * np.array([-np.sin(np.radians(20)), 0.0, np.cos(np.radians(20))]), rtol=1e-3, atol=1e-3 * weight
+    )
     world = sliding(35.0, 0.4, joint)
     world.step(60)
     speed = (np.sin(np.radians(35)) - 0.4 * np.cos(np.radians(35))) * G
@@ -127,7 +129,9 @@ def test_a_heap_of_dolls_carries_its_weight_and_falls_asleep() -> None:
             rotation = (half, -half * y, half * x, 0.0)
             at = (0.3 * x + 0.01 * n, 0.3 * y, height)
             scene.add_body(f"leg_{n}{k}", shapes=[leg], position=at, orientation=rotation, angular_damping=0.5)
-            scene.add_joint(f"hip_{n}{k}", Ball(f"head_{n}", f"leg_{n}{k}", anchor=(0.13 * x + 0.01 * n, 0.13 * y, height)))
+            scene.add_joint(
+                f"hip_{n}{k}", Ball(f"head_{n}", f"leg_{n}{k}", anchor=(0.13 * x + 0.01 * n, 0.13 * y, height))
+            )
     world = articulated(scene)
     world.step(420)
     contacts = world.contacts()
@@ -176,7 +180,10 @@ def test_a_motor_turns_a_hinge_many_times() -> None:
     scene.add_body("hook", "static")
     box = Box(half_extents=(0.1, 0.2, 0.3), mask=0)
     scene.add_body("box", shapes=[box], position=(0.0, 0.0, 0.5), mass=1.0)
-    scene.add_joint("hinge", Hinge("hook", "box", axis=(0.0, 0.0, 1.0), anchor=(0.0, 0.0, 0.0), motor_speed=7.0, motor_effort=np.inf))
+    scene.add_joint(
+        "hinge",
+        Hinge("hook", "box", axis=(0.0, 0.0, 1.0), anchor=(0.0, 0.0, 0.0), motor_speed=7.0, motor_effort=np.inf),
+    )
     world = articulated(scene, sleep=False)
     world.step(120)
     assert_allclose(world.joint_coordinate("hinge"), 14.0, rtol=1e-3)
