@@ -86,10 +86,11 @@ def _add_rows(world: Any, island: Any, articulation: Any, joints: Any, k: Any, r
     h = island.h
     slot = slots(joint.state)
     if has_spring(parameters):
-        made = rows[row]
+        bounded = parameters.spring_effort < _INFINITY
+        made = rows[row if bounded else island.rows]  # a spring without bound needs a row only here
         _start_row(world, made, articulation.links, k)
         set_spring_row(made, slot + SPRING, link.begin - joint.state.rest, 0.0, parameters, substep_bodies, h)
-        if parameters.spring_effort < _INFINITY:
+        if bounded:
             made.impulse = start_impulse(made, joint.state, island.warm_start)
             row += 1
         elif made.softness > 0.0:

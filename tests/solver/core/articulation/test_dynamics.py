@@ -163,16 +163,16 @@ def test_a_double_pendulum_accelerates_by_its_equations(flipped: bool) -> None:
     rng = np.random.default_rng(3)
     for _ in range(5):
         (a, b), (u, w) = rng.uniform(-3.0, 3.0, 2), rng.normal(size=2) * 3.0
-        (m, n), (k, l) = rng.uniform(0.5, 2.0, 2), rng.uniform(0.5, 2.0, 2)
+        (m, n), (k, j) = rng.uniform(0.5, 2.0, 2), rng.uniform(0.5, 2.0, 2)
         scene = Scene(gravity=(0.0, -G))
         scene.add_body("hook", "static")
         tiny = 1e-9
         first = np.array([k * np.sin(a), -k * np.cos(a)])
-        second = first + np.array([l * np.sin(b), -l * np.cos(b)])
+        second = first + np.array([j * np.sin(b), -j * np.cos(b)])
         v = u * k * np.array([np.cos(a), np.sin(a)])
         plate = Plate(half_extents=(0.1, 0.1), mask=0)
         scene.add_body("m", shapes=[plate], position=first, mass=m, inertia=tiny, linear_velocity=v, angular_velocity=u)
-        v = v + w * l * np.array([np.cos(b), np.sin(b)])
+        v = v + w * j * np.array([np.cos(b), np.sin(b)])
         scene.add_body(
             "n", shapes=[plate], position=second, mass=n, inertia=tiny, linear_velocity=v, angular_velocity=w
         )
@@ -180,11 +180,11 @@ def test_a_double_pendulum_accelerates_by_its_equations(flipped: bool) -> None:
         scene.add_joint("two", Revolute(*(("n", "m") if flipped else ("m", "n")), anchor=first))
         island = opened(articulated(scene))
         d = a - b
-        mass = np.array([[(m + n) * k * k, n * k * l * np.cos(d)], [n * k * l * np.cos(d), n * l * l]])
+        mass = np.array([[(m + n) * k * k, n * k * j * np.cos(d)], [n * k * j * np.cos(d), n * j * j]])
         force = np.array(
             [
-                -n * k * l * w * w * np.sin(d) - (m + n) * G * k * np.sin(a),
-                n * k * l * u * u * np.sin(d) - n * G * l * np.sin(b),
+                -n * k * j * w * w * np.sin(d) - (m + n) * G * k * np.sin(a),
+                n * k * j * u * u * np.sin(d) - n * G * j * np.sin(b),
             ]
         )
         first_rate, both = np.linalg.solve(mass, force)

@@ -1,4 +1,4 @@
-"""Steps in joint coordinates: motion against Runge-Kutta steps, statics, momentum, contacts, limits, motors, springs."""
+"""Steps in joint coordinates: motion against Runge-Kutta steps, momentum, contacts, limits, motors, springs."""
 
 from __future__ import annotations
 

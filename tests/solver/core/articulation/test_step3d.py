@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -56,7 +57,7 @@ def end_of(on: bool, rate: int, seed: int = 1) -> Array:
 
 def test_a_floating_tree_converges_with_second_order_to_the_motion_of_rows() -> None:
     ends = [end_of(True, rate) for rate in (240, 480, 960, 1920)]
-    steps = [np.linalg.norm(b - a) for a, b in zip(ends, ends[1:], strict=False)]
+    steps = [np.linalg.norm(b - a) for a, b in pairwise(ends)]
     assert_allclose(np.divide(steps[:-1], steps[1:]), 4.0, rtol=0.15)
     assert_allclose(end_of(False, 3840), ends[-1], atol=3e-5)
 
