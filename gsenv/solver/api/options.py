@@ -40,6 +40,8 @@ class Options:
         slop: overlap that is not corrected, as a fraction of the bodies' extent (smallest half-width).
         push_speed: extents per second, largest speed at which an overlap is corrected.
         correction_rate: fraction of a position error that is corrected per substep, 0 to 1.
+        articulated: experimental: solve islands whose joints are rigid and form trees in joint coordinates, where
+            joints cost no rows; ignored by soft.
 
     Raises:
         ValueError: an option that is out of its range.
@@ -59,6 +61,7 @@ class Options:
     slop: float = 1e-4
     push_speed: float = 3.0
     correction_rate: float = 0.2
+    articulated: bool = False
 
     def __post_init__(self) -> None:
         check.positive(self.timestep, "Options: timestep")
@@ -68,7 +71,7 @@ class Options:
             raise ValueError(f"Options: correction_rate must not exceed 1, got {self.correction_rate!r}.")
         for name, least in (("substeps", 1), ("max_substeps", 1), ("sweeps", 1), ("position_sweeps", 0)):
             check.whole(getattr(self, name), least, f"Options: {name}")
-        for name in ("warm_start", "sleep"):
+        for name in ("warm_start", "sleep", "articulated"):
             if not isinstance(getattr(self, name), (bool, np.bool_)):
                 raise ValueError(f"Options: {name} must be True or False, got {getattr(self, name)!r}.")
         if self.solver not in SOLVERS:

@@ -189,6 +189,7 @@ class World(Actions):
                 self._restitution,
                 self._options.solver,
                 self._until,
+                self._options.articulated and self.model.has_trees,
             )
             kind = world.numba_type
             if kind not in self._entries:

@@ -24,6 +24,7 @@ _LENGTHS = {
     "displacement": {3: 2, 6: 3},
     "jacobian_a": {3: 2, 6: 3},
     "x": {3: 2, 6: 3},
+    "motion": {3: 2, 6: 3},
     "point": {2: 2, 3: 3},
     "center": {2: 2, 3: 3},
     "anchor_a": {2: 2, 3: 3},

@@ -98,13 +98,19 @@ def add_joint_rows(world: Any, island: Any, joints: Any, linked: Any, scale: Any
             rows[r].source = j
         _add_rows(world, row, joint, linked, island.h)
         for r in range(row, end):
-            slot = rows[r].slot
-            impulse = joint.state.impulse
-            rows[r].impulse = max(-scale * impulse[-1 - slot], 0.0) if slot < 0 else scale * impulse[slot]
-            pushes = rows[r].correction == UNILATERAL or (rows[r].lower == 0.0 and rows[r].upper == _INFINITY)
-            if pushes and slot >= 0:
-                rows[r].impulse = max(rows[r].impulse, 0.0)
+            rows[r].impulse = start_impulse(rows[r], joint.state, scale)
         row = end
+
+
+@njit
+def start_impulse(row: Any, state: Any, scale: Any) -> Any:
+    """Return the impulse that a row starts from: ``scale`` times that of the last substep."""
+    slot = row.slot
+    if slot < 0:
+        return max(-scale * state.impulse[-1 - slot], 0.0)
+    if row.correction == UNILATERAL or (row.lower == 0.0 and row.upper == _INFINITY):
+        return max(scale * state.impulse[slot], 0.0)
+    return scale * state.impulse[slot]
 
 
 @njit

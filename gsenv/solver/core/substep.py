@@ -12,6 +12,7 @@ from ..methods import solve_rows
 from ..methods.cholesky import forget_factor
 from ..methods.joint_factor import factorise_equations
 from ..methods.soft import keep_pseudo_velocities, solve_biased
+from .articulation.step import step_articulated
 from .contact_rows import (
     add_contact_rows,
     any_restitution,
@@ -58,6 +59,8 @@ def step_island(world: Any, island: Any, joints: Any, joint_factor: Any) -> None
     island.velocity_sum = 0.0
     island.impulse_sum = 0.0
     if step_exactly(world, island, joint_factor):
+        return
+    if step_articulated(world, island, joints, world.scratch.articulation):
         return
     start_island(world, island, joints, joint_factor)
     for s in range(island.substeps):

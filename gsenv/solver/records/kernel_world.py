@@ -29,6 +29,7 @@ def kernel_world(
     restitution: bool,
     solver: str,
     until: Array,
+    articulated: bool,
 ) -> Bundle:
     """Return the bundle that kernels call ``world``; its fields are those below.
 
@@ -38,8 +39,8 @@ def kernel_world(
     ``world.state`` and ``world.parameters`` show the world that ``select_world`` has selected.
     ``world.variant.restitution`` is None without ``restitution`` (see ``has_restitution``), ``world.variant.soft``
     and ``newton`` are None unless that is the solver, ``world.variant.axes`` without 3D joints with axes. Further
-    parts that are None in scenes without them: joints, vertices, start_poses, joint_factor, broadphase,
-    narrowphase.field, narrowphase.convex.
+    parts that are None in scenes without them: joints, vertices, start_poses, joint_factor, articulation,
+    broadphase, narrowphase.field, narrowphase.convex.
     """
     dim = model.dim
     jointed = variant.joints
@@ -57,6 +58,7 @@ def kernel_world(
             joints=model.joints if jointed else None,
             actuators=model.actuators if jointed else None,
             exclusions=model.exclusions,
+            trees=model.trees if articulated else None,
         ),
         parameters=Bundle(
             "Parameters",
@@ -84,7 +86,7 @@ def kernel_world(
             parameters=per_world(parameters.shapes),
             vertices=per_world(parameters.vertices) if variant.vertices else None,
         ),
-        scratch=scratch.bundle(),
+        scratch=scratch.bundle(articulated),
         variant=Bundle(
             "Variant",
             dim,

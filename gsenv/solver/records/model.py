@@ -347,6 +347,7 @@ class Model:
     sensors: Array  # sensor_dtype (sensor,)
     sensor_rays: Array  # (ray, dim) unit directions in the frames of the sensors' bodies
     exclusions: Array  # int64, encoded body pairs, sorted
+    trees: Array  # TREE_DTYPE (body,)
     nominal_world: Array  # world_parameter_dtype ()
     nominal_bodies: Array  # body_parameter_dtype (body,)
     nominal_shapes: Array  # shape_parameter_dtype (shape,)
@@ -371,6 +372,11 @@ class Model:
     def is_linked(self) -> bool:
         """Whether there are joints other than user constraints, welds and targets, which need further compiled code."""
         return bool((self.joints["kind"] > JointKind.TARGET).any())
+
+    @property
+    def has_trees(self) -> bool:
+        """Whether there are rigid joints that can be solved in joint coordinates."""
+        return bool((self.trees["joint"] >= 0).any())
 
     def parts_of(self, joint: int) -> Array:
         """Return the indices of the joints that are coordinates of a joint."""

@@ -29,6 +29,7 @@ from ..records.model import (
 )
 from ..records.sensors import SensorKind, sensor_dtype
 from . import check
+from .articulations import trees_of
 from .placement import anchor_of, to_local, to_world
 from .solids import mass_of
 from .specs import BodySpec, JointSpec, SceneSpec, SensorSpec
@@ -87,6 +88,7 @@ def compile_scene(scene: SceneSpec) -> Model:
         models["jointed"][joints[side][joints["kind"] != JointKind["TARGET"]]] = 1
     return Model(
         dim=dim,
+        trees=trees_of(models["kind"], joints, joint_parameters, dim),
         body_names=tuple(scene.bodies),
         joint_names=tuple(scene.joints),
         actuator_names=tuple(scene.actuators),

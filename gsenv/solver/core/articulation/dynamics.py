@@ -1,0 +1,261 @@
+"""Dynamics of trees of links in linear time, in spatial vectors about one point of each tree.
+
+With A the articulated inertia of a link and s the motion of its last degree of freedom, an impulse p on the
+link changes the rate by s.p / D, D = s.A s, and what its parent feels is p - A s (s.p / D), as if it had
+the inertia A - A s s.A / D.  Featherstone, Rigid Body Dynamics Algorithms, 2008, chapter 7.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ...jit import njit
+from ..dispatch import by_dimension
+from .links import move_links, place_links, set_base
+
+set_moment = by_dimension("articulation", "set_moment")
+set_inertia = by_dimension("articulation", "set_inertia")
+set_motions = by_dimension("articulation", "set_motions")
+set_motion = by_dimension("articulation", "set_motion")
+set_force = by_dimension("articulation", "set_force")
+set_applied = by_dimension("articulation", "set_applied")
+keep_momentum = by_dimension("articulation", "keep_momentum")
+carry = by_dimension("articulation", "carry")
+
+PASSES = 2  # evaluations of the forces that depend on the rates
+MOST_ITERATIONS = 10  # of the balance of momentum
+SETTLED = 1e-18  # of the kinetic energy: largest energy of the last correction of the rates
+SLOWEST = 0.25  # ratio of the energies of two corrections above which they do not converge
+
+
+@njit
+def set_middle(world: Any, island: Any, articulation: Any) -> None:
+    """Set origin, inertias and motions of all links at their present pose, half a substep ahead."""
+    links = articulation.links
+    freedoms = articulation.freedoms
+    body_parameters = world.parameters.bodies
+    for k in range(island.body_count):
+        link = links[k]
+        root = links[link.tree]
+        for d in range(len(link.center)):
+            link.center[d] = link.position[d] - root.position[d]
+            link.anchor[d] = link.pin[d] - root.position[d]
+        for d in range(len(link.turn)):
+            link.half[d] = link.turn[d]
+        set_base(link)
+        set_moment(link, body_parameters[link.body])
+        set_inertia(link, body_parameters[link.body], island.h)
+        set_motions(link, freedoms)
+
+
+@njit
+def factorise_links(links: Any, count: Any, freedoms: Any) -> None:
+    """Compute articulated inertias from the leaves inward, and each degree of freedom's part of the factor."""
+    for k in range(count - 1, -1, -1):
+        inertia = links[k].inertia
+        for f in range(links[k].first + links[k].count - 1, links[k].first - 1, -1):
+            _eliminate(inertia, freedoms[f])
+        if links[k].parent >= 0:
+            outer = links[links[k].parent].inertia
+            for d in range(len(links[k].velocity)):
+                for e in range(len(links[k].velocity)):
+                    outer[d, e] += inertia[d, e]
+
+
+@njit
+def _eliminate(inertia: Any, freedom: Any) -> None:
+    """Remove a degree of freedom from an articulated inertia."""
+    motion = freedom.motion
+    hold = freedom.hold
+    size = freedom.stiffness
+    for d in range(len(motion)):
+        x = 0.0
+        for e in range(len(motion)):
+            x += inertia[d, e] * motion[e]
+        hold[d] = x
+        size += x * motion[d]
+    inverse = 1.0 / size if size > 0.0 else 0.0
+    freedom.inverse = inverse
+    freedom.root = inverse**0.5
+    for d in range(len(motion)):
+        x = hold[d] * inverse
+        for e in range(len(motion)):
+            inertia[d, e] -= x * hold[e]
+
+
+@njit
+def respond(links: Any, count: Any, freedoms: Any, x: Any) -> Any:
+    """Replace the impulses x on the degrees of freedom and ``link.force`` by the change x of the rates.
+
+    Returns twice the kinetic energy of that change alone.
+    """
+    energy = 0.0
+    for k in range(count - 1, -1, -1):
+        force = links[k].force
+        for f in range(links[k].first + links[k].count - 1, links[k].first - 1, -1):
+            freedom = freedoms[f]
+            u = x[f]
+            for d in range(len(freedom.motion)):
+                u += freedom.motion[d] * force[d]
+            energy += u * u * freedom.inverse
+            u *= freedom.inverse
+            x[f] = u
+            for d in range(len(freedom.motion)):
+                force[d] -= u * freedom.hold[d]
+        if links[k].parent >= 0:
+            outer = links[links[k].parent].force
+            for d in range(len(links[k].force)):
+                outer[d] += force[d]
+    respond_outward(links, count, freedoms, x)
+    return energy
+
+
+@njit
+def respond_outward(links: Any, count: Any, freedoms: Any, x: Any) -> None:
+    """Complete the change x of the rates, of which the part without the motion of the parents is given."""
+    for k in range(count):
+        response = links[k].response
+        parent = links[k].parent
+        for d in range(len(links[k].response)):
+            response[d] = links[parent].response[d] if parent >= 0 else 0.0
+        for f in range(links[k].first, links[k].first + links[k].count):
+            freedom = freedoms[f]
+            u = 0.0
+            for d in range(len(freedom.motion)):
+                u += freedom.hold[d] * response[d]
+            u = x[f] - u * freedom.inverse
+            x[f] = u
+            for d in range(len(freedom.motion)):
+                response[d] += u * freedom.motion[d]
+
+
+@njit
+def set_free_rates(world: Any, island: Any, articulation: Any, passes: Any) -> None:
+    """Set ``free``, the rates at the end of the substep without rows.
+
+    The forces that depend on the rates are those at the mean of old and new rates, so that two ``passes`` are of
+    second order.
+    """
+    links = articulation.links
+    freedoms = articulation.freedoms
+    start = articulation.start
+    rate = articulation.rate
+    free = articulation.free
+    change = articulation.change
+    count = island.body_count
+    bodies = world.state.bodies
+    body_parameters = world.parameters.bodies
+    gravity = world.parameters.world.gravity
+    for f in range(island.freedoms):
+        change[f] = 0.0
+    for k in range(passes):
+        for f in range(island.freedoms):
+            rate[f] = start[f] + 0.5 * change[f]
+            change[f] = freedoms[f].pull - freedoms[f].stiffness * start[f]
+        move_links(island, articulation, rate)
+        for i in range(count):
+            link = links[i]
+            parameters = body_parameters[link.body]
+            if k == 0:
+                set_applied(link, bodies[link.body], parameters, gravity)
+            set_force(links, i, rate, parameters.mass, island.h)
+        respond(links, count, freedoms, change)
+    for f in range(island.freedoms):
+        free[f] = start[f] + change[f]
+
+
+@njit
+def settle_rates(world: Any, island: Any, articulation: Any) -> Any:
+    """Correct the rates of a substep without rows until the momentum at its end is the one that it must be.
+
+    The momenta of all bodies at the end pose, less those at the start and what forces add, do no work on the motions
+    of the joints half a substep ahead.  This is symmetric in time and keeps the momentum of free trees and, without
+    drift, the energy; forces at the mean of old and new rates alone change the energy of fast chains.  Places the
+    links at the end of the substep; returns whether the corrections converged.
+    """
+    freedoms = articulation.freedoms
+    rate = articulation.rate
+    change = articulation.change
+    count = island.body_count
+    last = 0.0
+    for f in range(island.freedoms):
+        rate[f] = articulation.free[f]
+    for k in range(MOST_ITERATIONS):
+        _end_at_rates(world, island, articulation)
+        energy = _set_imbalance(world, island, articulation)
+        for f in range(island.freedoms):
+            change[f] = freedoms[f].pull - freedoms[f].stiffness * rate[f]
+        error = respond(articulation.links, count, freedoms, change)
+        if error <= SETTLED * energy:
+            return True
+        if k > 1 and not error <= SLOWEST * last:
+            break
+        last = error
+        for f in range(island.freedoms):
+            rate[f] += change[f]
+    for f in range(island.freedoms):
+        rate[f] = articulation.free[f]
+    _end_at_rates(world, island, articulation)
+    return False
+
+
+@njit
+def _end_at_rates(world: Any, island: Any, articulation: Any) -> None:
+    """Move the links from the middle of the substep to its end, with the present rates."""
+    rate = articulation.rate
+    step = articulation.step
+    for f in range(island.freedoms):
+        step[f] = 0.5 * island.h * rate[f]
+    place_links(world, island, articulation)
+    move_links(island, articulation, rate)
+
+
+@njit
+def _set_imbalance(world: Any, island: Any, articulation: Any) -> Any:
+    """Set ``force`` of all links to the impulse that their momenta lack; returns twice the kinetic energy."""
+    links = articulation.links
+    body_parameters = world.parameters.bodies
+    energy = 0.0
+    for k in range(island.body_count):
+        link = links[k]
+        parameters = body_parameters[link.body]
+        keep_momentum(link, parameters)
+        for d in range(len(link.momentum)):
+            damping = parameters.linear_damping if d < len(link.position) else parameters.angular_damping
+            energy += link.momentum[d] * link.velocity[d]
+            link.response[d] = link.push[d] - (1.0 + island.h * damping) * link.momentum[d]
+        carry(link)
+    return energy
+
+
+@njit
+def limit_speed(world: Any, island: Any, articulation: Any) -> None:
+    """Slow the links of a substep that did not settle down to where forces have done the work.
+
+    Without springs and motors the kinetic energy grows by the work of gravity and applied forces alone.
+    """
+    links = articulation.links
+    rate = articulation.rate
+    bodies = world.state.bodies
+    body_parameters = world.parameters.bodies
+    gravity = world.parameters.world.gravity
+    world.state.world.unconverged += 1
+    if island.driven or island.has_springs:
+        return
+    allowed = island.kinetic
+    energy = 0.0
+    for k in range(island.body_count):
+        link = links[k]
+        parameters = body_parameters[link.body]
+        keep_momentum(link, parameters)
+        for d in range(len(link.momentum)):
+            energy += link.momentum[d] * link.velocity[d]
+            allowed += 2.0 * island.h * bodies[link.body].force[d] * link.velocity[d]
+        for d in range(len(gravity)):
+            weight = parameters.mass * parameters.gravity_scale * gravity[d]
+            allowed += 2.0 * weight * (link.position[d] - link.start[d])
+    if energy > allowed:
+        scale = (max(allowed, 0.0) / energy) ** 0.5
+        for f in range(island.freedoms):
+            rate[f] *= scale
+        move_links(island, articulation, rate)

@@ -1,0 +1,100 @@
+"""Forces of the joints of trees: what each joint must have transmitted for its bodies to move as they did."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ...jit import njit
+from ...records.articulation import LinkKind
+from ..dispatch import by_dimension
+
+_FIXED = int(LinkKind.FIXED)
+_SLIDE = int(LinkKind.SLIDE)
+add_reaction = by_dimension("articulation", "add_reaction")
+keep_momentum = by_dimension("articulation", "keep_momentum")
+carry = by_dimension("articulation", "carry")
+
+
+@njit
+def keep_momenta(world: Any, island: Any, articulation: Any) -> None:
+    """Keep positions, momenta and twice the kinetic energy at the start of the substep."""
+    links = articulation.links
+    bodies = world.state.bodies
+    body_parameters = world.parameters.bodies
+    gravity = world.parameters.world.gravity
+    island.kinetic = 0.0
+    for k in range(island.body_count):
+        link = links[k]
+        parameters = body_parameters[link.body]
+        force = bodies[link.body].force
+        keep_momentum(link, parameters)
+        for d in range(len(link.momentum)):
+            island.kinetic += link.momentum[d] * link.velocity[d]
+            link.push[d] = link.momentum[d] + island.h * force[d]
+        for d in range(len(gravity)):
+            link.start[d] = link.position[d]
+            link.push[d] += island.h * parameters.mass * parameters.gravity_scale * gravity[d]
+
+
+@njit
+def store_reactions(world: Any, island: Any, articulation: Any, joints: Any) -> None:
+    """Add the impulses of all joints in the substep to their reactions, from the leaves inward.
+
+    The change of a link's momentum is the impulse of gravity, applied forces, damping, contacts and joints.
+    """
+    links = articulation.links
+    body_parameters = world.parameters.bodies
+    dim = len(world.parameters.world.gravity)
+    for k in range(island.body_count):
+        link = links[k]
+        parameters = body_parameters[link.body]
+        keep_momentum(link, parameters)
+        for d in range(len(link.momentum)):
+            damping = parameters.linear_damping if d < dim else parameters.angular_damping
+            link.response[d] = (1.0 + island.h * damping) * link.momentum[d] - link.push[d] - link.contact[d]
+        carry(link)
+    for k in range(island.body_count - 1, -1, -1):
+        link = links[k]
+        if link.joint < 0:
+            continue
+        if link.parent >= 0:
+            for d in range(len(link.force)):
+                links[link.parent].force[d] += link.force[d]
+        state = joints[link.joint]
+        _store_locked(link, state, dim, island.stored_scale)
+        add_reaction(link, state.reaction)
+
+
+@njit
+def _store_locked(link: Any, state: Any, dim: Any, scale: Any) -> None:
+    """Store the impulses of the rows that the joint would have, from which these start where they are needed."""
+    for d in range(dim):
+        force = -link.force[d] if link.flipped else link.force[d]
+        state.impulse[d] = 0.0 if link.kind == _SLIDE else scale * force
+    if dim == 3 or link.kind == _FIXED:
+        for d in range(dim, len(link.force)):
+            state.impulse[d] = 0.0
+
+
+@njit
+def add_contact_impulses(world: Any, island: Any, articulation: Any) -> None:
+    """Set the impulses by contacts on each link, about its centre of mass."""
+    rows = world.scratch.rows
+    places = articulation.places
+    links = articulation.links
+    body_parameters = world.parameters.bodies
+    for k in range(island.body_count):
+        for d in range(len(links[k].contact)):
+            links[k].contact[d] = 0.0
+    for r in range(island.joint_rows, island.rows):
+        row = rows[r]
+        if row.impulse == 0.0:
+            continue
+        if body_parameters[row.body_a].inv_mass > 0.0:
+            contact = links[places[row.body_a]].contact
+            for d in range(len(row.jacobian_a)):
+                contact[d] += row.jacobian_a[d] * row.impulse
+        if body_parameters[row.body_b].inv_mass > 0.0:
+            other = links[places[row.body_b]].contact
+            for d in range(len(row.jacobian_b)):
+                other[d] += row.jacobian_b[d] * row.impulse

@@ -1,0 +1,226 @@
+"""Rows in joint space: y = D^-1/2 L^-T J^T, so that the Delassus matrix of two rows is the product of their y.
+
+A row is not zero only on the ways from its two bodies to their roots.  The rows of a contact alternate in memory
+and share their list of degrees of freedom: first those of body a alone, then of body b alone, then of both.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from numba import int64
+
+from ...jit import njit
+from ..dispatch import by_dimension
+from ..rows import DISC, FRICTION
+
+reduced = by_dimension("articulation", "reduced")
+added = by_dimension("articulation", "added")
+no_impulse = by_dimension("articulation", "no_impulse")
+impulse_at_origin = by_dimension("articulation", "impulse_at_origin")
+
+
+@njit
+def whiten_rows(world: Any, island: Any, articulation: Any) -> None:
+    """Express all rows of the island in joint space, and set their diagonals and free velocities."""
+    rows = world.scratch.rows
+    body_parameters = world.parameters.bodies
+    substep_bodies = world.scratch.substep_bodies
+    places = articulation.places
+    links = articulation.links
+    freedoms = articulation.freedoms
+    spans = articulation.spans
+    way = 0
+    value = 0
+    r = 0
+    end = int64(island.joint_rows)  # of the contact
+    while r < island.rows:
+        row = rows[r]
+        width = 1
+        if r == end:
+            end = r + int(row.span)
+            width = _width(rows, r, end - r)
+        a = places[row.body_a] if body_parameters[row.body_a].inv_mass > 0.0 else -1
+        b = places[row.body_b] if body_parameters[row.body_b].inv_mass > 0.0 else -1
+        ends = (links[a].last if a >= 0 else -1, links[b].last if b >= 0 else -1)
+        counts = _list_way(freedoms, ends, articulation.ways, way)
+        for i in range(width):
+            span = spans[r + i]
+            span.places = way
+            span.count = counts[2]
+            span.values = value + i
+            span.stride = width
+            span.width = width if i == 0 else 0
+            span.free = rows[r + i].bias + _free_velocity(rows[r + i], substep_bodies)
+        if width == 3:
+            _whiten_three(rows, r, (a, b), counts, articulation)
+        else:
+            for i in range(width):
+                _whiten_one(rows, r + i, (a, b), counts, articulation)
+        for i in range(width):
+            set_diagonal(rows, r + i, spans, articulation.values)
+        if width > 1:
+            spans[r].one = _product(spans[r], spans[r + 1], articulation.values)
+        if width > 2:
+            spans[r].two = _product(spans[r], spans[r + 2], articulation.values)
+            rows[r + 1].coupling = _product(spans[r + 1], spans[r + 2], articulation.values)
+        way += counts[2]
+        value += width * counts[2]
+        r += width
+    _couple_rolling(world, island, articulation)
+
+
+@njit
+def _width(rows: Any, r: Any, left: Any) -> Any:
+    """Return the number of rows from r on that are solved together: a normal with its tangents, or one."""
+    if left < 2:
+        return 1
+    if rows[r + 1].kind == DISC:
+        return 3
+    return 2 if rows[r + 1].kind == FRICTION and rows[r + 1].base == 1 else 1
+
+
+@njit
+def _list_way(freedoms: Any, ends: Any, ways: Any, first: Any) -> Any:
+    """List the degrees of freedom from two ends to their roots; returns (of a alone, of a or b alone, all)."""
+    i, j = ends
+    while i != j:
+        if i > j:
+            i = freedoms[i].parent
+        else:
+            j = freedoms[j].parent
+    shared = i
+    n = 0
+    i, j = ends
+    while i != shared:
+        ways[first + n] = i
+        n += 1
+        i = freedoms[i].parent
+    alone = n
+    while j != shared:
+        ways[first + n] = j
+        n += 1
+        j = freedoms[j].parent
+    apart = n
+    while shared >= 0:
+        ways[first + n] = shared
+        n += 1
+        shared = freedoms[shared].parent
+    return alone, apart, n
+
+
+@njit
+def _free_velocity(row: Any, substep_bodies: Any) -> Any:
+    a = substep_bodies[row.body_a].free_velocity
+    b = substep_bodies[row.body_b].free_velocity
+    s = 0.0
+    for d in range(len(row.jacobian_a)):
+        s += row.jacobian_a[d] * a[d] + row.jacobian_b[d] * b[d]
+    return s
+
+
+@njit
+def _ends_of(row: Any, links: Any, sides: Any) -> Any:
+    """Return the impulses at the origin on both links by a unit impulse of a row."""
+    p = no_impulse(links[0])
+    q = no_impulse(links[0])
+    if sides[0] >= 0:
+        p = impulse_at_origin(links[sides[0]], row.jacobian_a)
+    if sides[1] >= 0:
+        q = impulse_at_origin(links[sides[1]], row.jacobian_b)
+    return p, q
+
+
+@njit
+def _whiten_one(rows: Any, r: Any, sides: Any, counts: Any, articulation: Any) -> None:
+    freedoms = articulation.freedoms
+    ways = articulation.ways
+    values = articulation.values
+    span = articulation.spans[r]
+    p, q = _ends_of(rows[r], articulation.links, sides)
+    first = span.places
+    at = span.values
+    stride = span.stride
+    for i in range(counts[2]):
+        if i == counts[1]:
+            p = added(freedoms[0], p, q)
+        freedom = freedoms[ways[first + i]]
+        if i >= counts[0] and i < counts[1]:
+            g, q = reduced(freedom, q)
+        else:
+            g, p = reduced(freedom, p)
+        values[at] = g * freedom.root
+        at += stride
+
+
+@njit
+def _whiten_three(rows: Any, r: Any, sides: Any, counts: Any, articulation: Any) -> None:
+    """Express a normal and its two tangents at once."""
+    freedoms = articulation.freedoms
+    ways = articulation.ways
+    values = articulation.values
+    first = articulation.spans[r].places
+    at = articulation.spans[r].values
+    links = articulation.links
+    p, s = _ends_of(rows[r], links, sides)
+    q, t = _ends_of(rows[r + 1], links, sides)
+    o, u = _ends_of(rows[r + 2], links, sides)
+    for i in range(counts[0]):
+        freedom = freedoms[ways[first + i]]
+        x, p = reduced(freedom, p)
+        y, q = reduced(freedom, q)
+        z, o = reduced(freedom, o)
+        _write(values, at + 3 * i, freedom.root, x, y, z)
+    for i in range(counts[0], counts[1]):
+        freedom = freedoms[ways[first + i]]
+        x, s = reduced(freedom, s)
+        y, t = reduced(freedom, t)
+        z, u = reduced(freedom, u)
+        _write(values, at + 3 * i, freedom.root, x, y, z)
+    p = added(freedoms[0], p, s)
+    q = added(freedoms[0], q, t)
+    o = added(freedoms[0], o, u)
+    for i in range(counts[1], counts[2]):
+        freedom = freedoms[ways[first + i]]
+        x, p = reduced(freedom, p)
+        y, q = reduced(freedom, q)
+        z, o = reduced(freedom, o)
+        _write(values, at + 3 * i, freedom.root, x, y, z)
+
+
+@njit
+def _write(values: Any, at: Any, root: Any, x: Any, y: Any, z: Any) -> None:
+    values[at] = x * root
+    values[at + 1] = y * root
+    values[at + 2] = z * root
+
+
+@njit
+def set_diagonal(rows: Any, r: Any, spans: Any, values: Any) -> None:
+    """Set the diagonal and the effective mass of a row."""
+    size = rows[r].softness + _product(spans[r], spans[r], values)
+    rows[r].diagonal = size
+    rows[r].effective_mass = 1.0 / size if size > 0.0 else 0.0
+
+
+@njit
+def _product(span: Any, other: Any, values: Any) -> Any:
+    """Return y . y of two rows with one list of degrees of freedom."""
+    s = 0.0
+    i = span.values
+    j = other.values
+    for _ in range(span.count):
+        s += values[i] * values[j]
+        i += span.stride
+        j += other.stride
+    return s
+
+
+@njit
+def _couple_rolling(world: Any, island: Any, articulation: Any) -> None:
+    """Set the coupling of the two rows of rolling friction, which are solved alone."""
+    rows = world.scratch.rows
+    spans = articulation.spans
+    for r in range(island.joint_rows, island.rows):
+        if rows[r].kind == DISC and spans[r].width == 1:
+            rows[r].coupling = _product(spans[r], spans[r + 1], articulation.values)

@@ -1,0 +1,287 @@
+"""Accelerated sweeps over rows in joint space, against the vector z of whitened rates with unit masses.
+
+z = sum of y times impulse; a row's velocity is its free velocity + y . z.  The acceleration is that of
+methods/nncg.py.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from numba import int64
+
+from ...jit import njit
+from ...methods.disc import minimise_on_disc
+from ...records.options import SolverKind
+from ..rows import DISC, EQUATION, FRICTION, UNILATERAL, push_row
+
+_PGS = int(SolverKind.PGS)
+
+
+@njit
+def start_solve(world: Any, island: Any, articulation: Any) -> Any:
+    """Set z from the stored impulses; returns the scale of the squared residual, as energy.apply_warm_start does."""
+    rows = world.scratch.rows
+    spans = articulation.spans
+    z = articulation.whitened
+    fall = island.gravity_norm * island.h
+    for f in range(island.freedoms):
+        z[f] = 0.0
+    s = 1e-300
+    approach = 0.0
+    slip = 0.0
+    for r in range(island.rows):
+        row = rows[r]
+        u = spans[r].free
+        if row.correction == UNILATERAL:
+            u = min(u, 0.0)
+            approach = fall - u
+        elif row.kind == FRICTION:
+            u = min(abs(u), row.friction * approach)
+        elif row.kind == DISC:
+            slip = u
+            u = min(abs(u), row.friction * approach)
+        elif row.kind > DISC:
+            u = min(abs(u), max((row.friction * approach) ** 2 - slip * slip, 0.0) ** 0.5)
+        s += (fall * fall + u * u) * row.effective_mass
+        if row.impulse != 0.0:
+            _apply(spans[r], articulation.ways, articulation.values, z, row.impulse)
+    return s
+
+
+@njit
+def _apply(span: Any, ways: Any, values: Any, z: Any, impulse: Any) -> None:
+    i = span.values
+    for p in range(span.places, span.places + span.count):
+        z[ways[p]] += values[i] * impulse
+        i += span.stride
+
+
+@njit
+def _dot(span: Any, ways: Any, values: Any, z: Any) -> Any:
+    s = 0.0
+    i = span.values
+    for p in range(span.places, span.places + span.count):
+        s += values[i] * z[ways[p]]
+        i += span.stride
+    return s
+
+
+@njit
+def _sweep(rows: Any, count: Any, articulation: Any, push: Any) -> Any:
+    """Take one sweep over ``rows[:count]``; returns sum d^2 A_rr.  ``push`` as in methods/pgs.sweep."""
+    spans = articulation.spans
+    ways = articulation.ways
+    values = articulation.values
+    z = articulation.whitened
+    change = 0.0
+    normal = 0.0
+    r = 0
+    while r < count:
+        row = rows[r]
+        span = spans[r]
+        if span.width == 3:
+            step, normal = _solve_three(rows, r, articulation, push)
+            change += step
+            r += 3
+        elif row.kind == DISC:
+            change += _solve_disc(rows, r, articulation, normal, push)
+            r += 2
+        else:
+            push_row(row, push)
+            old = row.impulse
+            w = span.free + row.softness * old + _dot(span, ways, values, z)
+            new = old - row.effective_mass * w
+            if row.kind == FRICTION:
+                bound = row.friction * normal
+                new = min(max(new, -bound), bound)
+            else:
+                new = min(max(new, row.lower), row.upper)
+                normal = new
+            d = new - old
+            row.impulse = new
+            if d != 0.0:
+                _apply(span, ways, values, z, d)
+            change += d * d * row.diagonal
+            r += 1
+    return change
+
+
+@njit
+def _solve_three(rows: Any, r: Any, articulation: Any, push: Any) -> Any:
+    """Solve a normal row and its disc; returns (sum d^2 A_rr, normal impulse)."""
+    ways = articulation.ways
+    values = articulation.values
+    z = articulation.whitened
+    spans = articulation.spans
+    span = spans[r]
+    normal = rows[r]
+    one = rows[r + 1]
+    two = rows[r + 2]
+    push_row(normal, push)
+    push_row(one, push)
+    push_row(two, push)
+    w = 0.0
+    u = 0.0
+    v = 0.0
+    i = span.values
+    for p in range(span.places, span.places + span.count):
+        x = z[ways[p]]
+        w += values[i] * x
+        u += values[i + 1] * x
+        v += values[i + 2] * x
+        i += 3
+    old = normal.impulse
+    new = max(old - normal.effective_mass * (span.free + w), 0.0)
+    d = new - old
+    s = one.impulse
+    t = two.impulse
+    a = one.diagonal
+    b = two.diagonal
+    c = one.coupling
+    u += spans[r + 1].free + span.one * d - a * s - c * t
+    v += spans[r + 2].free + span.two * d - c * s - b * t
+    x, y = minimise_on_disc(a, c, b, u, v, one.friction * new)
+    normal.impulse = new
+    one.impulse = x
+    two.impulse = y
+    x -= s
+    y -= t
+    if d != 0.0 or x != 0.0 or y != 0.0:
+        i = span.values
+        for p in range(span.places, span.places + span.count):
+            z[ways[p]] += values[i] * d + values[i + 1] * x + values[i + 2] * y
+            i += 3
+    return d * d * normal.diagonal + x * x * a + y * y * b, new
+
+
+@njit
+def _solve_disc(rows: Any, r: Any, articulation: Any, normal: Any, push: Any) -> Any:
+    """Solve rows r and r + 1, a disc of its own; returns sum d^2 A_rr."""
+    ways = articulation.ways
+    values = articulation.values
+    z = articulation.whitened
+    spans = articulation.spans
+    one = rows[r]
+    two = rows[r + 1]
+    push_row(one, push)
+    push_row(two, push)
+    s = one.impulse
+    t = two.impulse
+    c = one.coupling
+    u = spans[r].free + _dot(spans[r], ways, values, z) - one.diagonal * s - c * t
+    v = spans[r + 1].free + _dot(spans[r + 1], ways, values, z) - c * s - two.diagonal * t
+    x, y = minimise_on_disc(one.diagonal, c, two.diagonal, u, v, one.friction * max(normal, 0.0))
+    one.impulse = x
+    two.impulse = y
+    x -= s
+    y -= t
+    if x != 0.0 or y != 0.0:
+        _apply(spans[r], ways, values, z, x)
+        _apply(spans[r + 1], ways, values, z, y)
+    return x * x * one.diagonal + y * y * two.diagonal
+
+
+@njit
+def sweep_rows(world: Any, island: Any, articulation: Any) -> Any:
+    """Take sweeps until the residual is below the tolerance. Returns (sweeps, residual)."""
+    rows = world.scratch.rows
+    z = articulation.whitened
+    before = articulation.before
+    conjugate = articulation.conjugate
+    options = world.options
+    count = int64(island.rows)
+    plain = options.solver == _PGS
+    tolerance = options.tolerance
+    goal = tolerance * tolerance * island.residual_scale
+    change = 0.0
+    last = 0.0
+    for f in range(island.freedoms):
+        before[f] = z[f]
+        conjugate[f] = 0.0
+    for k in range(options.sweeps):
+        beta = 0.0
+        keep = k == 1
+        if k > 1 and change <= last and not plain:  # else a restart: the next direction is the last change alone
+            beta = change / last
+            keep = True
+        last = change
+        for f in range(island.freedoms):
+            d = beta * conjugate[f]
+            conjugate[f] = d + z[f] - before[f] if keep else d
+            z[f] += d
+            before[f] = z[f]
+        change = _sweep(rows, count, articulation, (beta, keep))
+        if change <= goal:
+            return int64(k + 1), (change / island.residual_scale) ** 0.5
+    return int64(options.sweeps), (change / island.residual_scale) ** 0.5
+
+
+@njit
+def limit_energy(world: Any, island: Any, articulation: Any) -> None:
+    """Scale impulses of an unfinished solve back where they increased the kinetic energy; see energy.guard_energy."""
+    rows = world.scratch.rows
+    spans = articulation.spans
+    z = articulation.whitened
+    slope = 0.0
+    curve = 0.0
+    for f in range(island.freedoms):
+        curve += z[f] * z[f]
+    for r in range(island.rows):
+        slope += rows[r].impulse * (spans[r].free - rows[r].bias)
+    if curve <= 0.0 or slope <= -0.5 * curve:
+        return
+    s = max(-slope / curve, 0.0)
+    for r in range(island.rows):
+        rows[r].impulse *= s
+    for f in range(island.freedoms):
+        z[f] *= s
+
+
+@njit
+def correct_overlaps(world: Any, island: Any, articulation: Any) -> Any:
+    """Set z to the pseudo-rates that reduce overlaps and errors of limits; False where there are none.
+
+    See core/position_pass.py, whose rules these are.
+    """
+    rows = world.scratch.rows
+    contacts = world.state.contacts
+    spans = articulation.spans
+    z = articulation.whitened
+    options = world.options
+    rate = options.correction_rate / island.h
+    busy = False
+    for r in range(island.rows):
+        row = rows[r]
+        row.position_impulse = 0.0
+        row.previous = 0.0
+        if row.correction != UNILATERAL:
+            if row.kind == EQUATION and row.softness == 0.0:
+                row.previous = rate * row.error
+        elif r < island.joint_rows:
+            row.previous = rate * min(row.error, 0.0)
+        else:
+            extent = contacts[row.source].extent
+            depth = row.error + options.slop * extent
+            if depth < 0.0:
+                row.previous = max(rate * depth, -options.push_speed * extent)
+        busy = busy or row.previous != 0.0
+    if not busy:
+        return False
+    for f in range(island.freedoms):
+        z[f] = 0.0
+    for _ in range(options.position_sweeps):
+        for r in range(island.rows):
+            row = rows[r]
+            one_sided = row.correction == UNILATERAL
+            if (one_sided and row.error > 0.0) or (not one_sided and row.previous == 0.0):
+                continue
+            w = row.previous + _dot(spans[r], articulation.ways, articulation.values, z)
+            new = row.position_impulse - row.effective_mass * w
+            if one_sided:
+                new = max(new, 0.0)
+            d = new - row.position_impulse
+            row.position_impulse = new
+            if d != 0.0:
+                _apply(spans[r], articulation.ways, articulation.values, z, d)
+    return options.position_sweeps > 0

@@ -1,0 +1,152 @@
+"""Records of bodies in joint coordinates: which body hangs on which, and the links of the island that is stepped."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from typing import Any
+
+import numpy as np
+
+from .model import CONTACT_ROWS, NDOF, ROTATION_SIZE, Array, JointKind
+
+MOST_VALUES = 2_000_000  # of all rows in joint space; an island that needs more is solved in body space
+
+
+class LinkKind(IntEnum):
+    """How a link moves relative to its parent."""
+
+    FREE = 0  # no joint: the root of a tree
+    FIXED = 1  # weld
+    PIVOT = 2  # 3D ball
+    TURN = 3  # revolute, hinge
+    SLIDE = 4  # prismatic, slider
+
+
+LINK_KINDS = {
+    JointKind.WELD: LinkKind.FIXED,
+    JointKind.BALL: LinkKind.PIVOT,
+    JointKind.REVOLUTE: LinkKind.TURN,
+    JointKind.PRISMATIC: LinkKind.SLIDE,
+    JointKind.HINGE: LinkKind.TURN,
+    JointKind.SLIDER: LinkKind.SLIDE,
+}
+
+TREE_DTYPE = np.dtype(
+    [
+        ("parent", "i4"),  # body that it hangs on, fixed or not; -1: the root of a tree
+        ("joint", "i4"),  # -1: none
+        ("kind", "i4"),  # LinkKind
+        ("flipped", "i4"),  # 1: the body is body_a of its joint
+        ("rank", "i4"),  # place in an order in which parents come first
+        ("depth", "i4"),  # most degrees of freedom between it and a fixed body, its own included
+    ],
+    align=True,
+)
+"""The place of a body in the forest of all rigid joints without loops."""
+
+
+def freedom(kind: int, dim: int) -> int:
+    """Return the number of degrees of freedom of a link."""
+    return {LinkKind.FREE: NDOF[dim], LinkKind.FIXED: 0, LinkKind.PIVOT: 3}.get(LinkKind(kind), 1)
+
+
+def link_dtype(dim: int) -> np.dtype[Any]:
+    """Return the dtype of a body of the island in joint coordinates. Vectors are in the axes of the world."""
+    ndof = NDOF[dim]
+    spin = ndof - dim
+    return np.dtype(
+        [
+            ("body", "i4"),
+            ("parent", "i4"),  # link, -1: none, or a fixed body
+            ("holder", "i4"),  # body of the parent, -1: none
+            ("joint", "i4"),
+            ("kind", "i4"),  # LinkKind
+            ("flipped", "i4"),
+            ("first", "i4"),  # its degrees of freedom
+            ("count", "i4"),
+            ("last", "i4"),  # last degree of freedom on the way to it, -1: none
+            ("tree", "i4"),  # link that is the root of its tree
+            ("position", "f8", (dim,)),  # m, centre of mass
+            ("rotation", "f8", (ROTATION_SIZE[dim],)),
+            ("angle", "f8"),  # rad, unwrapped (2D)
+            ("base_position", "f8", (dim,)),  # pose from which displacements are counted
+            ("base_rotation", "f8", (ROTATION_SIZE[dim],)),
+            ("base_angle", "f8"),
+            ("base_coordinate", "f8"),
+            ("coordinate", "f8"),  # rad or m, of a turn or slide
+            ("begin", "f8"),  # the same at the start of the substep, unwrapped
+            ("pin", "f8", (dim,)),  # m, anchor of the joint on the link
+            ("reach", "f8", (dim,)),  # m, from the parent's centre of mass to the pin
+            ("arm", "f8", (dim,)),  # m, from the pin to the link's centre of mass
+            ("direction", "f8", (3,)),  # unit, of a turn or slide
+            ("turn", "f8", (spin,)),  # rad, of the last displacement
+            ("center", "f8", (dim,)),  # m, centre of mass from the origin, half a substep ahead
+            ("anchor", "f8", (dim,)),  # m, pin from the origin, half a substep ahead
+            ("half", "f8", (spin,)),  # rad, displacement in the first half of the substep
+            ("start", "f8", (dim,)),  # m, centre of mass at the start of the substep
+            ("velocity", "f8", (ndof,)),  # m/s and rad/s, of the centre of mass
+            ("acceleration", "f8", (ndof,)),
+            ("moment", "f8", (1 if dim == 2 else 6,)),  # kg m^2 about the centre of mass: I, or xx xy xz yy yz zz
+            ("applied", "f8", (ndof,)),  # N and N m about the origin: gravity, applied forces, damping
+            ("force", "f8", (ndof,)),  # N and N m, or N s and N m s, about the origin
+            ("response", "f8", (ndof,)),  # change of the velocity at the origin
+            ("inertia", "f8", (ndof, ndof)),  # articulated inertia about the origin
+            ("momentum", "f8", (ndof,)),  # kg m/s and kg m^2/s about the centre of mass
+            ("push", "f8", (ndof,)),  # momentum at the start of the substep, with what gravity and forces add to it
+            ("contact", "f8", (ndof,)),  # N s and N m s about the centre of mass, by the rows of the substep
+        ],
+        align=True,
+    )
+
+
+def freedom_dtype(dim: int) -> np.dtype[Any]:
+    """Return the dtype of a degree of freedom; motions and forces refer to the origin of the tree."""
+    ndof = NDOF[dim]
+    return np.dtype(
+        [
+            ("motion", "f8", (ndof,)),  # velocity of the link at the origin, per unit of the rate
+            ("hold", "f8", (ndof,)),  # articulated inertia times motion
+            ("inverse", "f8"),  # of motion . hold + stiffness; 0: nothing to move
+            ("root", "f8"),  # its square root
+            ("stiffness", "f8"),  # kg or kg m^2, by an implicit spring
+            ("pull", "f8"),  # N s or N m s, by the same
+            ("parent", "i4"),  # the one before it on the way from the root, -1: none
+            ("link", "i4"),
+        ],
+        align=True,
+    )
+
+
+def span_dtype(dim: int) -> np.dtype[Any]:
+    """Return the dtype of a row in joint space: y = D^-1/2 L^-T J^T along the ways from its bodies to the root."""
+    return np.dtype(
+        [
+            ("places", "i4"),  # first of the degrees of freedom
+            ("count", "i4"),  # their number
+            ("values", "i4"),  # first of the values
+            ("stride", "i4"),  # rows of a contact alternate
+            ("width", "i4"),  # rows that alternate from this one on; 0: not the first of them
+            ("free", "f8"),  # m/s, velocity of the row before any impulse, with its bias
+            ("one", "f8"),  # 1/kg, coupling of a normal to its first tangent
+            ("two", "f8"),  # and to the second
+        ],
+        align=True,
+    )
+
+
+def articulation_scratch(dim: int, trees: Array, row_capacity: int) -> dict[str, Array]:
+    """Return the scratch of islands in joint coordinates: the fields of ``world.scratch.articulation``."""
+    bodies = len(trees)
+    freedoms = NDOF[dim] * bodies
+    deepest = int(trees["depth"].max(initial=NDOF[dim]))
+    values = min(row_capacity * 2 * deepest, MOST_VALUES)
+    rates = ("start", "rate", "free", "change", "whitened", "before", "conjugate", "step")
+    return {
+        "links": np.zeros(bodies, link_dtype(dim)),
+        "freedoms": np.zeros(freedoms, freedom_dtype(dim)),
+        "places": np.zeros(bodies, np.int32),  # link of each body
+        "spans": np.zeros(row_capacity, span_dtype(dim)),
+        "ways": np.zeros(values // CONTACT_ROWS[dim] + 2 * deepest, np.int32),
+        "values": np.zeros(values + 2 * deepest),
+        **{name: np.zeros(freedoms) for name in rates},
+    }

@@ -1,0 +1,62 @@
+"""Which joints of a scene are in trees, and which body hangs on which."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gsenv.solver import Options, Scene, World
+from gsenv.solver.planar import Box, Distance, Revolute, Weld
+from gsenv.solver.records.articulation import LinkKind
+from gsenv.solver.records.kernel_variants import kernel_variant_of
+from gsenv.solver.records.scratch import Scratch
+
+
+def boxes(count: int) -> Scene:
+    scene = Scene()
+    scene.add_body("wall", "static")
+    for k in range(count):
+        scene.add_body(f"box_{k}", shapes=[Box(half_extents=(0.1, 0.1))], position=(float(k), 0.0))
+    return scene
+
+
+def test_a_chain_hangs_on_its_static_body_whatever_the_order() -> None:
+    scene = boxes(3)
+    scene.add_joint("low", Revolute("box_0", "box_1"))
+    scene.add_joint("mid", Revolute("box_2", "box_1"))
+    scene.add_joint("top", Weld("box_2", "wall"))
+    trees = scene.compile().trees
+    assert trees["parent"].tolist() == [-1, 2, 3, 0]
+    assert trees["joint"].tolist() == [-1, 0, 1, 2]
+    assert trees["flipped"].tolist() == [0, 1, 0, 1]
+    assert trees["kind"][1:].tolist() == [LinkKind.TURN, LinkKind.TURN, LinkKind.FIXED]
+    assert trees["depth"].tolist() == [0, 2, 1, 0]
+    assert np.all(np.diff(trees["rank"][[0, 3, 2, 1]]) > 0)
+
+
+def test_loops_and_soft_joints_are_in_no_tree() -> None:
+    scene = boxes(3)
+    scene.add_joint("one", Revolute("box_0", "box_1", enabled=False))
+    scene.add_joint("two", Revolute("box_0", "box_1"))
+    scene.add_joint("soft", Weld("box_1", "box_2", frequency=3.0))
+    scene.add_joint("rope", Distance("wall", "box_0", limits=(0.0, 1.0)))
+    trees = scene.compile().trees
+    assert trees["joint"].tolist() == [-1, -1, 1, -1]  # enabled joints first
+    assert trees["depth"].tolist() == [0, 3, 4, 3]
+
+
+def test_only_rigid_joints_make_trees() -> None:
+    scene = boxes(2)
+    scene.add_joint("rope", Distance("box_0", "box_1", limits=(0.0, 2.0)))
+    assert not scene.compile().has_trees
+    scene.add_joint("pin", Revolute("box_0", "box_1"))
+    assert scene.compile().has_trees
+
+
+def test_the_option_is_off_by_default_and_adds_no_part() -> None:
+    scene = boxes(2)
+    scene.add_joint("pin", Revolute("box_0", "box_1"))
+    world = World(scene)
+    assert not Options().articulated
+    scratch = Scratch(world.model, kernel_variant_of(world.model), 16)
+    assert scratch.bundle().articulation is None
+    assert scratch.bundle(True).articulation is not None
