@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass, field
 
 
@@ -49,8 +48,3 @@ class Notes:
             more = f" (and {len(places) - 1} more)" if len(places) > 1 else ""
             sentences.append(f"{places[0]}{more}: {topic}.")
         return tuple(sentences)
-
-    def warn(self, stacklevel: int = 3) -> None:
-        """Issue one MjcfWarning for each topic."""
-        for sentence in self.sentences():
-            warnings.warn(sentence, MjcfWarning, stacklevel=stacklevel)
