@@ -18,6 +18,7 @@ from ..records.parameters import ParameterArrays
 from ..records.plain import as_records
 from ..specification import check
 from ..specification.handles import Handle, Reference, find
+from ..specification.joint_base import SERVO
 from ..specification.joints import JOINT_TYPES
 
 BODY_FIELDS = ("mass", "inertia", "linear_damping", "angular_damping", "gravity_scale", "enabled")
@@ -25,11 +26,14 @@ PLAIN_FIELDS = ("linear_damping", "angular_damping", "gravity_scale")  # of bodi
 SHAPE_FIELDS = ("friction", "restitution", "density", "half_extents", "radius", "half_length")
 SPATIAL_FIELDS = ("torsional_friction", "rolling_friction")
 JOINT_FIELDS = (
-    "lower", "upper", "length", "frequency", "damping_ratio", "stiffness", "damping", "spring_effort",
-    "motor_effort", "max_force", "max_torque", "enabled",
+    "lower", "upper", "limit_restitution", "limit_frequency", "limit_damping_ratio", "length", "frequency",
+    "damping_ratio", "stiffness", "damping", "spring_effort", "motor_effort", "motor_gain", "friction_effort",
+    "max_force", "max_torque", "enabled",
 )  # fmt: skip
 ROW_FIELDS = ("lower", "upper", "bias", "softness")
-UNBOUNDED = ("max_force", "max_torque", "spring_effort", "motor_effort", "lower", "upper")  # may be infinite
+UNBOUNDED = (  # may be infinite
+    "max_force", "max_torque", "spring_effort", "motor_effort", "motor_gain", "friction_effort", "lower", "upper",
+)  # fmt: skip
 
 
 class Parameters(ParameterArrays):
@@ -76,8 +80,10 @@ class Parameters(ParameterArrays):
                 restitution, density kg/m^dim, half_extents (.., dim) m, radius m, half_length m, in 3D
                 torsional_friction m and rolling_friction m. Shapes: friction, restitution, enabled, in 3D the
                 two frictions; of a terrain vertices, m, (vertex, 2) or (chosen world, vertex, 2), as many as
-                it has. Joints: lower and upper (limits, rad or m), length m, frequency Hz, damping_ratio,
-                stiffness, damping, spring_effort, motor_effort, max_force N, max_torque N m, enabled.
+                it has. Joints: lower and upper (limits, rad or m), limit_restitution, limit_frequency Hz,
+                limit_damping_ratio, length m, frequency Hz, damping_ratio, stiffness, damping, spring_effort,
+                motor_effort, motor_gain, friction_effort, max_force N, max_torque N m, enabled (with all coordinates
+                of the joint).
                 Constraints: enabled, lower, upper, bias, softness. World: gravity (.., dim) m/s^2.
 
         A disabled body has no contacts and does not move; for its joints it is fixed. Once enabled it
@@ -241,7 +247,7 @@ class Parameters(ParameterArrays):
         rows = self._rows_of(model)
         kinds = JointKind
         kind = kinds(int(model["kind"])).name.lower()
-        known = ROW_FIELDS if len(rows) else JOINT_TYPES[kind].tunable
+        known = ROW_FIELDS if len(rows) else SERVO if kind == "axis" else JOINT_TYPES[kind].tunable
         checked = {}
         for name, value in fields.items():
             check.choice(name, (*known, "enabled"), f"{where}: field")
@@ -262,6 +268,9 @@ class Parameters(ParameterArrays):
                 record[name][chosen] = values
             else:
                 self.joints[name][chosen, index] = values
+        if "enabled" in checked:
+            for part in self._model.parts_of(index):
+                self.joints["enabled"][chosen, part] = checked["enabled"]
 
     def _check_spring(self, model: Any, index: int, chosen: Array, checked: dict[str, Array], where: str) -> None:
         """Refuse values that would make a rod a spring; springs can be tuned, and a weld can become soft.
@@ -322,14 +331,14 @@ class Parameters(ParameterArrays):
 
 
 def _in_range(name: str, values: Array, where: str) -> Array:
-    positive = ("mass", "inertia", "half_extents", "radius", "half_length")
+    positive = ("mass", "inertia", "half_extents", "radius", "half_length", "motor_gain")
     free = ("gravity_scale", "enabled", "lower", "upper", "bias")
     if name in positive and (values <= 0.0).any():
         raise ValueError(f"{where}: {name} must be positive, got {float(values.min())!r}.")
     if name not in free and (values < 0.0).any():
         raise ValueError(f"{where}: {name} must not be negative, got {float(values.min())!r}.")
-    if name == "restitution" and (values > 1.0).any():
-        raise ValueError(f"{where}: restitution must not exceed 1, got {float(values.max())!r}.")
+    if name.endswith("restitution") and (values > 1.0).any():
+        raise ValueError(f"{where}: {name} must not exceed 1, got {float(values.max())!r}.")
     return values != 0 if name == "enabled" else values
 
 

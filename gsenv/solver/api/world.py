@@ -329,8 +329,9 @@ class World(Actions):
         return cast_rays(self.model, self.parameters, self.state, chosen, *rays, bits, carrier)
 
     def joint_coordinate(self, joint: Reference) -> Array:
-        """Return the coordinate (world,): rad since the initial pose (revolute), m along the axis (prismatic,
-        wheel), m between the anchors (distance), or the error of a gear.
+        """Return the coordinate (world,): rad since the initial pose (revolute, hinge), m along the axis (prismatic,
+        slider, wheel), m between the anchors (distance), or the error of a gear. Coordinates of a joint with several
+        have names such as "hip/turn_x".
 
         Raises:
             ValueError: an unknown joint, or one without a coordinate.
@@ -345,9 +346,11 @@ class World(Actions):
 
     def joint_reaction(self, joint: Reference) -> Array:
         """Return (world, ndof) the mean force in N and torque in N m on body_b at its anchor in the last step,
-        motors, springs and limits included."""
+        motors, springs and limits included; of a 3D joint with several coordinates with those of all."""
         j = self._joint(joint, "joint_reaction")
-        return np.asarray(self.state.joints["reaction"][:, j] / self._options.timestep)
+        reaction = self.state.joints["reaction"]
+        whole = reaction[:, j] + reaction[:, self.model.parts_of(j)].sum(1)
+        return np.asarray(whole / self._options.timestep)
 
     # ------------------------------------------------------------- snapshots
 

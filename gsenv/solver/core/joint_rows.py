@@ -6,12 +6,13 @@ from typing import Any
 
 from ..jit import njit
 from .dispatch import by_dimension
-from .rows import BILATERAL, BOUNDED, EQUATION, LIMIT_SLOP, NO_CORRECTION, UNILATERAL, start_rate
-from .springs import set_spring
+from .rows import BILATERAL, BOUNDED, EQUATION, LIMIT_SLOP, NO_CORRECTION, UNILATERAL, free_rate, start_rate
+from .springs import set_oscillator, set_spring
 
 set_effective_mass = by_dimension("contact_rows", "set_effective_mass")
 
 _INFINITY = float("inf")
+_TWO_PI = 6.283185307179586
 
 
 @njit
@@ -42,6 +43,12 @@ def has_motor(parameters: Any) -> Any:
 
 
 @njit
+def has_friction(parameters: Any) -> Any:
+    """Whether a joint has dry friction."""
+    return parameters.friction_effort > 0.0
+
+
+@njit
 def soften(row: Any, parameters: Any, speed: Any, substep_bodies: Any, h: Any) -> None:
     """Turn a rigid row into a spring and damper on its error; ``speed``, m/s or rad/s, is that of the rest point."""
     set_spring(row, parameters, speed, substep_bodies, h)
@@ -65,9 +72,10 @@ def copy_direction(row: Any, other: Any, sign: Any) -> None:
 
 
 @njit
-def set_spring_row(row: Any, slot: Any, error: Any, parameters: Any, substep_bodies: Any, h: Any) -> None:
-    """Make a row whose Jacobian is set a spring."""
+def set_spring_row(row: Any, slot: Any, error: Any, curve: Any, parameters: Any, substep_bodies: Any, h: Any) -> None:
+    """Make a row whose Jacobian is set a spring; ``curve`` as for motors."""
     finish_row(row, slot, error, substep_bodies)
+    row.bias = curve
     soften(row, parameters, 0.0, substep_bodies, h)
     if parameters.spring_effort < _INFINITY:
         bound_row(row, h * parameters.spring_effort)
@@ -99,6 +107,37 @@ def set_limit_row(
     row.correction = UNILATERAL
     row.lower = 0.0
     row.bias = curve + (gap / h if gap > LIMIT_SLOP else 0.0)
+    if parameters.limit_restitution > 0.0:
+        _rebound(row, gap, parameters.limit_restitution, curve, substep_bodies, h)
+    if parameters.limit_frequency > 0.0:
+        _soften_limit(row, gap, parameters, substep_bodies, h)
+
+
+@njit
+def _rebound(row: Any, gap: Any, restitution: Any, curve: Any, substep_bodies: Any, h: Any) -> None:
+    """Let the row of a limit that is reached within the substep ask for the speed after the impact.
+
+    It turns round at the coordinate of the start of the substep, at the speed there, so that no energy is gained.
+    """
+    rate = start_rate(row, substep_bodies)
+    nearest = min(rate, free_rate(row, substep_bodies))
+    if rate < 0.0 and gap + h * nearest <= LIMIT_SLOP:
+        row.bias = curve + restitution * rate
+
+
+@njit
+def _soften_limit(row: Any, gap: Any, parameters: Any, substep_bodies: Any, h: Any) -> None:
+    """Make the row of a limit a spring and damper that only pushes, of a frequency on the row's effective mass."""
+    omega = _TWO_PI * parameters.limit_frequency
+    square = omega * omega
+    rate = parameters.limit_damping_ratio * omega
+    if gap > 0.0:  # an implicit Euler step from where it begins to push
+        row.softness = row.diagonal / (h * (2.0 * rate + h * square))
+    else:
+        row.bias = 0.0
+        set_oscillator(row, square, rate, 0.0, substep_bodies, h)
+        row.kind = BOUNDED
+    set_effective_mass(row, substep_bodies)
 
 
 @njit
@@ -112,16 +151,34 @@ def speeds_within(coordinate: Any, curve: Any, parameters: Any, h: Any) -> Any:
 
 
 @njit
-def set_motor_row(row: Any, slot: Any, joint: Any, speeds: Any, substep_bodies: Any, h: Any) -> None:
-    """Make a row whose Jacobian is set a motor: one that keeps a speed with a bounded effort, or a given effort."""
+def set_motor_row(row: Any, slot: Any, joint: Any, speeds: Any, curve: Any, substep_bodies: Any, h: Any) -> None:
+    """Make a row whose Jacobian is set a motor: one that keeps a speed with a bounded effort, or a given effort.
+
+    ``curve`` as for limits: the speed is that at the end of the substep; 0 for that at the pose of the row.
+    """
     effort = joint.parameters.motor_effort
     finish_row(row, slot, 0.0, substep_bodies)
     row.correction = NO_CORRECTION
-    row.bias = -min(max(joint.state.motor_speed, speeds[0]), speeds[1])
+    speed = min(max(joint.state.motor_speed, speeds[0]), speeds[1])
+    if joint.parameters.motor_gain < _INFINITY and not joint.model.torque:
+        row.bias = curve
+        set_oscillator(row, 0.0, 0.5 * joint.parameters.motor_gain * row.diagonal, speed, substep_bodies, h)
+        set_effective_mass(row, substep_bodies)
+    else:
+        row.bias = curve - speed
     bound_row(row, h * effort)
     if joint.model.torque:
         row.lower = h * min(max(joint.state.effort, -effort), effort)
         row.upper = row.lower
+
+
+@njit
+def set_friction_row(row: Any, slot: Any, parameters: Any, curve: Any, substep_bodies: Any, h: Any) -> None:
+    """Make a row whose Jacobian is set dry friction of bounded effort; ``curve`` as for motors."""
+    finish_row(row, slot, 0.0, substep_bodies)
+    row.bias = curve
+    row.correction = NO_CORRECTION
+    bound_row(row, h * parameters.friction_effort)
 
 
 @njit

@@ -12,7 +12,7 @@ import numpy as np
 from ..jit import njit
 from ..records.model import ActuatorMode, JointKind
 from .dispatch import by_dimension
-from .joint_rows import has_limit, has_motor
+from .joint_rows import has_friction, has_limit, has_motor
 from .pose_joints import add_target_rows, add_weld_rows
 from .rows import EQUATION, UNILATERAL
 from .slices import part
@@ -32,6 +32,7 @@ _WELD = int(JointKind.WELD)
 _TARGET = int(JointKind.TARGET)
 _DISTANCE = int(JointKind.DISTANCE)
 _LAST_UNLINKED = _TARGET  # kinds after it need the joint factor
+_INFINITY = float("inf")
 _VELOCITY = int(ActuatorMode.VELOCITY)
 _POSITION = int(ActuatorMode.POSITION)
 SWING_PER_SUBSTEP = 1.5  # rad: largest swing of a taut link in a substep
@@ -57,7 +58,7 @@ def joint_row_count(model: Any, parameters: Any) -> Any:
     """Return the number of rows of a joint, which its parameters alone determine."""
     if model.kind <= _LAST_UNLINKED:
         return model.row_count
-    count = model.row_count + int(has_limit(parameters)) + int(has_motor(parameters))
+    count = model.row_count + int(has_limit(parameters)) + int(has_motor(parameters)) + int(has_friction(parameters))
     if model.kind == _DISTANCE:
         return count + int(has_spring(parameters) or parameters.rigid != 0)
     return count + int(has_spring(parameters))
@@ -99,7 +100,8 @@ def add_joint_rows(world: Any, island: Any, joints: Any, linked: Any, scale: Any
             slot = rows[r].slot
             impulse = joint.state.impulse
             rows[r].impulse = max(-scale * impulse[-1 - slot], 0.0) if slot < 0 else scale * impulse[slot]
-            if rows[r].correction == UNILATERAL and slot >= 0:
+            pushes = rows[r].correction == UNILATERAL or (rows[r].lower == 0.0 and rows[r].upper == _INFINITY)
+            if pushes and slot >= 0:
                 rows[r].impulse = max(rows[r].impulse, 0.0)
         row = end
 

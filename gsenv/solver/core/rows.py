@@ -124,6 +124,17 @@ def start_rate(row: Any, substep_bodies: Any) -> Any:
 
 
 @njit
+def free_rate(row: Any, substep_bodies: Any) -> Any:
+    """Return J v after forces and before all impulses of the substep."""
+    s = 0.0
+    a = substep_bodies[row.body_a].free_velocity
+    b = substep_bodies[row.body_b].free_velocity
+    for i in range(len(row.jacobian_a)):
+        s += row.jacobian_a[i] * a[i] + row.jacobian_b[i] * b[i]
+    return s
+
+
+@njit
 def row_velocities(row: Any, bodies: Any, substep_bodies: Any) -> Any:
     """Return (w, q): the velocity J v + bias + softness * impulse of a row after and before the impulses."""
     w = row.bias + row.softness * row.impulse

@@ -36,6 +36,15 @@ def stored_energy(parameters: Any, stretch: Any, inverse_mass: Any) -> Any:
 
 
 @njit
+def limit_energy(parameters: Any, coordinate: Any, inverse_mass: Any) -> Any:
+    """Return the energy in J of a soft limit; ``inverse_mass`` as for ``stored_energy``."""
+    beyond = max(parameters.lower - coordinate, coordinate - parameters.upper)
+    if beyond <= 0.0 or inverse_mass <= 0.0 or parameters.limit_frequency <= 0.0:
+        return 0.0
+    return 0.5 * (_TWO_PI * parameters.limit_frequency * beyond) ** 2 / inverse_mass
+
+
+@njit
 def distance_reading(parameters: Any, apart: Any, give: Any) -> Any:
     """(error m, energy J) of a distance joint whose anchors are ``apart`` m; ``give`` as for ``stored_energy``."""
     beyond = max(parameters.lower - apart, apart - parameters.upper)
@@ -50,33 +59,42 @@ def distance_reading(parameters: Any, apart: Any, give: Any) -> Any:
 
 @njit
 def set_spring(row: Any, parameters: Any, speed: Any, substep_bodies: Any, h: Any) -> None:
-    """Set kind, bias and softness of a spring and damper on the error of a rigid row, not its effective mass.
-
-    ``speed``: that of the rest point.  x'' = -2 d x' - w^2 x + g on the effective mass of the row, m = 1/A_rr.
-    For slow springs the discrete map of (x, v), x1 = x0 + h (v0 + v1)/2, v1 = a x0 + b v0 + c (v_free - v0), has
-    the trace and determinant of the exact flow, so frequency and decay are exact, and c = -a/(w^2 h) makes the
-    static deflection exact.  As a row: softness = gamma A_rr with gamma = c/(1 - c), bias = (gamma - (1 + gamma) b) v0
-    - (1 + gamma) a x0.  Fast springs are implicit Euler steps: k = m w^2, softness = 1/(h (damping +
-    h k)) (Catto, "Soft constraints", GDC 2011), which damps oscillations that the step does not resolve.  Sweeps
-    converge on them as slowly as on rigid rows, so the joint factor solves them.
-    """
-    row.kind = BOUNDED
-    row.correction = NO_CORRECTION
+    """Make a rigid row the spring and damper of a joint; see ``set_oscillator``."""
     m = row.diagonal
-    if m <= 0.0:
-        return
     omega = _TWO_PI * parameters.frequency
     square = omega * omega
     rate = parameters.damping_ratio * omega
     if parameters.stiffness > 0.0 or parameters.damping > 0.0:
         square = parameters.stiffness * m
         rate = 0.5 * parameters.damping * m
+    set_oscillator(row, square, rate, speed, substep_bodies, h)
+
+
+@njit
+def set_oscillator(row: Any, square: Any, rate: Any, speed: Any, substep_bodies: Any, h: Any) -> None:
+    """Set kind, bias and softness of a spring and damper on the error of a rigid row, not its effective mass.
+
+    ``square`` = w^2 in 1/s^2, ``rate`` = d in 1/s; ``speed``: that of the rest point; ``row.bias`` on entry: the
+    change of J v from the pose of the row to the end of the substep. x'' = -2 d x' - w^2 x + g on the effective
+    mass of the row, m = 1/A_rr. For slow springs the discrete map of (x, v), x1 = x0 + h (v0 + v1)/2, v1 = a x0 + b
+    v0 + c (v_free - v0), has the trace and determinant of the exact flow, so frequency and decay are exact, and c =
+    -a/(w^2 h) makes the static deflection exact. As a row: softness = gamma A_rr with gamma = c/(1 - c), bias =
+    (gamma - (1 + gamma) b) v0 - (1 + gamma) a x0. Fast springs are implicit Euler steps: k = m w^2, softness = 1/(h
+    (damping + h k)) (Catto, "Soft constraints", GDC 2011), which damps oscillations that the step does not resolve.
+    Sweeps converge on them as slowly as on rigid rows, so the joint factor solves them.
+    """
+    row.kind = BOUNDED
+    row.correction = NO_CORRECTION
+    m = row.diagonal
+    if m <= 0.0:
+        return
     if square <= 0.0 and rate <= 0.0:
         return
     x = row.error
     if h * h * square < EXACT * EXACT and h * rate < EXACT:
         a, b, c = _exact_step(square, rate, h)
         gamma = c / (1.0 - c)
+        row.bias *= (1.0 + gamma) * (1.0 + b) - 2.0 * gamma
         row.bias += (gamma - (1.0 + gamma) * b) * (start_rate(row, substep_bodies) - speed) - (1.0 + gamma) * a * x
         row.softness = gamma * m
     else:
@@ -118,9 +136,10 @@ def release_springs(rows: Any, end: Any) -> None:
 
 @njit
 def any_sprung(island_joints: Any, joint_parameters: Any) -> Any:
-    """Whether a joint may inverse_mass back stored energy."""
+    """Whether a joint may give back stored energy."""
     for k in range(len(island_joints)):
-        if has_spring(joint_parameters[island_joints[k]]):
+        parameters = joint_parameters[island_joints[k]]
+        if has_spring(parameters) or parameters.limit_frequency > 0.0:
             return True
     return False
 

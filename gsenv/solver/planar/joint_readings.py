@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..core.springs import distance_reading, stored_energy
+from ..core.springs import distance_reading, limit_energy, stored_energy
 from ..core.trig import atan2, sin_cos
 from ..jit import njit
 from ..records.model import Array, JointKind, Model
@@ -124,16 +124,19 @@ def read_joint(body_a: Any, body_b: Any, a: Any, b: Any, joint: Any) -> Any:
     sprung = p.frequency > 0.0 or p.stiffness > 0.0
     if model.kind == _PRISMATIC or model.kind == _WHEEL:
         ux, uy = rotate(body_a.rotation[0], body_a.rotation[1], p.axis[0], p.axis[1])
-        energy = 0.0
+        slid = ux * x + uy * y
+        energy = limit_energy(p, slid, _along(a, b, ax, ay, bx, by, ux, uy))
         if sprung:
-            energy = stored_energy(p, ux * x + uy * y - joint.state.rest, _along(a, b, ax, ay, bx, by, ux, uy))
+            energy += stored_energy(p, slid - joint.state.rest, _along(a, b, ax, ay, bx, by, ux, uy))
         return abs(cross(ux, uy, x, y)), energy
     if model.kind == _DISTANCE:
         length = max(apart, 1e-300)
         return distance_reading(p, apart, _along(a, b, ax, ay, bx, by, x / length, y / length))
     about = a.inv_inertia + b.inv_inertia
     if model.kind == _REVOLUTE:
-        return apart, stored_energy(p, turn - joint.state.rest, about) if sprung else 0.0
+        return apart, limit_energy(p, turn, about) + (
+            stored_energy(p, turn - joint.state.rest, about) if sprung else 0.0
+        )
     if not sprung:
         return (0.0 if p.damping > 0.0 else apart), 0.0
     c, s = sin_cos(turn)

@@ -15,6 +15,7 @@ class KernelVariant(NamedTuple):
 
     joints: bool
     linked: bool  # joints other than user constraints, welds and targets
+    axes: bool  # 3D: joints with axes, gears
     vertices: bool
     continuous: bool
     fields: bool  # 3D: heightfields
@@ -29,11 +30,12 @@ def kernel_variant_of(model: Model) -> KernelVariant:
     many different scenes compiles it only once.  The results are bit-equal.
     """
     if str(model.dim) in os.environ.get(ONE_KERNEL, "").split(","):
-        return KernelVariant(True, True, True, True, True, True, True)
+        return KernelVariant(True, True, model.dim == 3, True, True, True, True, True)
     continuous = bool(model.bodies["continuous"].any())
     return KernelVariant(
         model.has_joints,
         model.is_linked,
+        model.has_axes,
         model.needs_vertices,
         continuous,
         model.needs_fields,

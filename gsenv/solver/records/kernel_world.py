@@ -36,9 +36,10 @@ def kernel_world(
     that scenes with and without joints share their compiled code.
 
     ``world.state`` and ``world.parameters`` show the world that ``select_world`` has selected.
-    ``world.variant.restitution`` is None without ``restitution`` (see ``has_restitution``), ``world.variant.soft`` and
-    ``newton`` are None unless that is the solver.  Further parts that are None in scenes without them: joints,
-    vertices, start_poses, joint_factor, broadphase, narrowphase.field, narrowphase.convex.
+    ``world.variant.restitution`` is None without ``restitution`` (see ``has_restitution``), ``world.variant.soft``
+    and ``newton`` are None unless that is the solver, ``world.variant.axes`` without 3D joints with axes. Further
+    parts that are None in scenes without them: joints, vertices, start_poses, joint_factor, broadphase,
+    narrowphase.field, narrowphase.convex.
     """
     dim = model.dim
     jointed = variant.joints
@@ -90,5 +91,6 @@ def kernel_world(
             restitution=PRESENT if restitution else None,
             soft=PRESENT if solver == "soft" else None,
             newton=PRESENT if solver == "newton" else None,
+            axes=PRESENT if variant.axes else None,
         ),
     ).seal()

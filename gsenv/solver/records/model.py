@@ -22,7 +22,7 @@ Array = NDArray[Any]
 NDOF = {2: 3, 3: 6}
 ROTATION_SIZE = {2: 2, 3: 4}  # (cos, sin) or a quaternion (w, x, y, z)
 CONTACT_ROWS = {2: 2, 3: 6}  # at most: normal, tangents, and in 3D one of torsion and two of rolling
-ROWS_PER_JOINT = {2: 5, 3: 8}  # at most: rows of the joint itself, limit, motor, spring
+ROWS_PER_JOINT = {2: 6, 3: 10}  # at most: rows of the joint itself, limit, motor, spring, friction
 
 
 class BodyKind(IntEnum):
@@ -40,9 +40,14 @@ class JointKind(IntEnum):
     REVOLUTE = 3  # 2D
     PRISMATIC = 4  # 2D
     DISTANCE = 5
-    WHEEL = 6  # 2D
-    GEAR = 7  # 2D
+    WHEEL = 6
+    GEAR = 7
     BALL = 8  # 3D
+    HINGE = 9  # 3D
+    SLIDER = 10  # 3D
+    UNIVERSAL = 11  # 3D
+    SIX_AXIS = 12  # 3D
+    AXIS = 13  # 3D: one coordinate of a joint that has several
 
 
 class ActuatorMode(IntEnum):
@@ -218,13 +223,16 @@ def joint_model_dtype() -> np.dtype[Any]:
             ("kind", "i4"),  # JointKind of its dimension
             ("body_a", "i4"),
             ("body_b", "i4"),
-            ("joint_a", "i4"),  # of gears: the coupled joints
+            ("joint_a", "i4"),  # of gears: the coupled joints; of an axis: the joint that it belongs to
             ("joint_b", "i4"),
             ("row_first", "i4"),  # of user constraints: first of their rows in the parameters
-            ("row_count", "i4"),  # rows besides those of limit, motor and spring
+            ("row_count", "i4"),  # rows besides those of limit, motor, spring and friction
             ("wakes", "i4"),  # 1: driven, so its island never sleeps
             ("torque", "i4"),  # 1: an actuator sets the effort of the motor instead of its speed
             ("frame", "i4"),  # of user constraints: 1 = directions fixed in body_a
+            ("locked", "i4"),  # 3D: bits of the locked axes, 0 to 2 translations, 3 to 5 rotations
+            ("coordinate", "i4"),  # 3D: number of the coordinate of limit and spring (spatial/joints/axes.py); -1: none
+            ("motor_coordinate", "i4"),  # 3D: of motor and friction
         ],
         align=True,
     )
@@ -232,22 +240,29 @@ def joint_model_dtype() -> np.dtype[Any]:
 
 def joint_parameter_dtype(dim: int) -> np.dtype[Any]:
     """Return the dtype of the parameters of a joint, which may differ from world to world."""
+    frame: list[Any] = [] if dim == 2 else [("frame", "f8", (4,))]  # rotation of the joint's axes in body a
     return np.dtype(
         [
             ("anchor_a", "f8", (dim,)),  # m, in the body's own frame
             ("anchor_b", "f8", (dim,)),
             ("axis", "f8", (dim,)),  # unit, in the frame of body a
             ("reference", "f8", (ROTATION_SIZE[dim],)),  # rotation of b in a where the joint is at rest
+            *frame,
             ("reference_angle", "f8"),  # rad, the same angle, unwrapped (2D); of gears the coupled coordinate
             ("length", "f8"),  # m, of distance joints
             ("lower", "f8"),  # m or rad, limits of the coordinate; infinite: none
             ("upper", "f8"),
+            ("limit_restitution", "f8"),
+            ("limit_frequency", "f8"),  # Hz, of a soft limit on the effective mass of the row; 0: rigid
+            ("limit_damping_ratio", "f8"),
             ("frequency", "f8"),  # Hz, of the spring on the effective mass of the row
             ("damping_ratio", "f8"),
             ("stiffness", "f8"),  # N/m or N m/rad; replaces the frequency where it or the damping is positive
             ("damping", "f8"),  # N s/m or N m s/rad
             ("spring_effort", "f8"),  # N or N m, largest effort of the spring
             ("motor_effort", "f8"),  # N or N m, largest effort of the motor; 0: no motor
+            ("motor_gain", "f8"),  # N s/m or N m s/rad, effort for each unit of the error of speed; infinite: rigid
+            ("friction_effort", "f8"),  # N or N m, dry friction of the joint
             ("max_force", "f8"),  # N, of targets
             ("max_torque", "f8"),  # N m
             ("ratio", "f8"),  # of gears, q_a + ratio q_b is constant
@@ -260,7 +275,14 @@ def joint_parameter_dtype(dim: int) -> np.dtype[Any]:
 
 def joint_state_dtype(dim: int) -> np.dtype[Any]:
     """Return the dtype of the state of a joint."""
-    turn: list[Any] = [] if dim == 2 else [("target_rotation", "f8", (4,))]  # of target joints
+    turn: list[Any] = (
+        []
+        if dim == 2
+        else [
+            ("target_rotation", "f8", (4,)),  # of target joints
+            ("angle", "f8"),  # rad, unwrapped coordinate of a rotation at the start of the last substep
+        ]
+    )
     return np.dtype(
         [
             ("impulse", "f8", (ROWS_PER_JOINT[dim],)),  # N s and N m s of the last substep
@@ -487,6 +509,18 @@ class Model:
     def is_linked(self) -> bool:
         """Whether there are joints other than user constraints, welds and targets, which need further compiled code."""
         return bool((self.joints["kind"] > JointKind.TARGET).any())
+
+    def parts_of(self, joint: int) -> Array:
+        """Return the indices of the joints that are coordinates of a joint."""
+        return np.flatnonzero((self.joints["kind"] == JointKind.AXIS) & (self.joints["joint_a"] == joint))
+
+    @property
+    def has_axes(self) -> bool:
+        """Whether there are 3D joints with axes or gears, which need further compiled code."""
+        kinds = self.joints["kind"]
+        return self.dim == 3 and bool(
+            ((kinds > JointKind.BALL) | np.isin(kinds, (JointKind.WHEEL, JointKind.GEAR))).any()
+        )
 
     @property
     def sensor_slices(self) -> dict[str, slice]:

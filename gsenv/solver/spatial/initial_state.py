@@ -89,6 +89,36 @@ def multiplied(p: Any, q: Any) -> Array:
     return np.stack(_multiply(np.moveaxis(p, -1, 0), np.moveaxis(q, -1, 0)), -1)
 
 
+def rotation_from(matrix: Array) -> Array:
+    """Return the quaternion (w, x, y, z) of a rotation matrix (3, 3), from its largest component."""
+    m = matrix
+    square = np.array(
+        [
+            m[0, 0] + m[1, 1] + m[2, 2],
+            m[0, 0] - m[1, 1] - m[2, 2],
+            m[1, 1] - m[0, 0] - m[2, 2],
+            m[2, 2] - m[0, 0] - m[1, 1],
+        ]
+    )
+    products = np.array(
+        [
+            [0.0, m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]],
+            [0.0, 0.0, m[0, 1] + m[1, 0], m[0, 2] + m[2, 0]],
+            [0.0, 0.0, 0.0, m[1, 2] + m[2, 1]],
+            [0.0, 0.0, 0.0, 0.0],
+        ]
+    )
+    products = products + products.T + np.diag(1.0 + square)
+    q = products[int(np.argmax(square))]
+    return np.asarray(q / np.hypot.reduce(q))
+
+
+def rotation_in(a: Any, orientation: Any) -> Quaternion:
+    """Return an orientation in the world, by default that of its axes, in the frame of a body at its initial pose."""
+    own = rotation_of(a.orientation)
+    return _normalised(_multiply(_conjugate(own), (1.0, 0.0, 0.0, 0.0) if orientation is None else orientation))
+
+
 def fill_reference(a: Any, b: Any, parameters: Any, state: Any) -> None:
     """Write the rotations of b in a and of b in the world, at the initial poses, to a joint's records."""
     one, other = rotation_of(a.orientation), rotation_of(b.orientation)

@@ -2,20 +2,49 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..core.springs import distance_reading, stored_energy
+from ..core.springs import distance_reading, limit_energy, stored_energy
 from ..jit import njit
 from ..records.model import Array, JointKind, Model
 from ..records.parameters import ParameterArrays
 from ..records.state import State
-from .initial_state import turned_by
+from .initial_state import multiplied, rotation_from, turned_by
+from .joints.axes import (
+    BALL_TURN,
+    FIRST_TURN,
+    LAST_TURN,
+    NODE_TURN,
+    SWING,
+    TWIST,
+    axis_of,
+    counts_turns,
+    turn_coordinate,
+    turn_direction,
+    unwrapped,
+)
 from .joints.point import arm, unit_axis
 from .math import Vec, add, conjugate, cross, dot, multiply, norm, quaternion, scaled, sub, turn_between, turned, vec
 
+WITHOUT_COORDINATE = (
+    JointKind.WELD, JointKind.ROWS, JointKind.TARGET, JointKind.BALL, JointKind.UNIVERSAL, JointKind.SIX_AXIS,
+)  # fmt: skip
+_WELD = int(JointKind.WELD)
+_BALL = int(JointKind.BALL)
 _DISTANCE = int(JointKind.DISTANCE)
+
+
+class _Ends(NamedTuple):
+    """The ends of one joint in all worlds, in the world."""
+
+    apart: Array  # m (world, 3), anchor_b - anchor_a
+    rate: Array  # m/s (world, 3)
+    spin_a: Array  # rad/s (world, 3)
+    spin_b: Array
+    a: Array  # (world, 3, 3): [:, k] is axis k of the joint's frame in body a
+    b: Array
 
 
 def rotated(rotation: Array, vector: Array) -> Array:
@@ -23,29 +52,75 @@ def rotated(rotation: Array, vector: Array) -> Array:
     return turned_by(rotation, vector)
 
 
+def has_coordinate(model: Model, j: int) -> bool:
+    """Return whether a joint has a coordinate of its own."""
+    return JointKind(int(model.joints["kind"][j])) not in WITHOUT_COORDINATE
+
+
 def coordinate(model: Model, parameters: ParameterArrays, state: State, j: int) -> Array:
-    """Return the distance in m between the anchors of a distance joint, (world,).
+    """Return the coordinate (world,): rad or m of a joint with axes, m between the anchors of a distance joint, or the
+    error of a gear.
 
     Raises:
-        ValueError: the joint is of another kind, which has no coordinate.
+        ValueError: the joint is of another kind, or has several coordinates with names of their own.
     """
-    apart, _ = _anchors(model, parameters, state, j)
-    return np.sqrt((apart**2).sum(-1))
+    kind = _with_coordinate(model, j)
+    if kind == JointKind.GEAR:
+        return _coupled(coordinate, model, parameters, state, j) - parameters.joints["reference_angle"][:, j]
+    ends = _ends(model, parameters, state, j)
+    if kind == JointKind.DISTANCE:
+        return np.sqrt((ends.apart**2).sum(-1))
+    number = int(model.joints["coordinate"][j])
+    if number < 3:
+        return _dot(ends.a[:, number], ends.apart)
+    angle = turn_coordinates(number, ends.a, ends.b)
+    if number in (FIRST_TURN, LAST_TURN, TWIST):
+        turns = np.round((state.joints["angle"][:, j] - angle) / (2.0 * np.pi))
+        angle = angle + 2.0 * np.pi * turns
+    return angle
 
 
 def rate(model: Model, parameters: ParameterArrays, state: State, j: int) -> Array:
-    """Return the rate of change of the coordinate (world,), m/s."""
-    apart, speed = _anchors(model, parameters, state, j)
-    length = np.sqrt((apart**2).sum(-1))
-    return np.asarray((apart * speed).sum(-1) / np.maximum(length, 1e-300))
+    """Return the rate of change of the coordinate (world,), rad/s or m/s."""
+    kind = _with_coordinate(model, j)
+    if kind == JointKind.GEAR:
+        return _coupled(rate, model, parameters, state, j)
+    ends = _ends(model, parameters, state, j)
+    if kind == JointKind.DISTANCE:
+        length = np.sqrt((ends.apart**2).sum(-1))
+        return np.asarray((ends.apart * ends.rate).sum(-1) / np.maximum(length, 1e-300))
+    number = int(model.joints["coordinate"][j])
+    if number < 3:
+        turning = np.cross(ends.spin_a, ends.apart)
+        return _dot(ends.a[:, number], ends.rate - turning)
+    return _dot(turn_directions(number, ends.a, ends.b), ends.spin_b - ends.spin_a)
 
 
-def _anchors(model: Model, parameters: ParameterArrays, state: State, j: int) -> tuple[Array, Array]:
-    """Return anchor_b - anchor_a, (world, 3) m, and its rate, m/s."""
+def _coupled(read: Any, model: Model, parameters: ParameterArrays, state: State, j: int) -> Array:
+    """Return q_a + ratio q_b of a gear, or its rate."""
+    a, b = (read(model, parameters, state, int(model.joints[side][j])) for side in ("joint_a", "joint_b"))
+    return np.asarray(a + parameters.joints["ratio"][:, j] * b)
+
+
+def _with_coordinate(model: Model, j: int) -> JointKind:
     kind = JointKind(int(model.joints["kind"][j]))
-    if kind != JointKind.DISTANCE:
-        raise ValueError(f"joint {model.joint_names[j]!r} is a {kind.name.lower()} and has no coordinate.")
-    points, speeds = [], []
+    name = model.joint_names[j]
+    if kind in WITHOUT_COORDINATE:
+        parts = [model.joint_names[k] for k in model.parts_of(j)]
+        if parts:
+            raise ValueError(f"joint {name!r} has the coordinates {', '.join(map(repr, parts))}; name one of these.")
+        raise ValueError(f"joint {name!r} is a {kind.name.lower()} and has no coordinate.")
+    return kind
+
+
+def _dot(a: Array, b: Array) -> Array:
+    return np.asarray((a * b).sum(-1))
+
+
+def _ends(model: Model, parameters: ParameterArrays, state: State, j: int) -> _Ends:
+    points, speeds, spins, frames = [], [], [], []
+    frame = parameters.joints["frame"][:, j]
+    back = parameters.joints["reference"][:, j] * np.array([1.0, -1.0, -1.0, -1.0])
     for side in ("a", "b"):
         i = model.joints[f"body_{side}"][j]
         body = state.bodies[:, i]
@@ -53,12 +128,62 @@ def _anchors(model: Model, parameters: ParameterArrays, state: State, j: int) ->
         to_anchor = turned_by(body["rotation"], local)
         points.append(body["position"] + to_anchor)
         speeds.append(body["velocity"][:, :3] + np.cross(body["velocity"][:, 3:], to_anchor))
-    return points[1] - points[0], speeds[1] - speeds[0]
+        spins.append(body["velocity"][:, 3:])
+        own = multiplied(body["rotation"], frame if side == "a" else multiplied(back, frame))
+        frames.append(np.stack([turned_by(own, np.eye(3)[k]) for k in range(3)], 1))
+    return _Ends(points[1] - points[0], speeds[1] - speeds[0], spins[0], spins[1], frames[0], frames[1])
+
+
+def turn_coordinates(number: int, a: Array, b: Array) -> Array:
+    """Return ``axes.turn_coordinate`` of many frames (world, 3, 3), rad."""
+    first, last = a[:, 0], b[:, 2]
+    if number == FIRST_TURN:
+        return np.arctan2(-_dot(a[:, 1], last), _dot(a[:, 2], last))
+    if number == LAST_TURN:
+        return np.arctan2(-_dot(first, b[:, 1]), _dot(first, b[:, 0]))
+    if number == NODE_TURN:
+        return np.arctan2(_dot(first, last), np.sqrt((np.cross(last, first) ** 2).sum(-1)))
+    if number == SWING:
+        return np.arctan2(np.sqrt((np.cross(a[:, 2], last) ** 2).sum(-1)), _dot(a[:, 2], last))
+    if number == TWIST:  # rotate b's last axis back to a's; the angle is then that between their first axes
+        whole = (1.0 + _dot(a[:, 2], last))[:, None]
+        half = a[:, 2] + last
+        sine = _dot(b[:, 0] - half * _dot(b[:, 0], half)[:, None] / np.maximum(whole, 1e-300), a[:, 1])
+        cosine = _dot(b[:, 0] - half * _dot(b[:, 0], half)[:, None] / np.maximum(whole, 1e-300), a[:, 0])
+        return np.arctan2(sine, cosine)
+    return _rotation_vectors(a, b)[:, number - BALL_TURN]
+
+
+def _rotation_vectors(a: Array, b: Array) -> Array:
+    """Return the rotation vectors (world, 3) of frames b in frames a, rad."""
+    m = np.einsum("wik,wjk->wij", a, b)  # [i, j]: component of axis j of b along axis i of a
+    return np.array([_rotation_vector(one) for one in m])
+
+
+def _rotation_vector(m: Array) -> Array:
+    q = rotation_from(m)
+    q = q if q[0] >= 0.0 else -q
+    sine = float(np.sqrt((q[1:] ** 2).sum()))
+    return np.asarray(q[1:] * (2.0 * np.arctan2(sine, q[0]) / sine if sine > 1e-8 else 2.0))
+
+
+def turn_directions(number: int, a: Array, b: Array) -> Array:
+    """Return ``axes.turn_direction`` of many frames (world, 3, 3)."""
+    first, last = a[:, 0], b[:, 2]
+    if number >= BALL_TURN:
+        return a[:, number - BALL_TURN]
+    if number == TWIST:
+        return (a[:, 2] + last) / np.maximum(1.0 + _dot(a[:, 2], last), 1e-300)[:, None]
+    across = np.cross(a[:, 2], last) if number == SWING else np.cross(last, first)
+    if number in (SWING, NODE_TURN):
+        return np.asarray(across / np.maximum(np.sqrt((across**2).sum(-1)), 1e-300)[:, None])
+    sine, square = _dot(first, last)[:, None], np.maximum((across**2).sum(-1), 1e-300)[:, None]
+    return np.asarray((first - sine * last if number == FIRST_TURN else last - sine * first) / square)
 
 
 @njit
 def read_joint(body_a: Any, body_b: Any, a: Any, b: Any, joint: Any) -> Any:
-    """Return (error in m, energy of the spring in J) of one joint; a, b: parameters of the bodies."""
+    """Return (error in m, energy of the springs in J) of one joint; a, b: parameters of the bodies."""
     p = joint.parameters
     model = joint.model
     arm_a = arm(body_a, a, p.anchor_a)
@@ -70,6 +195,10 @@ def read_joint(body_a: Any, body_b: Any, a: Any, b: Any, joint: Any) -> Any:
     if model.kind == _DISTANCE:
         u = scaled(d, 1.0 / max(apart, 1e-300))
         return distance_reading(p, apart, _give(body_a, body_b, a, b, arm_a, arm_b, u))
+    if model.kind == _BALL:
+        return apart, 0.0
+    if model.kind != _WELD:
+        return _read_axes(body_a, body_b, a, b, joint, arm_a, arm_b, d)
     if not sprung:
         return (0.0 if p.damping > 0.0 else apart), 0.0
     wanted = multiply(quaternion(body_a.rotation), quaternion(p.reference))
@@ -80,6 +209,48 @@ def read_joint(body_a: Any, body_b: Any, a: Any, b: Any, joint: Any) -> Any:
         energy += stored_energy(p, d[k], _give(body_a, body_b, a, b, arm_a, arm_b, u))
         energy += stored_energy(p, turn[k], _turning(body_a, a, u) + _turning(body_b, b, u))
     return 0.0, energy
+
+
+@njit
+def _read_axes(body_a: Any, body_b: Any, a: Any, b: Any, joint: Any, arm_a: Vec, arm_b: Vec, d: Vec) -> Any:
+    """Return ``read_joint`` of a joint with axes: arms to b's anchor, which is d m from a's."""
+    p = joint.parameters
+    model = joint.model
+    frame = quaternion(p.frame)
+    on_a = multiply(quaternion(body_a.rotation), frame)
+    on_b = multiply(quaternion(body_b.rotation), multiply(conjugate(quaternion(p.reference)), frame))
+    off = 0.0
+    for k in range(3):
+        if (model.locked >> k) & 1:
+            off += dot(axis_of(on_a, k), d) ** 2
+    error = max(off**0.5, _turned_off(model.locked >> 3, on_a, on_b) * max(a.radius, b.radius))
+    sprung = p.frequency > 0.0 or p.stiffness > 0.0
+    if model.coordinate < 0 or not (sprung or p.limit_frequency > 0.0):
+        return error, 0.0
+    if model.coordinate < 3:
+        u = axis_of(on_a, model.coordinate)
+        q = dot(u, d)
+        give = _give(body_a, body_b, a, b, arm_a, arm_b, u)
+    else:
+        u = turn_direction(model.coordinate, on_a, on_b)
+        q = turn_coordinate(model.coordinate, on_a, on_b)
+        if counts_turns(model.coordinate):
+            q = unwrapped(q, joint.state.angle)
+        give = _turning(body_a, a, u) + _turning(body_b, b, u)
+    energy = limit_energy(p, q, give)
+    return error, energy + (stored_energy(p, q - joint.state.rest, give) if sprung else 0.0)
+
+
+@njit
+def _turned_off(bits: Any, on_a: Any, on_b: Any) -> float:
+    """Return the largest angle in rad by which locked rotations are off; ``bits`` as in spatial/joints/axis_joints."""
+    if bits == 7:
+        return norm(turn_between(on_a, on_b))
+    if bits == 3:
+        return turn_coordinate(SWING, on_a, on_b)
+    if bits == 2:
+        return abs(turn_coordinate(NODE_TURN, on_a, on_b))
+    return 0.0
 
 
 @njit

@@ -9,6 +9,7 @@ import numpy as np
 from ..records.model import Array, Model
 from ..records.sensors import CONTACT, POSE, VELOCITY
 from .initial_state import multiplied, turned_by
+from .joint_readings import coordinate, rate
 
 if TYPE_CHECKING:
     from ..records.parameters import ParameterArrays
@@ -21,8 +22,8 @@ def read_into(
     """Fill ``out`` (world, number) with the readings of ``sensors``, in columns.
 
     pose: position m and quaternion of the body's own frame; velocity: m/s of its centre of mass and
-    rad/s; contact: touching (0 or 1) and the mean force on it over the step, N; joint: mean force N
-    and torque N m on body_b at its anchor.
+    rad/s; contact: touching (0 or 1) and the mean force on it over the step, N; joint: coordinate and rate, where it
+    has one, mean force N and torque N m on body_b at its anchor.
     """
     for sensor in sensors:
         first = int(sensor["column"] - sensors[0]["column"])
@@ -38,7 +39,12 @@ def read_into(
         elif sensor["kind"] == CONTACT:
             reading[:] = contact_forces(state, body, timestep)
         else:
-            reading[:] = state.joints["reaction"][:, int(sensor["joint"])] / timestep
+            j = int(sensor["joint"])
+            if sensor["count"] > 6:
+                reading[:, 0] = coordinate(model, parameters, state, j)
+                reading[:, 1] = rate(model, parameters, state, j)
+            reaction = state.joints["reaction"]
+            reading[:, -6:] = (reaction[:, j] + reaction[:, model.parts_of(j)].sum(1)) / timestep
 
 
 def contact_forces(state: State, body: int, timestep: float) -> Array:

@@ -46,6 +46,9 @@ def _driven_axis(spec: JointSpec, axis: str | None, mode: str, dim: int, what: s
         if number >= 3 and mode == "position":
             raise ValueError(f"{what}: turning is driven by velocity; {axis} has no position.")
         return number
+    if spec.parts and not spec.motor_effort > 0.0 and not spec.has_spring:
+        names = ", ".join(repr(part.name) for part in spec.parts)
+        raise ValueError(f"{what}: joint {spec.name!r} has the coordinates {names}; drive one of these.")
     if spec.kind in ("rows", "weld", "gear"):
         raise ValueError(f"{what} needs a target, a motor or a spring, {spec.name!r} is a {spec.kind}.")
     if axis is not None:

@@ -30,7 +30,6 @@ from ..records.model import (
 from ..records.sensors import SENSOR_DTYPE, SensorKind
 from . import check
 from .placement import anchor_of, to_local, to_world
-from .sensors import SENSOR_TYPES
 from .specs import BodySpec, JointSpec, SceneSpec, SensorSpec
 
 ACTUATOR_MODES = {"velocity": ActuatorMode.VELOCITY, "position": ActuatorMode.POSITION, "torque": ActuatorMode.TORQUE}
@@ -96,7 +95,7 @@ def compile_scene(scene: SceneSpec) -> Model:
         shapes=shapes,
         joints=joints,
         actuators=_compile_actuators(scene),
-        sensors=_sensor_records(scene.sensors.values(), dim),
+        sensors=_sensor_records(scene.sensors.values()),
         sensor_rays=_sensor_rays(scene.sensors.values()),
         exclusions=np.array(sorted(encode_exclusion(a, b) for a, b in scene.excluded), np.int64),
         nominal_world=world,
@@ -155,7 +154,7 @@ def _compile_joints(scene: SceneSpec, bodies: list[BodySpec]) -> tuple[Array, Ar
     for j, spec in enumerate(specs):
         model = models[j]
         model["kind"] = kinds[spec.kind.upper()]
-        for name in ("body_a", "body_b", "joint_a", "joint_b"):
+        for name in ("body_a", "body_b", "joint_a", "joint_b", "locked", "coordinate", "motor_coordinate"):
             model[name] = getattr(spec, name)
         model["row_first"] = first
         model["row_count"] = spec.row_count
@@ -175,8 +174,9 @@ def _compile_joints(scene: SceneSpec, bodies: list[BodySpec]) -> tuple[Array, Ar
 
 
 PLAIN = (
-    "lower", "upper", "frequency", "damping_ratio", "stiffness", "damping", "spring_effort", "motor_effort",
-    "max_force", "max_torque", "ratio", "rigid", "enabled",
+    "lower", "upper", "limit_restitution", "limit_frequency", "limit_damping_ratio", "frequency", "damping_ratio",
+    "stiffness", "damping", "spring_effort", "motor_effort", "motor_gain", "friction_effort", "max_force",
+    "max_torque", "ratio", "rigid", "enabled",
 )  # fmt: skip
 
 
@@ -189,6 +189,8 @@ def _fill_joint(spec: JointSpec, bodies: Sequence[BodySpec], parameters: Any, st
     parameters["anchor_a"] = anchor_a
     parameters["anchor_b"] = anchor_b
     dimension(a.dim).initial_state.fill_reference(a, b, parameters, state)
+    if a.dim == 3:
+        parameters["frame"] = dimension(3).initial_state.rotation_in(a, spec.orientation)
     if spec.axis is not None:
         parameters["axis"] = to_local(a, a.position + spec.axis)
     for name in PLAIN:
@@ -201,8 +203,8 @@ def _fill_joint(spec: JointSpec, bodies: Sequence[BodySpec], parameters: Any, st
 
 
 def _start_coordinate(spec: JointSpec, bodies: list[BodySpec], parameters: Any) -> float:
-    """Return the coordinate at the initial poses: 0, or the distance of a prismatic joint's anchors along its axis."""
-    if spec.kind == "revolute":
+    """Return the coordinate at the initial poses: 0, or the distance of a sliding joint's anchors along its axis."""
+    if spec.axis is None or spec.kind == "hinge":
         return 0.0
     a, b = bodies[spec.body_a], bodies[spec.body_b]
     apart = to_world(b, parameters["anchor_b"]) - to_world(a, parameters["anchor_a"])
@@ -224,7 +226,7 @@ def _compile_actuators(scene: SceneSpec) -> Array:
     return actuators
 
 
-def _sensor_records(specs: Iterable[SensorSpec], dim: int) -> Array:
+def _sensor_records(specs: Iterable[SensorSpec]) -> Array:
     """Return the records (sensor,) of SENSOR_DTYPE."""
     specs = list(specs)
     sensors = np.zeros(len(specs), SENSOR_DTYPE)
@@ -232,7 +234,7 @@ def _sensor_records(specs: Iterable[SensorSpec], dim: int) -> Array:
     for record, spec in zip(sensors, specs, strict=True):
         record["kind"] = SensorKind[spec.kind.upper()]
         record["column"] = column
-        record["count"] = SENSOR_TYPES[spec.kind].widths[dim] or len(spec.angles)
+        record["count"] = spec.width or len(spec.angles)
         record["ray_first"] = ray
         record["local_position"] = spec.position
         for name in ("body", "joint", "mask", "length"):

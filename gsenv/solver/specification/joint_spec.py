@@ -8,16 +8,19 @@ import numpy as np
 
 from ..records.model import Array, BodyKind
 from . import check
+from .axis_spec import BALL_TURN, SWING, add_axes, limits_of, set_axis, set_spring, unit
 from .handles import find
-from .joints import Distance, Gear, Joint, PairJoint, Prismatic, Servo, Sprung, Target, Wheel, wrong_dimension
+from .joint_base import Joint, PairJoint, Servo, Sprung
+from .joints import Distance, Gear, Prismatic, Target, Wheel, wrong_dimension
 from .placement import anchor_of, to_local
 from .specs import BodySpec, JointSpec, SceneSpec
 
-COUPLED = ("revolute", "prismatic")  # joints that gears can couple
+TURNING = {2: "revolute", 3: "hinge"}
+COUPLED = {2: ("revolute", "prismatic"), 3: ("hinge", "slider", "axis")}  # joints that gears can couple
 
 
 def joint_spec(name: str, joint: Joint, scene: SceneSpec) -> JointSpec:
-    """Return the checked joint.
+    """Return the checked joint, whose ``parts`` are its further coordinates.
 
     Raises:
         ValueError: not a joint of this dimension, an unknown body, or an argument out of its range.
@@ -33,6 +36,10 @@ def joint_spec(name: str, joint: Joint, scene: SceneSpec) -> JointSpec:
     else:
         spec = _pair(name, joint, scene)
     spec.row_count = joint.row_counts[scene.dim]
+    if scene.dim == 3:
+        add_axes(spec, joint, len(scene.joints))
+    elif isinstance(joint, Wheel) and (joint.spin_axis is not None or joint.steering is not None):
+        raise ValueError(f"{what}: in 2D a wheel has no spin_axis and no steering.")
     return spec
 
 
@@ -58,14 +65,14 @@ def _pair(name: str, joint: Any, scene: SceneSpec) -> JointSpec:
     spec = JointSpec(name, joint.kind, a, b, bool(joint.enabled))
     _set_anchors(spec, joint, bodies[a], bodies[b], what)
     if isinstance(joint, (Prismatic, Wheel)):
-        spec.axis = _unit(joint.axis, scene.dim, f"{what}: axis")
+        spec.axis = unit(joint.axis, scene.dim, f"{what}: axis")
     if isinstance(joint, Sprung):
-        _set_spring(spec, joint, what)
-    if isinstance(joint, (Servo, Distance)):
-        spec.lower, spec.upper = _limits(joint.limits, what)
-        spec.spring_effort = check.bound(joint.spring_effort, f"{what}: spring_effort")
+        set_spring(spec, joint, what)
     if isinstance(joint, Servo):
-        _set_motor(spec, joint, what)
+        set_axis(spec, joint, what)
+    if isinstance(joint, Distance):
+        spec.lower, spec.upper = limits_of(joint.limits, what)
+        spec.spring_effort = check.bound(joint.spring_effort, f"{what}: spring_effort")
     if isinstance(joint, Distance):
         _set_length(spec, joint, what)
     if BodyKind.DYNAMIC not in (bodies[a].kind, bodies[b].kind):
@@ -87,42 +94,6 @@ def _set_anchors(spec: JointSpec, joint: PairJoint, a: BodySpec, b: BodySpec, wh
 
 def _local(anchor: Any, dim: int, what: str, default: Array | None = None) -> Array | None:
     return default if anchor is None else check.vector(anchor, dim, what)
-
-
-def _unit(axis: Any, dim: int, what: str) -> Array:
-    vector = check.vector(axis, dim, what)
-    length = float(np.hypot.reduce(vector))
-    if not length > 0.0:
-        raise ValueError(f"{what} must have a direction, got {axis!r}.")
-    return np.asarray(vector / length)
-
-
-def _set_spring(spec: JointSpec, joint: Sprung, what: str) -> None:
-    for word in ("frequency", "damping_ratio", "stiffness", "damping"):
-        setattr(spec, word, check.not_negative(getattr(joint, word), f"{what}: {word}"))
-    if spec.frequency > 0.0 and (spec.stiffness > 0.0 or spec.damping > 0.0):
-        raise ValueError(f"{what}: give its spring by frequency or by stiffness and damping, not both.")
-
-
-def _limits(limits: Any, what: str) -> tuple[float, float]:
-    if limits is None:
-        return -np.inf, np.inf
-    try:
-        low, high = limits
-    except (TypeError, ValueError):
-        raise ValueError(f"{what}: limits must be two numbers, got {limits!r}.") from None
-    lower, upper = check.bounds((low, high), (2,), f"{what}: limits").tolist()
-    if not (lower <= upper and lower < np.inf and upper > -np.inf):
-        raise ValueError(f"{what}: the lower limit must not be above the upper one, got {limits!r}.")
-    return lower, upper
-
-
-def _set_motor(spec: JointSpec, joint: Servo, what: str) -> None:
-    spec.rest = check.finite(joint.rest, f"{what}: rest")
-    spec.motor_speed = check.finite(joint.motor_speed, f"{what}: motor_speed")
-    spec.motor_effort = check.bound(joint.motor_effort, f"{what}: motor_effort")
-    if spec.motor_speed != 0.0 and spec.motor_effort == 0.0:
-        raise ValueError(f"{what}: a motor needs a motor_effort, its bound in N or N m.")
 
 
 def _set_length(spec: JointSpec, joint: Distance, what: str) -> None:
@@ -162,24 +133,38 @@ def _gear(name: str, joint: Gear, scene: SceneSpec) -> JointSpec:
     first, second = joints[a], joints[b]
     if a == b:
         raise ValueError(f"{what}: a gear couples two different joints, got {first.name!r} twice.")
+    kinds = COUPLED[scene.dim]
     for spec in (first, second):
-        if spec.kind not in COUPLED:
-            raise ValueError(f"{what}: a gear couples revolute and prismatic joints, {spec.name!r} is a {spec.kind}.")
+        if spec.kind not in kinds or spec.coordinate == SWING or spec.coordinate >= BALL_TURN:
+            known = f"{', '.join(kinds[:-1])} and {kinds[-1]} joints".replace("axis joints", "joints' coordinates")
+            raise ValueError(f"{what}: a gear couples {known}, {spec.name!r} is a {spec.kind}.")
     if first.body_b == second.body_b:
         raise ValueError(f"{what}: {first.name!r} and {second.name!r} move the same body.")
     moving = [spec for spec in (first, second) if bodies[spec.body_a].kind != BodyKind.STATIC]
-    if moving and (first.body_a != second.body_a or "prismatic" in (first.kind, second.kind)):
+    turning = TURNING[scene.dim]
+    if moving and (first.body_a != second.body_a or not first.kind == second.kind == turning):
         raise ValueError(
-            f"{what}: on moving bodies a gear couples revolute joints that share body_a; "
+            f"{what}: on moving bodies a gear couples {turning} joints that share body_a; "
             f"{moving[0].name!r} is on {bodies[moving[0].body_a].name!r}."
         )
     ratio = check.finite(joint.ratio, f"{what}: ratio")
     if ratio == 0.0:
         raise ValueError(f"{what}: ratio must not be 0.")
-    if moving and ratio != -1.0 and np.hypot(*(anchor_of(first, bodies) - anchor_of(second, bodies))) < 1e-6:
+    if moving and not _can_react(first, second, ratio, anchor_of(first, bodies) - anchor_of(second, bodies)):
         raise ValueError(
-            f"{what}: on a moving body only the ratio -1 couples {first.name!r} and {second.name!r}, "
-            f"whose anchors are at one point."
+            f"{what}: {first.name!r} and {second.name!r} are on one axis of a moving body, which can't take the torque "
+            f"of this ratio."
         )
     enabled = bool(joint.enabled)
     return JointSpec(name, joint.kind, first.body_b, second.body_b, enabled, joint_a=a, joint_b=b, ratio=ratio)
+
+
+def _can_react(first: JointSpec, second: JointSpec, ratio: float, apart: Array) -> bool:
+    """Whether the body that two rotations share can take the torque of their gear, with axes ``apart`` m."""
+    if first.axis is None or second.axis is None:  # 2D
+        return ratio == -1.0 or bool(np.hypot.reduce(apart) >= 1e-6)
+    across = np.cross(first.axis, second.axis)
+    if across @ across > 0.01:
+        return True
+    same = float(first.axis @ second.axis)
+    return abs(1.0 + ratio * same) < 1e-9 or bool(np.hypot.reduce(np.cross(first.axis, apart)) >= 1e-6)

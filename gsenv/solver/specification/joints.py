@@ -5,90 +5,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import KW_ONLY, dataclass
 from typing import Any, ClassVar
 
 import numpy as np
 
-from ..records.model import Array
 from . import check
+from .axis_joints import Hinge, SixAxis, Slider, Universal
 from .handles import Reference
-
-Vector = Sequence[float] | Array
-
-SPRING = ("frequency", "damping_ratio", "stiffness", "damping")
-SERVO = ("lower", "upper", *SPRING, "spring_effort", "motor_effort")
-
-
-@dataclass(frozen=True, kw_only=True)
-class Joint:
-    """The arguments that all joints have.
-
-    Args:
-        enabled: False excludes the joint until ``Parameters.set`` enables it.
-    """
-
-    kind: ClassVar[str]
-    row_counts: ClassVar[Mapping[int, int]]  # dimension: rows besides those of limit, motor and spring
-    tunable: ClassVar[tuple[str, ...]] = ()  # fields that ``Parameters.set`` may change besides `enabled`
-
-    enabled: bool = True
-
-
-@dataclass(frozen=True)
-class PairJoint(Joint):
-    """A joint between two bodies.
-
-    Args:
-        anchor: m, world point at the initial poses; or
-        anchor_a, anchor_b: m, in the bodies' own frames. Default: the origin of body_b.
-        collide: whether the two bodies collide with each other.
-    """
-
-    body_a: Reference
-    body_b: Reference
-    _: KW_ONLY
-    anchor: Vector | None = None
-    anchor_a: Vector | None = None
-    anchor_b: Vector | None = None
-    collide: bool = False
-
-
-@dataclass(frozen=True, kw_only=True)
-class Sprung(Joint):
-    """A joint that may have a spring, given by ``frequency`` or by ``stiffness`` and ``damping``; 0 is no spring.
-
-    Args:
-        frequency: Hz, on the effective mass of the joint.
-        damping_ratio: of that spring, 1 is critical.
-        stiffness: N/m or N m/rad.
-        damping: N s/m or N m s/rad.
-    """
-
-    frequency: float = 0.0
-    damping_ratio: float = 1.0
-    stiffness: float = 0.0
-    damping: float = 0.0
-
-
-@dataclass(frozen=True, kw_only=True)
-class Servo(Sprung):
-    """A joint whose coordinate q may have limits, a spring and a motor.
-
-    Args:
-        limits: (lower, upper) of q, rad or m, infinite for none; q is 0 at the initial poses.
-        rest: rad or m, q at which the spring is relaxed.
-        spring_effort: N m or N, largest effort of the spring.
-        motor_speed: rad/s or m/s, set point of the motor; see ``World.set_motor``.
-        motor_effort: N m or N, largest effort of the motor; 0 is no motor.
-    """
-
-    limits: tuple[float, float] | None = None
-    rest: float = 0.0
-    spring_effort: float = np.inf
-    motor_speed: float = 0.0
-    motor_effort: float = 0.0
+from .joint_base import SERVO, SPRING, Axis, Joint, PairJoint, Servo, Sprung, Vector
 
 
 @dataclass(frozen=True)
@@ -110,18 +36,40 @@ class Weld(Sprung, PairJoint):
 
 
 @dataclass(frozen=True)
-class Ball(PairJoint):
-    """3D: body_b rotates freely about a point of body_a.
+class Ball(Axis, PairJoint):
+    """3D: body_b rotates about a point of body_a, freely or within a cone and a range of twist.
+
+    A spring, motor or friction acts about each of three axes fixed in body_a, which are those of the world at the
+    initial poses. Then ``"<name>/turn_x"``, ``/turn_y`` and ``/turn_z`` name their coordinates for actuators, readings
+    and ``Parameters.set``: the components in rad of the rotation vector of body_b relative to its initial pose. The
+    limits are ``"<name>/swing"`` and ``"<name>/twist"``.
 
     Args:
         anchor: m, world point at the initial poses; or anchor_a and anchor_b, m, in the bodies' own frames.
             Default: the origin of body_b.
+        axis: direction in the world at the initial poses, fixed in both bodies from then on; needed for cone and twist.
+        cone: rad, largest angle between the axis of body_b and that of body_a, below pi. Default: none.
+        twist: rad, (lower, upper) of the rotation of body_b about the axis, within (-pi, pi). Default: none.
+        limit_restitution: of cone and twist, 0 to 1, default 0; limit_frequency: Hz, and limit_damping_ratio: of soft
+            limits, default 0: rigid.
+        frequency: Hz, of a spring on the effective inertia of the joint, and damping_ratio (default 1); or
+            stiffness, N m/rad, and damping, N m s/rad. Default 0: no spring.
+        rest: rad, of each coordinate, default 0.
+        spring_effort: N m, largest torque of the spring about each axis, default unbounded.
+        motor_speed: rad/s about each axis, default 0; motor_effort: N m, its largest torque about each axis, default
+            0: no motor; motor_gain: N m s/rad, default unbounded.
+        friction_effort: N m, dry friction about each axis, default 0.
         collide: whether the two bodies collide with each other, default False.
         enabled: default True.
     """
 
     kind: ClassVar[str] = "ball"
     row_counts: ClassVar[Mapping[int, int]] = {3: 3}
+
+    _: KW_ONLY
+    axis: Vector | None = None
+    cone: float | None = None
+    twist: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)
@@ -132,11 +80,15 @@ class Revolute(Servo, PairJoint):
         anchor: m, world point at the initial poses; or anchor_a and anchor_b, m, in the bodies' own frames.
             Default: the origin of body_b.
         limits: rad, (lower, upper) of q, infinite for none. Default: none.
+        limit_restitution: of an impact on a limit, 0 to 1, default 0; limit_frequency: Hz, and limit_damping_ratio:
+            of soft limits, default 0: rigid.
         frequency: Hz, of a spring on the effective inertia of the joint, and damping_ratio (default 1); or
             stiffness, N m/rad, and damping, N m s/rad. Default 0: no spring.
         rest: rad, q at which the spring is relaxed, default 0.
         spring_effort: N m, largest torque of the spring, default unbounded.
-        motor_speed: rad/s, default 0; motor_effort: N m, its largest torque, default 0: no motor.
+        motor_speed: rad/s, default 0; motor_effort: N m, its largest torque, default 0: no motor; motor_gain:
+            N m s/rad, torque for each rad/s of the error of speed, default unbounded.
+        friction_effort: N m, dry friction, default 0.
         collide: whether the two bodies collide with each other, default False.
         enabled: default True.
     """
@@ -155,11 +107,15 @@ class Prismatic(Servo, PairJoint):
         anchor: m, world point at the initial poses; or anchor_a and anchor_b, m, in the bodies' own frames.
             Default: the origin of body_b.
         limits: m, (lower, upper) of q, infinite for none. Default: none.
+        limit_restitution: of an impact on a limit, 0 to 1, default 0; limit_frequency: Hz, and limit_damping_ratio:
+            of soft limits, default 0: rigid.
         frequency: Hz, of a spring on the effective mass of the joint, and damping_ratio (default 1); or
             stiffness, N/m, and damping, N s/m. Default 0: no spring.
         rest: m, q at which the spring is relaxed, default 0.
         spring_effort: N, largest force of the spring, default unbounded.
-        motor_speed: m/s, default 0; motor_effort: N, its largest force, default 0: no motor.
+        motor_speed: m/s, default 0; motor_effort: N, its largest force, default 0: no motor; motor_gain:
+            N s/m, force for each m/s of the error of speed, default unbounded.
+        friction_effort: N, dry friction, default 0.
         collide: whether the two bodies collide with each other, default False.
         enabled: default True.
     """
@@ -174,30 +130,40 @@ class Prismatic(Servo, PairJoint):
 
 @dataclass(frozen=True)
 class Wheel(Servo, PairJoint):
-    """2D: body_b rotates freely and slides along an axis of body_a, its suspension.
+    """body_b rotates freely and slides along an axis of body_a, its suspension; in 3D it may also be steered.
 
-    Its coordinate q is the translation, m; limits and spring act on q, the motor on the angle.
+    Its coordinate q is the translation, m; limits and spring act on q, the motor on the rotation of the wheel.
+
+    In 3D ``"<name>/spin"`` names the angle of the wheel about its own axis, and ``"<name>/steering"`` that of its axis
+    about the suspension, rad, for actuators, readings, gears and ``Parameters.set``.
 
     Args:
         axis: direction in the world at the initial poses; fixed in body_a from then on.
+        spin_axis: 3D: axis of the wheel, perpendicular to ``axis``, in the world at the initial poses; fixed in body_b.
+        steering: 3D: an Axis, of limits, spring and motor of the steering. Default: not steered.
         anchor: m, world point at the initial poses; or anchor_a and anchor_b, m, in the bodies' own frames.
             Default: the origin of body_b.
         limits: m, (lower, upper) of q, infinite for none. Default: none.
+        limit_restitution: of an impact on a limit, 0 to 1, default 0; limit_frequency: Hz, and limit_damping_ratio:
+            of soft limits, default 0: rigid.
         frequency: Hz, of a spring on the effective mass of the joint, and damping_ratio (default 1); or
             stiffness, N/m, and damping, N s/m. Default 0: no spring.
         rest: m, q at which the spring is relaxed, default 0.
         spring_effort: N, largest force of the spring, default unbounded.
         motor_speed: rad/s, default 0; motor_effort: N m, its largest torque, default 0: no motor.
+        friction_effort: N m, dry friction of the rotation, default 0.
         collide: whether the two bodies collide with each other, default False.
         enabled: default True.
     """
 
     kind: ClassVar[str] = "wheel"
-    row_counts: ClassVar[Mapping[int, int]] = {2: 1}
+    row_counts: ClassVar[Mapping[int, int]] = {2: 1, 3: 4}  # in 3D one less with steering
     tunable: ClassVar[tuple[str, ...]] = SERVO
 
     _: KW_ONLY
     axis: Vector
+    spin_axis: Vector | None = None
+    steering: Axis | None = None
 
 
 @dataclass(frozen=True)
@@ -228,17 +194,18 @@ class Distance(Sprung, PairJoint):
 
 @dataclass(frozen=True)
 class Gear(Joint):
-    """2D: q of joint_a + ratio * q of joint_b is kept at its initial value.
+    """q of joint_a + ratio * q of joint_b is kept at its initial value.
 
     Args:
-        joint_a, joint_b: revolute or prismatic joints. With a moving body_a both must be revolute and share it.
+        joint_a, joint_b: revolute or prismatic joints; in 3D hinges, sliders, or coordinates such as "wheel/spin".
+            With a moving body_a both must be rotations (revolute, hinge) and share it.
         ratio: rad or m of q of joint_a for each rad or m of q of joint_b, default 1.
         collide: whether the two driven bodies collide with each other, default False.
         enabled: default True.
     """
 
     kind: ClassVar[str] = "gear"
-    row_counts: ClassVar[Mapping[int, int]] = {2: 1}
+    row_counts: ClassVar[Mapping[int, int]] = {2: 1, 3: 1}
 
     joint_a: Reference
     joint_b: Reference
@@ -274,7 +241,8 @@ class Target(Joint):
 
 
 JOINT_TYPES: dict[str, type[Joint]] = {
-    cls.kind: cls for cls in (Weld, Target, Ball, Revolute, Prismatic, Distance, Wheel, Gear)
+    cls.kind: cls
+    for cls in (Weld, Target, Ball, Revolute, Prismatic, Distance, Wheel, Gear, Hinge, Slider, Universal, SixAxis)
 }
 
 

@@ -110,13 +110,20 @@ class Scene(SceneSpec):
 
         Args:
             joint: of ``gsenv.solver.planar``: Revolute, Prismatic, Weld, Distance, Wheel, Gear or Target; of
-                ``gsenv.solver.spatial``: Ball, Weld, Distance or Target.
+                ``gsenv.solver.spatial``: Hinge, Slider, Universal, Ball, Wheel, Gear, SixAxis, Weld, Distance or
+                Target.
+
+        A joint with several coordinates adds further joints for them, such as "hip/turn_x"; its docstring names them.
         """
         name = check.unique(name, self.joints, "joint")
         spec = joint_spec(name, joint, self)
-        self.joints[name] = spec
+        for part in spec.parts:
+            check.unique(part.name, self.joints, "joint")
+        handle = Handle("joint", name, len(self.joints))
+        for one in (spec, *spec.parts):
+            self.joints[one.name] = one
         self.excluded |= excluded_pair(joint, spec)
-        return Handle("joint", name, len(self.joints) - 1)
+        return handle
 
     def add_constraint(
         self,

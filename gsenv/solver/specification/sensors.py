@@ -18,6 +18,7 @@ from .handles import Reference, find
 from .specs import SceneSpec, SensorSpec
 
 Vector = Sequence[float] | Array
+WITH_COORDINATE = ("distance", "hinge", "slider", "wheel", "gear", "axis")  # 3D joints
 
 
 @dataclass(frozen=True)
@@ -102,7 +103,7 @@ class JointSensor(Sensor):
     """A sensor of a joint, which is given by handle, name or index.
 
     In 2D it reads the coordinate, its rate, the reaction force x, y N and torque N m on body_b at its anchor; in 3D the
-    reaction force (3,) N and torque (3,) N m.
+    coordinate and its rate, of joints that have one, and the reaction force (3,) N and torque (3,) N m.
     """
 
     kind: ClassVar[str] = "joint"
@@ -128,8 +129,11 @@ def sensor_spec(name: str, sensor: Sensor, scene: SceneSpec) -> SensorSpec:
     if scene.dim not in sensor.widths:
         raise ValueError(f"{what}: {check.other_dimension(sensor, scene.dim)}.")
     spec = SensorSpec(name, sensor.kind, -1, -1, np.zeros(2), np.zeros(0), 0.0, ALL_BITS)
+    spec.width = sensor.widths[scene.dim]
     if isinstance(sensor, JointSensor):
         spec.joint = find(sensor.joint, "joint", list(scene.joints), what)
+        if list(scene.joints.values())[spec.joint].kind in WITH_COORDINATE:
+            spec.width = 8
     if isinstance(sensor, BodySensor):
         spec.body = find(sensor.body, "body", list(scene.bodies), what)
     if isinstance(sensor, (FrameSensor, RaySensor)):

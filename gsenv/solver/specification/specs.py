@@ -41,13 +41,22 @@ class JointSpec:
     body_a: int
     body_b: int
     enabled: bool
-    row_count: int = 0  # rows besides those of limit, motor and spring
+    row_count: int = 0  # rows besides those of limit, motor, spring and friction
     anchor_a: Array | None = None
     anchor_b: Array | None = None
     axis: Array | None = None  # unit
+    orientation: Array | None = None  # of the axes of 3D joints, a quaternion in the world
+    locked: int = 0  # as in joint_model_dtype
+    coordinate: int = -1
+    motor_coordinate: int = -1
+    parent: int = 0  # own index
+    parts: list[JointSpec] = field(default_factory=list)  # coordinates that have entries of their own
     length: float | None = None
     lower: float = -np.inf
     upper: float = np.inf
+    limit_restitution: float = 0.0
+    limit_frequency: float = 0.0
+    limit_damping_ratio: float = 0.0
     frequency: float = 0.0
     damping_ratio: float = 0.0
     stiffness: float = 0.0
@@ -56,6 +65,8 @@ class JointSpec:
     spring_effort: float = np.inf
     motor_speed: float = 0.0
     motor_effort: float = 0.0
+    motor_gain: float = np.inf
+    friction_effort: float = 0.0
     max_force: float = np.inf
     max_torque: float = np.inf
     joint_a: int = 0
@@ -97,6 +108,7 @@ class SensorSpec:
     angles: Array  # rad, of the rays
     length: float  # m
     mask: int
+    width: int = 0  # numbers of a reading; 0: one for each ray
 
 
 @dataclass(eq=False, repr=False)

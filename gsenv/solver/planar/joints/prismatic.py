@@ -7,8 +7,10 @@ from typing import Any
 from ...core.joint_rows import (
     copy_direction,
     finish_row,
+    has_friction,
     has_limit,
     has_motor,
+    set_friction_row,
     set_limit_row,
     set_motor_row,
     set_spring_row,
@@ -69,23 +71,30 @@ def set_axis_direction(
 def add_prismatic_rows(
     rows: Any, row: Any, joint: Any, bodies: Any, body_parameters: Any, substep_bodies: Any, h: Any
 ) -> None:
-    """Write the rows of a prismatic joint. Slots: 0 across the axis, 1 the angle, 2 limit, 3 motor, 4 spring."""
+    """Write the rows of a prismatic joint.
+
+    Slots: 0 across the axis, 1 the angle, 2 limit, 3 motor, 4 spring, 5 friction.
+    """
     parameters = joint.parameters
     coordinate = add_slide_row(rows, row, parameters, bodies, body_parameters, substep_bodies, h)
     error = relative_angle(bodies[joint.model.body_a], bodies[joint.model.body_b], parameters.reference)
     set_angle_row(rows[row + 1], 1, error, substep_bodies)
     row += 2
-    if not (has_limit(parameters) or has_motor(parameters) or has_spring(parameters)):
+    if not (has_limit(parameters) or has_motor(parameters) or has_spring(parameters) or has_friction(parameters)):
         return
     first = row
     curve = set_axis_direction(rows[first], parameters, bodies, body_parameters, substep_bodies, h)
     if has_spring(parameters):
-        set_spring_row(rows[row], 4, coordinate - joint.state.rest, parameters, substep_bodies, h)
+        set_spring_row(rows[row], 4, coordinate - joint.state.rest, 0.0, parameters, substep_bodies, h)
+        row += 1
+    if has_friction(parameters):
+        copy_direction(rows[row], rows[first], 1.0)
+        set_friction_row(rows[row], 5, parameters, 0.0, substep_bodies, h)
         row += 1
     if has_motor(parameters):
         copy_direction(rows[row], rows[first], 1.0)
         speeds = speeds_within(coordinate, curve, parameters, h)
-        set_motor_row(rows[row], 3, joint, speeds, substep_bodies, h)
+        set_motor_row(rows[row], 3, joint, speeds, 0.0, substep_bodies, h)
         row += 1
     if has_limit(parameters):  # last, since it may reverse its direction
         copy_direction(rows[row], rows[first], 1.0)

@@ -5,26 +5,54 @@ from __future__ import annotations
 from typing import Any
 
 from ...core.distance_joint import add_distance_rows
-from ...core.joints import OFF_CENTER
+from ...core.joints import OFF_CENTER, Joint
 from ...jit import njit
 from ...records.model import JointKind
 from ..math import Vec, along, conjugate, cross, multiply, norm, quaternion, scaled, sub, turn_of, turned, vec
 from ..rotation import in_world, spin_of
+from .axis_joints import add_axis_rows
 from .ball import add_ball_rows
+from .gear import add_gear_rows
 from .point import arm, bend_across
 
 _BALL = int(JointKind.BALL)
+_DISTANCE = int(JointKind.DISTANCE)
+_GEAR = int(JointKind.GEAR)
 
 
 @njit
 def add_linked_rows(
     world: Any, rows: Any, row: Any, joint: Any, bodies: Any, body_parameters: Any, substep_bodies: Any, h: Any
 ) -> None:
-    """Write the rows of a ball or distance joint."""
+    """Write the rows of a ball or distance joint, of a joint with axes or of a gear."""
     if joint.model.kind == _BALL:
         add_ball_rows(rows, row, joint.parameters, bodies, body_parameters, substep_bodies, h)
-    else:
+    elif joint.model.kind == _DISTANCE:
         add_distance_rows(rows, row, joint.parameters, bodies, body_parameters, substep_bodies, h)
+    else:
+        _add_further_rows(world, row, joint, h, world.variant.axes)
+
+
+@njit
+def _add_further_rows(world: Any, row: Any, joint: Any, h: Any, axes: Any) -> None:
+    """Write the rows of joints with axes and of gears; ``axes`` is None in a scene without them."""
+    if axes is None:
+        return
+    rows = world.scratch.rows
+    bodies = world.state.bodies
+    body_parameters = world.parameters.bodies
+    substep_bodies = world.scratch.substep_bodies
+    if joint.model.kind != _GEAR:
+        add_axis_rows(rows, row, joint, bodies, body_parameters, substep_bodies, h)
+        return
+    models = world.model.joints
+    parameters = world.parameters.joints
+    states = world.state.joints
+    a = joint.model.joint_a
+    b = joint.model.joint_b
+    first = Joint(models[a], parameters[a], states[a])
+    second = Joint(models[b], parameters[b], states[b])
+    add_gear_rows(rows[row], joint, first, second, bodies, body_parameters, substep_bodies, h)
 
 
 @njit
