@@ -306,7 +306,13 @@ class _Builder:
             offset = drive.offset - (reference if drive.mode == "position" else 0.0)
             lower, upper = drive.limits
             self.scene.add_actuator(
-                name, coordinate, mode=drive.mode, lower=lower, upper=upper, gain=sign * drive.gain, offset=sign * offset
+                name,
+                coordinate,
+                mode=drive.mode,
+                lower=lower,
+                upper=upper,
+                gain=sign * drive.gain,
+                offset=sign * offset,
             )
             self.names.actuators[k] = name
 
@@ -380,4 +386,6 @@ def _title(joint: Joint) -> str:
 
 def _unused(name: str, taken: Collection[str]) -> str:
     """Return a name, with a number where it is taken."""
-    return next(one for one in itertools.chain([name], (f"{name} ({k})" for k in itertools.count(2))) if one not in taken)
+    return next(
+        one for one in itertools.chain([name], (f"{name} ({k})" for k in itertools.count(2))) if one not in taken
+    )

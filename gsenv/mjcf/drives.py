@@ -104,9 +104,7 @@ def _drive(actuator: Actuator, name: str, joint: Joint) -> Drive | None:
     limits = (-np.inf, np.inf) if actuator.control_range is None else actuator.control_range
     effort = min(_largest(actuator.force_range) * abs(gear), _largest(joint.force_range))
     if stiffness > 0.0:
-        return Drive(
-            name, "position", gain / stiffness, constant / stiffness, limits, effort, stiffness, damping
-        )
+        return Drive(name, "position", gain / stiffness, constant / stiffness, limits, effort, stiffness, damping)
     if damping > 0.0:
         return Drive(name, "velocity", gain / damping, constant / damping, limits, effort, damping=damping)
     return Drive(name, "torque", gain, constant, limits, effort)

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from ..solver.records.model import Array
+from ..solver.specification.axis_spec import ORDERS
 from ..solver.specification.joint_base import Axis
 from .drives import Drive, Drives
 from .frames import Pose, about, from_z, product
@@ -22,7 +23,6 @@ from .model import Joint
 PERPENDICULAR = 1e-9  # cosine of the angle between axes that count as perpendicular
 TOGETHER = 1e-9  # m between anchors that count as one
 LETTERS = "xyz"
-ORDERS = ("xyz", "yzx", "zxy")
 
 
 @dataclass(frozen=True)

@@ -45,7 +45,11 @@ def add_sensors(scene: Scene, model: MjcfModel, names: Names, notes: Notes) -> N
             notes.add(RELATIVE, title)
         carrier = names.bodies[body][0]
         if sensor.kind in REACTION:
-            held = [names.joints[j].joint for j, joint in enumerate(model.joints) if joint.body == body and j in names.joints]
+            held = [
+                names.joints[j].joint
+                for j, joint in enumerate(model.joints)
+                if joint.body == body and j in names.joints
+            ]
             if not held:
                 notes.add(UNSUPPORTED, title)
                 continue

@@ -49,6 +49,12 @@ def has_friction(parameters: Any) -> Any:
 
 
 @njit
+def has_armature(parameters: Any) -> Any:
+    """Whether a joint has a rotor with inertia of its own."""
+    return parameters.armature > 0.0
+
+
+@njit
 def soften(row: Any, parameters: Any, speed: Any, substep_bodies: Any, h: Any) -> None:
     """Turn a rigid row into a spring and damper on its error; ``speed``, m/s or rad/s, is that of the rest point."""
     set_spring(row, parameters, speed, substep_bodies, h)
@@ -179,6 +185,19 @@ def set_friction_row(row: Any, slot: Any, parameters: Any, curve: Any, substep_b
     row.bias = curve
     row.correction = NO_CORRECTION
     bound_row(row, h * parameters.friction_effort)
+
+
+@njit
+def set_armature_row(row: Any, slot: Any, parameters: Any, curve: Any, substep_bodies: Any) -> None:
+    """Make a row whose Jacobian is set the inertia of a rotor: its impulse is -armature times the change of the rate.
+
+    ``curve``, as for limits: the rate is J v + curve at the end of the substep and J v - curve at its start.
+    """
+    finish_row(row, slot, 0.0, substep_bodies)
+    row.correction = NO_CORRECTION
+    row.bias = 2.0 * curve - start_rate(row, substep_bodies)
+    row.softness = 1.0 / parameters.armature
+    set_effective_mass(row, substep_bodies)
 
 
 @njit

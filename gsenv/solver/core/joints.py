@@ -12,7 +12,7 @@ import numpy as np
 from ..jit import njit
 from ..records.model import ActuatorMode, JointKind
 from .dispatch import by_dimension
-from .joint_rows import has_friction, has_limit, has_motor
+from .joint_rows import has_armature, has_friction, has_limit, has_motor
 from .pose_joints import add_target_rows, add_weld_rows
 from .rows import EQUATION, UNILATERAL
 from .slices import part
@@ -59,6 +59,7 @@ def joint_row_count(model: Any, parameters: Any) -> Any:
     if model.kind <= _LAST_UNLINKED:
         return model.row_count
     count = model.row_count + int(has_limit(parameters)) + int(has_motor(parameters)) + int(has_friction(parameters))
+    count += int(has_armature(parameters))
     if model.kind == _DISTANCE:
         return count + int(has_spring(parameters) or parameters.rigid != 0)
     return count + int(has_spring(parameters))
@@ -216,7 +217,7 @@ def drive_joints(world: Any, joints: Any) -> None:
     body_parameters = world.parameters.bodies
     for k in range(len(actuators)):
         actuator = actuators[k]
-        value = min(max(control[k], actuator.lower), actuator.upper)
+        value = actuator.gain * min(max(control[k], actuator.lower), actuator.upper) + actuator.offset
         j = actuator.joint
         state = joints[j]
         if joint_models[j].kind == _TARGET:

@@ -136,10 +136,10 @@ def release_springs(rows: Any, end: Any) -> None:
 
 @njit
 def any_sprung(island_joints: Any, joint_parameters: Any) -> Any:
-    """Whether a joint may give back stored energy."""
+    """Whether a joint may give back stored energy, of a spring or a rotor."""
     for k in range(len(island_joints)):
         parameters = joint_parameters[island_joints[k]]
-        if has_spring(parameters) or parameters.limit_frequency > 0.0:
+        if has_spring(parameters) or parameters.limit_frequency > 0.0 or parameters.armature > 0.0:
             return True
     return False
 

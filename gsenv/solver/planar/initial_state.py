@@ -47,6 +47,8 @@ def mass_of(spec: Any) -> tuple[float, Array, float]:
         mass = spec.mass
     if spec.inertia is not None:
         inertia = spec.inertia
+    if spec.center is not None:
+        center = spec.center
     return mass, center, inertia
 
 

@@ -35,6 +35,8 @@ def mass_of(spec: Any) -> tuple[float, Array, tuple[Array, Quaternion]]:
         mass = spec.mass
     if spec.inertia is not None:
         moments, axes = principal_axes(tensor_of(spec.inertia))
+    if spec.center is not None:
+        center = spec.center
     return mass, center, (moments, axes)
 
 
