@@ -145,6 +145,8 @@ def store_joint_impulses(world: Any, island: Any, joints: Any) -> None:
         else:
             state.impulse[row.slot] = scale * row.impulse
             state.total_impulse[row.slot] += row.impulse
+            if row.slot == len(state.impulse) - 1:
+                state.rate -= row.softness * row.impulse
         ahead = 0.0  # s: rows are of the pose at the start of the substep, or half a substep ahead
         if joint_models[j].kind > _LAST_UNLINKED or joint_models[j].kind == _WELD:
             ahead = 0.5 * island.h

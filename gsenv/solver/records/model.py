@@ -286,7 +286,8 @@ def joint_state_dtype(dim: int) -> np.dtype[Any]:
     )
     return np.dtype(
         [
-            ("impulse", "f8", (ROWS_PER_JOINT[dim],)),  # N s and N m s of the last substep
+            ("impulse", "f8", (ROWS_PER_JOINT[dim],)),  # N s and N m s of the last substep; armature has the last slot
+            ("rate", "f8"),  # rad/s or m/s of the rotor of a joint with armature
             ("total_impulse", "f8", (ROWS_PER_JOINT[dim],)),  # summed over the step
             ("reaction", "f8", (NDOF[dim],)),  # N s and N m s on body b at its anchor, summed over the step
             ("motor_speed", "f8"),  # m/s or rad/s

@@ -92,7 +92,7 @@ def add_prismatic_rows(
         row += 1
     if has_armature(parameters):
         copy_direction(rows[row], rows[first], 1.0)
-        set_armature_row(rows[row], 6, parameters, curve, substep_bodies)
+        set_armature_row(rows[row], 6, joint, curve, substep_bodies)
         row += 1
     if has_friction(parameters):
         copy_direction(rows[row], rows[first], 1.0)

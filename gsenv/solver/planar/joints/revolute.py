@@ -36,7 +36,7 @@ def add_revolute_rows(
     row += 2
     if has_armature(parameters):
         set_angle_direction(rows[row])
-        set_armature_row(rows[row], 6, parameters, 0.0, substep_bodies)
+        set_armature_row(rows[row], 6, joint, 0.0, substep_bodies)
         row += 1
     if has_motor(parameters):
         set_angle_direction(rows[row])

@@ -170,7 +170,7 @@ def _add_servo_rows(
         first = row
         q, curve = _set_coordinate(rows[first], joint, turning, axes, bodies, body_parameters, substep_bodies, h)
         if has_armature(p):
-            set_armature_row(rows[row], 10, p, curve, substep_bodies)
+            set_armature_row(rows[row], 10, joint, curve, substep_bodies)
             row += 1
         if has_friction(p):
             copy_direction(rows[row], rows[first], 1.0)
