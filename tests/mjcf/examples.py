@@ -87,3 +87,47 @@ DEFAULTS = """
   <keyframe><key name="k" qpos=".1 .2 .3" ctrl="1 2 3 4 5 6"/></keyframe>
 </mujoco>
 """
+
+CHAIN = """
+<mujoco model="chain">
+  <compiler angle="degree"/>
+  <default><joint armature=".1" damping=".2"/></default>
+  <worldbody>
+    <body pos="0 0 2">
+      <joint name="yaw" axis="0 0 1" stiffness="2" springref="20" ref="10"/>
+      <geom type="box" size=".1 .2 .05" pos=".2 0 0"/>
+      <body pos=".4 0 0" euler="10 20 30">
+        <joint name="hip1" axis="1 1 0" pos=".1 0 0"/>
+        <joint name="hip2" axis="1 -1 0" pos=".1 0 0" stiffness="5"/>
+        <joint name="hip3" axis="0 0 1" pos=".1 0 0" armature="0"/>
+        <geom type="box" size=".2 .05 .1" pos=".2 0 0"/>
+        <body pos=".4 0 0">
+          <joint name="slide" type="slide" axis="0 1 0" stiffness="400" damping="5"/>
+          <joint name="knee" axis="0 1 0" pos="0 .1 0" damping="0"/>
+          <geom type="capsule" fromto="0 0 0 .3 .1 .1" size=".05"/>
+        </body>
+      </body>
+    </body>
+  </worldbody>
+  <actuator>
+    <motor joint="yaw" gear="20" ctrlrange="-1 1"/>
+    <position joint="hip1" kp="30" kv="1" ctrlrange="-1 1"/>
+    <position joint="hip2" kp="20" gear="2" ctrlrange="-1 1"/>
+    <velocity joint="hip3" kv="2" ctrlrange="-1 1"/>
+    <general joint="knee" gear="-2" gainprm="3" biastype="affine" biasprm="1 -2 -.3" ctrlrange="-1 1"/>
+    <motor joint="hip3" gear="-3" ctrlrange="-1 1"/>
+  </actuator>
+</mujoco>
+"""
+
+CROSSING = """
+<mujoco model="crossing">
+  <worldbody>
+    <body pos="0 0 2">
+      <joint name="a" axis="0 1 0"/>
+      <joint name="b" axis="0 1 1" pos="0 0 .1"/>
+      <geom type="box" size=".1 .2 .3" pos=".2 0 0"/>
+    </body>
+  </worldbody>
+</mujoco>
+"""
