@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from gsenv.solver.specification.joints import JOINT_TYPES, Joint
+from gsenv.solver.specification.joint_base import Joint
+from gsenv.solver.specification.joints import JOINT_TYPES
 
 
 def make_joint(kind: str, body_a: Any, body_b: Any, **arguments: Any) -> Joint:

@@ -2,6 +2,7 @@
 
 from .flight import bouncing_spheres, spinning_box, thrown_box
 from .heaps import cube_rain, marble_bowl, sphere_grid, sphere_rain
+from .machines import cart, swing_door
 from .slopes import block_on_incline, roller_on_incline, rolling_cylinders, sliding_roller
 from .springs import soft_cube
 from .stacks import block_overhang, brick_wall, brick_wall_hit, cube_mass_ratio, cube_pyramid, cube_stack
@@ -14,6 +15,7 @@ __all__ = [
     "bouncing_spheres",
     "brick_wall",
     "brick_wall_hit",
+    "cart",
     "cube_mass_ratio",
     "cube_pyramid",
     "cube_rain",
@@ -31,6 +33,7 @@ __all__ = [
     "sphere_grid",
     "sphere_rain",
     "spinning_box",
+    "swing_door",
     "thrown_box",
     "two_rods",
 ]

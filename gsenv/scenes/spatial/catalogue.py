@@ -9,6 +9,7 @@ from gsenv.solver import Scene
 from ..spec import Point, SceneSpec
 from .flight import bouncing_spheres, spinning_box, thrown_box
 from .heaps import cube_rain, marble_bowl, sphere_grid, sphere_rain
+from .machines import cart, swing_door
 from .slopes import block_on_incline, rolling_cylinders, sliding_roller
 from .springs import soft_cube
 from .stacks import block_overhang, brick_wall, brick_wall_hit, cube_mass_ratio, cube_pyramid, cube_stack
@@ -60,4 +61,8 @@ SPATIAL: dict[str, SceneSpec] = {
     "thrown_box": _spatial(thrown_box, "free flight of a tumbling box", 1.4, (3.5, -9.0, 3.0), (3.5, 0.7, 2.0)),
     "bounce_3d": _spatial(bouncing_spheres, "3D balls of restitution 0 to 1 bounce", 6.0,
                           (1.5, -4.5, 1.8), (1.2, 0.0, 0.5)),
+    "cart": _spatial(cart, "a cart with suspension and steered wheels coasts round a bend", 6.0,
+                     (-6.0, -9.0, 6.0), (6.0, 4.0, 0.0)),
+    "swing_door": _spatial(swing_door, "a ball opens a door on two hinges, which a spring closes", 6.0,
+                           (2.5, -4.5, 2.5), (0.3, 0.0, 1.0)),
 }  # fmt: skip

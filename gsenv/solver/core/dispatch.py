@@ -88,6 +88,12 @@ def never(world: Any, island: Any) -> Any:
     return False
 
 
+@njit
+def no_nutation(world: Any, joint: Any, axes: Any) -> Any:
+    """Return 0 rad/s: bodies in a plane do not nutate."""
+    return 0.0
+
+
 def dimension_of(arguments: Any) -> int:
     """Return 2 or 3 from numba types: of a bundle, a record of a body, row, joint or contact, or a NamedTuple.
 

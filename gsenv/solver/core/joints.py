@@ -11,7 +11,7 @@ import numpy as np
 
 from ..jit import njit
 from ..records.model import ActuatorMode, JointKind
-from .dispatch import by_dimension
+from .dispatch import by_dimension, no_nutation
 from .joint_rows import has_armature, has_friction, has_limit, has_motor
 from .pose_joints import add_target_rows, add_weld_rows
 from .rows import EQUATION, UNILATERAL
@@ -26,6 +26,7 @@ set_target = by_dimension("joints.target", "set_target")
 keep_near = by_dimension("joints.target", "keep_near")
 swing_of_side = by_dimension("joints", "swing_of_side")
 tension_of = by_dimension("joints", "tension_of")
+axle_nutation = by_dimension("joints.gyroscopic_axes", "axle_nutation", otherwise=no_nutation)
 
 _ROWS = int(JointKind.ROWS)
 _WELD = int(JointKind.WELD)
@@ -289,6 +290,7 @@ def substeps_for(world: Any, island: Any, joints: Any) -> Any:
         square += more
         spin = max(spin, max(turn_a, turn_b))
         nutation = max(nutation, max(top_a, top_b))
+        nutation = max(nutation, axle_nutation(world, j, world.variant.axes))
         if model.kind == _DISTANCE and parameters.length > 0.0:
             square += (a.inv_mass + b.inv_mass) / parameters.length
         fastest = max(fastest, tension * square)

@@ -12,6 +12,7 @@ from .slices import part
 from .trig import exp_minus, sin_cos
 
 _TWO_PI = 6.283185307179586
+_NEARLY_FREE = 1.0 - 1e-9  # c of a spring too weak for the substep, which would divide by 0
 EXACT = 0.8  # rad in a substep: slower springs are integrated exactly, faster ones by implicit Euler
 
 
@@ -119,6 +120,7 @@ def set_oscillator(row: Any, square: Any, rate: Any, speed: Any, substep_bodies:
     x = row.error
     if h * h * square < EXACT * EXACT and h * rate < EXACT:
         a, b, c = _exact_step(square, rate, h)
+        c = min(c, _NEARLY_FREE)
         gamma = c / (1.0 - c)
         row.bias *= (1.0 + gamma) * (1.0 + b) - 2.0 * gamma
         row.bias += (gamma - (1.0 + gamma) * b) * (start_rate(row, substep_bodies) - speed) - (1.0 + gamma) * a * x

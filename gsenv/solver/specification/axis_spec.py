@@ -75,7 +75,7 @@ def limits_of(limits: Any, what: str) -> tuple[float, float]:
 
 def unit(axis: Any, dim: int, what: str) -> Array:
     """Return a checked direction of length 1."""
-    if axis is None:
+    if axis is None and dim == 3:
         raise ValueError(f"{what} is missing.")
     vector = check.vector(axis, dim, what)
     length = float(np.hypot.reduce(vector))

@@ -152,8 +152,8 @@ def _gear(name: str, joint: Gear, scene: SceneSpec) -> JointSpec:
         raise ValueError(f"{what}: ratio must not be 0.")
     if moving and not _can_react(first, second, ratio, anchor_of(first, bodies) - anchor_of(second, bodies)):
         raise ValueError(
-            f"{what}: {first.name!r} and {second.name!r} are on one axis of a moving body, which can't take the torque "
-            f"of this ratio."
+            f"{what}: on a moving body only rotations of equal size couple {first.name!r} and {second.name!r}, "
+            f"{'whose anchors are at one point' if scene.dim == 2 else 'which have one axis'}."
         )
     enabled = bool(joint.enabled)
     return JointSpec(name, joint.kind, first.body_b, second.body_b, enabled, joint_a=a, joint_b=b, ratio=ratio)

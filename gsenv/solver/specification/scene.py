@@ -14,8 +14,8 @@ from .actuators import actuator_spec
 from .compile import compile_scene
 from .constraints import constraint_spec
 from .handles import Handle, Reference, find
+from .joint_base import Joint
 from .joint_spec import excluded_pair, joint_spec
-from .joints import Joint
 from .sensors import Sensor, sensor_spec
 from .specs import BodySpec, SceneSpec
 

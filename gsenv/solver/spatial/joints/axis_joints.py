@@ -22,6 +22,7 @@ from ...core.joint_rows import (
     set_spring_row,
     speeds_within,
 )
+from ...core.rows import start_rate
 from ...core.springs import has_spring
 from ...core.trig import atan2
 from ...jit import njit
@@ -38,7 +39,7 @@ from .axes import (
     turn_direction,
     unwrapped,
 )
-from .point import frame_ahead, set_frame_direction, set_point_rows, set_turn_direction, unit_axis
+from .point import JUMP, frame_ahead, set_frame_direction, set_point_rows, set_turn_direction, start_spin, unit_axis
 
 _ALL = 7  # bits of three locked axes
 _SWING = 3  # of the first two: rotation about the last axis is free
@@ -134,7 +135,9 @@ def _set_turn(
     """Make a rigid row of the rotation about u, which is ``end`` at the end of the substep."""
     set_turn_direction(row, substep_bodies, u)
     finish_row(row, slot, error, substep_bodies)
-    row.bias = turn_curve(substep_bodies, body_parameters, row.body_a, row.body_b, u, end, h)
+    speed = norm(start_spin(substep_bodies[row.body_a])) + norm(start_spin(substep_bodies[row.body_b]))
+    if abs(start_rate(row, substep_bodies)) <= JUMP * speed:  # else velocities will jump
+        row.bias = turn_curve(substep_bodies, body_parameters, row.body_a, row.body_b, u, end, h)
 
 
 @njit

@@ -13,10 +13,10 @@ from typing import Any
 
 from ...core.rows import EQUATION
 from ...jit import njit
-from ..free_rotation import rotate_with_velocity
-from ..math import Vec, add, conjugate, cross, multiply, norm, quaternion, scaled, sub, turn_of, turned, vec
+from ..math import Vec, add, cross, norm, scaled, sub, turned, vec
 from ..rotation import in_world, spin_change, spin_of
-from .point import arm, bend_across, rotation_ahead
+from .gyroscopic_axes import set_axis_biases, set_axis_errors
+from .point import arm, bend_across, rotation_after
 
 NUTATES = (
     0.1  # fraction of an arm's speed that the body's own inertia changes in a substep, above which these terms apply
@@ -27,13 +27,8 @@ _ZERO = (0.0, 0.0, 0.0)
 @njit
 def _arm_after(body: Any, parameters: Any, substep_body: Any, anchor: Any, w: Vec, h: Any, t: Any) -> Vec:
     """Return the arm of an anchor ``t`` s after the midpoint, if the body rotates freely from w, rad/s in the world."""
-    middle = rotation_ahead(body, substep_body, h, 0.5 * h)
     local = sub(vec(anchor), vec(parameters.center))
-    if substep_body.tilted == 0:
-        return turned(multiply(turn_of(scaled(w, t)), middle), local)
-    axes = quaternion(parameters.axes)
-    after, _ = rotate_with_velocity(multiply(middle, axes), vec(parameters.inertia), w, t)
-    return turned(multiply(after, conjugate(axes)), local)
+    return turned(rotation_after(body, parameters, substep_body, w, h, t), local)
 
 
 @njit
@@ -121,6 +116,20 @@ def set_gyroscopic_biases(world: Any, island: Any) -> None:
         )
         for k in range(3):
             rows[r + k].bias = bias[k]
+    _add_axis_biases(world, island, world.variant.axes)
+
+
+@njit
+def _add_axis_biases(world: Any, island: Any, axes: Any) -> None:
+    """Set the biases of rows between axes; ``axes`` is None in a scene without joints with axes."""
+    if axes is not None:
+        set_axis_biases(world, island)
+
+
+@njit
+def _add_axis_errors(world: Any, island: Any, axes: Any) -> None:
+    if axes is not None:
+        set_axis_errors(world, island)
 
 
 @njit
@@ -145,3 +154,4 @@ def set_gyroscopic_errors(world: Any, island: Any) -> None:
         )
         for k in range(3):
             rows[r + k].drive = drift[k]
+    _add_axis_errors(world, island, world.variant.axes)

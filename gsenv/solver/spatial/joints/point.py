@@ -7,11 +7,13 @@ from typing import Any
 from ...core.joint_rows import finish_row
 from ...jit import njit
 from ..contact_rows import set_jacobian
+from ..free_rotation import rotate_with_velocity
 from ..math import (
     Quaternion,
     Vec,
     add,
     along,
+    conjugate,
     cross,
     dot,
     multiply,
@@ -55,6 +57,17 @@ def rotation_ahead(body: Any, substep_body: Any, h: Any, t: Any) -> Quaternion:
     if t == 0.0:
         return quaternion(body.rotation)
     return multiply(turn_of(scaled(w, t - 0.5 * h)), quaternion(substep_body.middle))
+
+
+@njit
+def rotation_after(body: Any, parameters: Any, substep_body: Any, w: Vec, h: Any, t: Any) -> Quaternion:
+    """Return the rotation of a body ``t`` s after the midpoint, if it rotates freely from w, rad/s in the world."""
+    middle = rotation_ahead(body, substep_body, h, 0.5 * h)
+    if substep_body.tilted == 0:
+        return multiply(turn_of(scaled(w, t)), middle)
+    axes = quaternion(parameters.axes)
+    after, _ = rotate_with_velocity(multiply(middle, axes), vec(parameters.inertia), w, t)
+    return multiply(after, conjugate(axes))
 
 
 @njit

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from typing import Any
 
@@ -280,7 +281,7 @@ def test_a_hinge_that_was_turned_out_of_line_comes_back() -> None:
             world.step()
             errors.append(world.diagnostics().joint_error[0])
         assert errors[-1] < 1e-6
-        assert all(b <= a + 1e-9 for a, b in zip(errors, errors[1:], strict=False))
+        assert all(b <= a + 1e-9 for a, b in itertools.pairwise(errors))
 
 
 def test_long_spin_has_no_drift() -> None:

@@ -106,7 +106,7 @@ def test_a_ball_bounces_on_a_limit_to_e_squared_of_its_height() -> None:
 
 
 def test_pair_in_space_keeps_momenta_and_turns_as_one() -> None:
-    """A sliding pair thrown with a spin: bodies keep the same orientation relative to each other; no momentum is made."""
+    """A sliding pair thrown with a spin keeps its relative orientation, momenta and energy."""
     scene = space()
     spin = (0.5, 1.0, 2.0)
     for k in range(2):
