@@ -12,7 +12,7 @@ BLOCK = re.compile(r"```python\n(.*?)```", re.DOTALL)
 LINK = re.compile(r"\]\(([^)\s#]+)[^)]*\)")
 GLOSSARY_ENTRY = re.compile(r"- \*\*(.+?)\*\*(.*)")
 CODE_NAME = re.compile(r"`([A-Za-z_][\w.]*)`")
-PAGES = ("docs/constraints.md", "docs/joints.md", "docs/your_own_env.md", "README.md")
+PAGES = ("docs/constraints.md", "docs/mjcf.md", "docs/joints.md", "docs/your_own_env.md", "README.md")
 DOCS = sorted((ROOT / "docs").glob("*.md"))
 
 

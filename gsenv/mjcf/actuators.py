@@ -7,7 +7,7 @@ from .actuator_forms import ACTUATOR_TAGS, AFFINE_TAGS
 from .attributes import Attributes
 from .compiler import Compiler
 from .defaults import Defaults
-from .errors import MjcfError
+from .errors import MjcfError, check_names
 from .model import Actuator, Joint, MjcfModel, Range
 from .reader import Document, Element
 
@@ -32,6 +32,7 @@ def read_actuators(document: Document, compiler: Compiler, defaults: Defaults, m
             if element.tag not in ACTUATOR_TAGS:
                 raise MjcfError(f"{element.place}: {element.tag} is no actuator.")
             actuators.append(_actuator(element, compiler, defaults, joints))
+    check_names(actuators)
     return actuators
 
 

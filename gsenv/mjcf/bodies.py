@@ -11,7 +11,7 @@ from .assets import read_assets
 from .attributes import Attributes
 from .compiler import Compiler
 from .defaults import Defaults
-from .errors import MjcfError, Place
+from .errors import MjcfError, check_names
 from .frames import Pose, identity, product
 from .geoms import read_camera, read_geom, read_site
 from .inertia import explicit_inertia, settle_inertias
@@ -64,7 +64,7 @@ class BodyTree:
         settle_inertias(model.bodies, model.geoms, self.jointed, self.compiler)
         self._number_coordinates()
         for things in (model.bodies, model.geoms, model.joints, model.sites, model.cameras):
-            _check_names(things)
+            check_names(things)
         return model
 
     def _body(self, pending: _Pending) -> list[_Pending]:
@@ -184,13 +184,3 @@ def _renamed(element: Element, suffix: str) -> Element:
     if "name" in attributes:
         attributes["name"] += suffix
     return Element(element.tag, attributes, element.place, [_renamed(child, suffix) for child in element.children])
-
-
-def _check_names(things: list) -> None:
-    """Raise MjcfError where two elements of a kind have one name."""
-    seen: dict[str, Place] = {}
-    for thing in things:
-        if thing.name and thing.name in seen:
-            kind = type(thing).__name__.lower()
-            raise MjcfError(f"{thing.place}: the name {thing.name!r} of a {kind} is that of {seen[thing.name]}.")
-        seen[thing.name] = thing.place

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 
 class MjcfError(ValueError):
@@ -48,3 +50,13 @@ class Notes:
             more = f" (and {len(places) - 1} more)" if len(places) > 1 else ""
             sentences.append(f"{places[0]}{more}: {topic}.")
         return tuple(sentences)
+
+
+def check_names(things: Sequence[Any]) -> None:
+    """Raise MjcfError where two of the things, which have a name and a place, have one name."""
+    seen: dict[str, Place] = {}
+    for thing in things:
+        if thing.name and thing.name in seen:
+            kind, other = type(thing).__name__.lower(), seen[thing.name]
+            raise MjcfError(f"{thing.place}: {kind}: the name {thing.name!r} is given already in {other}.")
+        seen[thing.name] = thing.place

@@ -40,7 +40,10 @@ def parse_mjcf(source: str | os.PathLike[str]) -> MjcfModel:
     compiler = read_compiler(document, notes)
     simulation = read_simulation(document, notes)
     defaults = Defaults(document.root, notes)
-    model = BodyTree(document, compiler, defaults, simulation).read(document)
+    try:
+        model = BodyTree(document, compiler, defaults, simulation).read(document)
+    except RecursionError:  # frames within frames
+        raise MjcfError(f"{document.root.place}: its frames are nested too deeply.") from None
     model.actuators = read_actuators(document, compiler, defaults, model)
     model.equalities = read_equalities(document, defaults, model)
     read_contacts(document, defaults, model)

@@ -8,7 +8,7 @@ import numpy as np
 
 from .attributes import Attributes
 from .defaults import Defaults
-from .errors import MjcfError
+from .errors import MjcfError, check_names
 from .frames import Pose
 from .model import ContactPair, Equality, Keyframe, MjcfModel, Sensor
 from .reader import Document, Element
@@ -93,6 +93,7 @@ def read_equalities(document: Document, defaults: Defaults, model: MjcfModel) ->
                 continue
             attributes = defaults.attributes(element, tag="equality")
             found.append(_equality(element, attributes, model))
+    check_names(found)
     return found
 
 
@@ -148,6 +149,7 @@ def read_sensors(document: Document, defaults: Defaults, model: MjcfModel) -> li
             found.append(Sensor(own, element.tag, kind, name, reference_kind, reference, cutoff, element.place))
             attributes.read.update((*SENSOR_UNUSED, *SENSOR_OBJECTS))
             attributes.finish()
+    check_names(found)
     return found
 
 
@@ -172,6 +174,7 @@ def read_keyframes(document: Document, defaults: Defaults, model: MjcfModel) -> 
             name = attributes.text("name")
             found.append(Keyframe(name, time, lists["qpos"], lists["qvel"], lists["ctrl"], element.place))
             attributes.finish()
+    check_names(found)
     return found
 
 

@@ -61,7 +61,15 @@ CASES = {
         "the default class 'c' is defined twice",
     ),
     "class without name": ("<mujoco><default><default/></default></mujoco>", "a default inside another needs a class"),
-    "names": (world("<geom name='g' size='1'/>\n<geom name='g' size='1'/>"), "name 'g' of a geom is that of .*line 3"),
+    "names": (
+        world("<geom name='g' size='1'/>\n<geom name='g' size='1'/>"),
+        "geom: the name 'g' is given already",
+    ),
+    "actuator names": (
+        f"<mujoco>{JOINTED}<actuator><motor name='m' joint='j'/><motor name='m' joint='j'/></actuator></mujoco>",
+        "actuator: the name 'm' is given already in string, line 1",
+    ),
+    "frames": (world("<frame>" * 5000 + "</frame>" * 5000), "frames are nested too deeply"),
     "axis": (body("<joint axis='0 0 0'/>"), "axis must not be zero"),
     "range": (body("<joint range='1 -1'/>"), "range must be two numbers, the lower one first, got 1 -1"),
     "limited without range": (body("<joint limited='true'/>"), "range must be two numbers"),

@@ -106,7 +106,7 @@ def test_state_survives_a_round_trip() -> None:
     qpos[7:] = 0.5 * rng.normal(size=theirs.nq - 7)
     qvel = rng.normal(size=theirs.nv)
     scene, names = build_scene(ours)
-    world = World(scene, worlds=2)
+    world = World(scene, world_count=2)
     set_coordinates(world, ours, names, qpos, qvel, worlds=1)
     q, v = coordinates(world, ours, names)
     same(q[1], qpos, "qpos")
