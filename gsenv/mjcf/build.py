@@ -154,7 +154,7 @@ class _Builder:
     def _add_body(
         self, name: str, index: int, body: Body, shapes: list[Any], color: tuple[int, int, int] | None
     ) -> None:
-        pose = {"position": body.world_pose.position, "orientation": body.world_pose.orientation}
+        pose: dict[str, Any] = {"position": body.world_pose.position, "orientation": body.world_pose.orientation}
         if index not in self.joints:
             self.scene.add_body(name, "kinematic" if body.mocap else "static", shapes, color=color, **pose)
             return
@@ -217,7 +217,11 @@ class _Builder:
         if joint.kind == "ball":
             if joint.limits is not None:
                 self.notes.add(BALL_RANGE, _title(joint))
-            spring = {"stiffness": joint.stiffness, "damping": joint.damping, "friction_effort": joint.friction_loss}
+            spring: dict[str, Any] = {
+                "stiffness": joint.stiffness,
+                "damping": joint.damping,
+                "friction_effort": joint.friction_loss,
+            }
             self.scene.add_joint(name, Ball(**arguments, **spring, armature=joint.armature))
             return
         kind = Hinge if joint.kind == "hinge" else Slider
@@ -228,7 +232,7 @@ class _Builder:
     def _add_six_axis(self, body: int, numbers: list[int], axes: Axes, pair: dict[str, Any]) -> None:
         """Add one joint with several coordinates."""
         name = self._joint_name(self.names.bodies[body][0])
-        options = {}
+        options: dict[str, Any] = {}
         for number, (axis, sign) in zip(numbers, axes.places, strict=True):
             joint = self.model.joints[number]
             drives = self.drives.get(number, Drives())
@@ -277,7 +281,7 @@ class _Builder:
         position = numbers.index(number) if len(axes.places) > 1 else 0
         axis, sign = axes.places[position]
         word = _word(joint, axis)
-        free = {letter: Axis() for letter in LETTERS} | {f"turn_{letter}": Axis() for letter in LETTERS}
+        free: dict[str, Any] = {letter: Axis() for letter in LETTERS} | {f"turn_{letter}": Axis() for letter in LETTERS}
         frame = self._frame(joint.body, numbers if len(axes.places) > 1 else [number], axes)
         name = self._joint_name(f"{drive.name} drive")
         self.scene.add_joint(name, SixAxis(**{**pair, "collide": True}, **frame, **(free | {word: beside(drive)})))

@@ -50,7 +50,7 @@ def _tell(
     model: MjcfModel, fixed: Sequence[bool], bits: Sequence[tuple[int, int]], values: Sequence[float], notes: Notes
 ) -> None:
     """Note where a contact has another coefficient than in MuJoCo, once for each material."""
-    materials = {}
+    materials: dict[tuple[float, int, float, bool, tuple[int, int]], Geom] = {}
     for k, geom in enumerate(model.geoms):
         materials.setdefault((float(geom.friction[0]), geom.condim, values[k], fixed[k], bits[k]), geom)
     keys = list(materials)

@@ -103,7 +103,7 @@ def test_order_of_rotations() -> None:
         scene.add_body("base", "static")
         scene.add_body("it", shapes=[spatial.Sphere(0.1)], mass=MASS, inertia=(0.3, 0.4, INERTIA))
         axis = spatial.Axis(limits=(-1.0, 1.0))
-        free = {f"turn_{letter}": spatial.Axis() for letter in "xyz"} | {"turn_x": axis}
+        free: dict[str, Any] = {f"turn_{letter}": spatial.Axis() for letter in "xyz"} | {"turn_x": axis}
         scene.add_joint("joint", spatial.SixAxis("base", "it", order=order, **free))
         world = World(scene)
         half = np.radians(40.0) / 2.0
