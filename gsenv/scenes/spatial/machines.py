@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from gsenv.solver import Scene
 from gsenv.solver.spatial import Axis, Box, Cylinder, Hinge, Plane, Sphere, Wheel
 
@@ -33,7 +35,7 @@ def cart(speed: float = 6.0, steering: float = 0.25) -> Scene:
             linear_velocity=(speed, 0.0, 0.0), angular_velocity=(0.0, speed / WHEEL_RADIUS, 0.0),
         )  # fmt: skip
         held = Axis(frequency=8.0, rest=steering) if x > 0.0 else None
-        suspension = {"frequency": 3.0, "damping_ratio": 0.5, "limits": (-0.15, 0.15)}
+        suspension: dict[str, Any] = {"frequency": 3.0, "damping_ratio": 0.5, "limits": (-0.15, 0.15)}
         wheel = Wheel("chassis", name, axis=(0, 0, 1), spin_axis=(0, 1, 0), steering=held, **suspension)
         scene.add_joint(f"{name}_wheel", wheel)
     return scene
@@ -48,7 +50,7 @@ def swing_door() -> Scene:
     )
     scene.add_body("door", shapes=[Box(half_extents=(0.4, 0.02, 0.9))], position=(0.5, 0.0, 1.0), mass=12.0, color=WARM)
     for name, z in (("lower", 0.4), ("upper", 1.6)):
-        closer = {"stiffness": 3.0, "damping": 2.0, "limits": (-0.05, 1.7)} if name == "lower" else {}
+        closer: dict[str, Any] = {"stiffness": 3.0, "damping": 2.0, "limits": (-0.05, 1.7)} if name == "lower" else {}
         scene.add_joint(f"{name}_hinge", Hinge("post", "door", anchor=(0.07, 0.0, z), axis=(0, 0, 1), **closer))
     scene.add_body(
         "ball", shapes=[Sphere(radius=0.15)], position=(0.7, -1.2, 1.2), mass=2.0, linear_velocity=(0.0, 6.0, 1.0),

@@ -21,6 +21,10 @@ from .specs import JointSpec
 
 # numbers of coordinates, as in spatial/joints/axes.py
 FIRST_TURN, NODE_TURN, LAST_TURN, SWING, TWIST, BALL_TURN = 3, 4, 5, 6, 7, 8
+OF_EACH_TURN = (  # arguments of a ball for each of its three rotations
+    "frequency", "damping_ratio", "stiffness", "damping", "rest", "spring_effort", "motor_speed", "motor_effort",
+    "motor_gain", "friction_effort", "armature",
+)  # fmt: skip
 _POINT = 0b111
 _LETTERS = "xyz"
 ORDERS = ("xyz", "yzx", "zxy")  # of the rotations of a six-axis joint
@@ -120,7 +124,7 @@ def _part(spec: JointSpec, word: str, number: int, axis: Axis, axis_in_world: Ar
     part.axis = axis_in_world
     set_spring(part, axis, what)
     set_axis(part, axis, what)
-    if number == NODE_TURN and not -0.5 * math.pi <= max(part.lower, -1.0) <= min(part.upper, 1.0) <= 0.5 * math.pi:
+    if number == NODE_TURN and any(0.5 * math.pi < abs(limit) < np.inf for limit in (part.lower, part.upper)):
         raise ValueError(f"{what}: limits of the second rotation must be within +-pi/2, got {axis.limits!r}.")
     spec.parts.append(part)
 
@@ -206,9 +210,7 @@ def _add_ball(spec: JointSpec, joint: Ball, what: str) -> None:
         if not -math.pi < lower <= upper < math.pi:
             raise ValueError(f"{what}: twist must be within (-pi, pi), got {joint.twist!r}.")
         _part(spec, "twist", TWIST, Axis(limits=(lower, upper), **soft))
-    words = ("frequency", "damping_ratio", "stiffness", "damping", "rest", "spring_effort")
-    words += ("motor_speed", "motor_effort", "motor_gain", "friction_effort", "armature")
-    axis = Axis(**{name: getattr(joint, name) for name in words})
+    axis = Axis(**{name: getattr(joint, name) for name in OF_EACH_TURN})
     if axis != Axis():
         frame = spec.orientation
         spec.orientation = np.array((1.0, 0.0, 0.0, 0.0))

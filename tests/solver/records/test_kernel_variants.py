@@ -51,6 +51,8 @@ NEEDS: list[tuple[int, str, Callable[[Scene], Any], set[str]]] = [
     (3, "heightfield", lambda scene: scene.add_body("new", "static", shapes=[FLAT]), {"fields", "vertices"}),
     (3, "weld", add_joint(spatial.Weld("ball", "box")), {"joints"}),
     (3, "ball joint", add_joint(spatial.Ball("ball", "box")), {"joints", "linked"}),
+    (3, "cone", add_joint(spatial.Ball("ball", "box", axis=(0, 0, 1), cone=1)), {"joints", "linked", "axes"}),
+    (3, "hinge", add_joint(spatial.Hinge("ball", "box", axis=(0, 0, 1))), {"joints", "linked", "axes"}),
 ]
 
 

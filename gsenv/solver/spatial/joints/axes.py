@@ -105,8 +105,8 @@ def turn_coordinate(number: int, a: Quaternion, b: Quaternion) -> float:
         q = axis_of(b, 2)
         return atan2(norm(cross(p, q)), dot(p, q))
     if number >= BALL_TURN:
-        e = turn_between((1.0, 0.0, 0.0, 0.0), multiply(conjugate(a), b))
-        return e[number - BALL_TURN]
+        turn = turn_between((1.0, 0.0, 0.0, 0.0), multiply(conjugate(a), b))
+        return turn[number - BALL_TURN]
     if number == FIRST_TURN:
         last = axis_of(b, 2)
         return atan2(-dot(axis_of(a, 1), last), dot(axis_of(a, 2), last))

@@ -25,7 +25,7 @@ def pair(axis_p: Any, axis_q: Any, ratio: float, base: dict[str, Any], effort: f
         moment = INERTIA[name]
         shape = Box(half_extents=(0.1, 0.1, 0.1), mask=0)
         scene.add_body(name, shapes=[shape], position=place, mass=2.0, inertia=(moment, moment, moment))
-        motor = {"motor_speed": 100.0, "motor_effort": effort} if name == "p" else {}
+        motor: dict[str, Any] = {"motor_speed": 100.0, "motor_effort": effort} if name == "p" else {}
         scene.add_joint(f"on_{name}", Hinge("base", name, anchor=place, axis=axis, **motor))
     scene.add_joint("gear", Gear("on_p", "on_q", ratio=ratio))
     return full_world(scene, options=AWAKE)

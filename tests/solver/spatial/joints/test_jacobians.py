@@ -83,10 +83,22 @@ def twist(f: Frames) -> float:
     return 2.0 * math.atan2(r[1, 0] - r[0, 1], 1.0 + np.trace(r))
 
 
+def slide(k: int) -> Callable[[Frames], float]:
+    return lambda f: float(f[0][:, k] @ f[2])
+
+
+def turn_about(k: int) -> Callable[[Frames], float]:
+    return lambda f: float(cardan(f)[k])
+
+
+def swing(f: Frames) -> float:
+    return math.acos(f[0][:, 2] @ f[1][:, 2])
+
+
 CONSTRAINTS: dict[int, Callable[[Frames], float]] = {  # by number of the coordinate
-    **{k: (lambda f, k=k: float(f[0][:, k] @ f[2])) for k in range(3)},
-    **{3 + k: (lambda f, k=k: float(cardan(f)[k])) for k in range(3)},
-    6: lambda f: math.acos(f[0][:, 2] @ f[1][:, 2]),
+    **{k: slide(k) for k in range(3)},
+    **{3 + k: turn_about(k) for k in range(3)},
+    6: swing,
     7: twist,
 }
 

@@ -15,7 +15,7 @@ from tests.solver.spatial.one_kernel import full_world, space
 mujoco: Any = pytest.importorskip("mujoco")
 
 # axis and anchor of each joint and half extents of each link; links lie along x at the start
-LINKS = (
+LINKS: tuple[tuple[str, Any, Any, dict[str, float]], ...] = (
     ("hinge", (0, 1, 0), (0.25, 0.05, 0.08), {}),
     ("hinge", (0, 0.6, 0.8), (0.2, 0.06, 0.04), {"stiffness": 0.8, "damping": 0.02}),
     ("slide", (0.8, 0, 0.6), (0.15, 0.05, 0.05), {"stiffness": 60.0, "damping": 0.5}),

@@ -33,7 +33,11 @@ def value(world: Any, word: str) -> float:
     ],
 )
 def test_moves_as_the_joint_that_it_generalises(general: Any, special: Any) -> None:
-    motion = {"position": (0.3, 0.1, 0), "angular_velocity": (0.2, 1.0, 0.4), "linear_velocity": (0.5, 0, 0)}
+    motion: dict[str, Any] = {
+        "position": (0.3, 0.1, 0),
+        "angular_velocity": (0.2, 1.0, 0.4),
+        "linear_velocity": (0.5, 0, 0),
+    }
     one, other = (held(joint, G, options=FINE, **motion) for joint in (general, special))
     for _ in range(60):
         one.step()
@@ -56,7 +60,7 @@ def test_each_axis_swings_on_its_spring(word: str) -> None:
 
 @pytest.mark.parametrize("word", NAMES)
 def test_each_axis_has_its_motor_and_its_limits(word: str) -> None:
-    axis = Axis(limits=(-0.2, 0.3), motor_speed=1.0, motor_effort=20.0)
+    axis = Axis(limits=(-0.2, 0.3), motor_speed=1.0, motor_effort=500.0)
     world = held(six(**{word: axis}), orientation=(1, 0.3, -0.2, 0.4))
     world.step(12)
     assert value(world, word) == pytest.approx(0.2, abs=0.02)

@@ -135,3 +135,9 @@ def test_disabled_joint_lets_go_and_is_enabled_again() -> None:
     world.parameters.set("joint", enabled=True)
     world.step(120)
     assert_allclose(world.position[0, 1, 1:], 0.0, atol=1e-4)
+
+
+def test_a_spring_too_weak_for_the_substep_does_nothing() -> None:
+    world = held(slider(stiffness=1e-9), linear_velocity=(1.0, 0, 0))
+    world.step(60)
+    assert world.joint_coordinate("joint")[0] == pytest.approx(1.0, abs=1e-8)

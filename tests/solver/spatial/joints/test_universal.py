@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -23,7 +24,7 @@ def shafts(bend: float, speed: float, options: Options) -> World:
         shape = Cylinder(half_length=0.3, radius=0.1, mask=0)
         turn = np.array((1.0, *np.cross((0, 0, 1), axis)))  # half way from z to the axis
         scene.add_body(name, shapes=[shape], position=place, orientation=turn, mass=1.0)
-        drive = {"motor_speed": speed, "motor_effort": 1e4} if name == "in" else {}
+        drive: dict[str, Any] = {"motor_speed": speed, "motor_effort": 1e4} if name == "in" else {}
         scene.add_joint(name, Hinge("base", name, anchor=place, axis=axis, **drive))
     cross = Universal("in", "out", anchor=(0, 0, 0), axis_a=(0, 0, 1), axis_b=(-math.sin(bend), math.cos(bend), 0))
     scene.add_joint("cross", cross)
