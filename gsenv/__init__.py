@@ -2,10 +2,26 @@
 
 Importing gsenv registers the environments by name and loads neither numba nor torch. Afterwards
 `gymnasium.make("GStack-v0")` works; `gymnasium.make("gsenv:GStack-v0")` imports gsenv itself.
+`gsenv.load_mjcf` reads a MuJoCo XML file to a scene.
 """
+
+from typing import TYPE_CHECKING, Any
 
 from gsenv.envs import register_envs
 
+if TYPE_CHECKING:
+    from gsenv.mjcf import load_mjcf as load_mjcf
+
 __version__ = "0.1.0"
+
+
+def __getattr__(name: str) -> Any:
+    """Return ``load_mjcf``, which loads numba and so is imported when it is first used."""
+    if name == "load_mjcf":
+        from gsenv.mjcf import load_mjcf
+
+        return load_mjcf
+    raise AttributeError(f"module 'gsenv' has no attribute {name!r}")
+
 
 register_envs()

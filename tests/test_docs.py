@@ -13,7 +13,14 @@ BLOCK = re.compile(r"```python\n(.*?)```", re.DOTALL)
 LINK = re.compile(r"\]\(([^)\s#]+)[^)]*\)")
 GLOSSARY_ENTRY = re.compile(r"- \*\*(.+?)\*\*(.*)")
 CODE_NAME = re.compile(r"`([A-Za-z_][\w.]*)`")
-PAGES = ("docs/constraints.md", "docs/joints.md", "docs/sensors.md", "docs/your_own_env.md", "README.md")
+PAGES = (
+    "docs/constraints.md",
+    "docs/joints.md",
+    "docs/mjcf.md",
+    "docs/sensors.md",
+    "docs/your_own_env.md",
+    "README.md",
+)
 DOCS = sorted((ROOT / "docs").glob("*.md"))
 
 

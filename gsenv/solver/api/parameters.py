@@ -29,7 +29,7 @@ SPATIAL_FIELDS = ("torsional_friction", "rolling_friction")
 JOINT_FIELDS = (
     "lower", "upper", "limit_restitution", "limit_frequency", "limit_damping_ratio", "length", "frequency",
     "damping_ratio", "stiffness", "damping", "spring_effort", "motor_effort", "motor_gain", "friction_effort",
-    "max_force", "max_torque", "enabled",
+    "armature", "max_force", "max_torque", "enabled",
 )  # fmt: skip
 ROW_FIELDS = ("lower", "upper", "bias", "softness")
 UNBOUNDED = (  # may be infinite
@@ -83,8 +83,8 @@ class Parameters(ParameterArrays):
                 two frictions; of a terrain vertices, m, (vertex, 2) or (chosen world, vertex, 2), as many as
                 it has. Joints: lower and upper (limits, rad or m), limit_restitution, limit_frequency Hz,
                 limit_damping_ratio, length m, frequency Hz, damping_ratio, stiffness, damping, spring_effort,
-                motor_effort, motor_gain, friction_effort, max_force N, max_torque N m, enabled (with all coordinates
-                of the joint).
+                motor_effort, motor_gain, friction_effort, armature, max_force N, max_torque N m, enabled (with all
+                coordinates of the joint).
                 Constraints: enabled, lower, upper, bias, softness. World: gravity (.., dim) m/s^2.
 
         A disabled body has no contacts and does not move; for its joints it is fixed. Once enabled it

@@ -7,7 +7,7 @@ from typing import Any
 from ..jit import njit
 from .dispatch import by_dimension
 from .rows import BILATERAL, BOUNDED, EQUATION, LIMIT_SLOP, NO_CORRECTION, UNILATERAL, free_rate, start_rate
-from .springs import set_oscillator, set_spring
+from .springs import set_oscillator, set_rotor_spring, set_spring
 
 set_effective_mass = by_dimension("contact_rows", "set_effective_mass")
 
@@ -49,6 +49,12 @@ def has_friction(parameters: Any) -> Any:
 
 
 @njit
+def has_armature(parameters: Any) -> Any:
+    """Whether a joint has a rotor with inertia of its own."""
+    return parameters.armature > 0.0
+
+
+@njit
 def soften(row: Any, parameters: Any, speed: Any, substep_bodies: Any, h: Any) -> None:
     """Turn a rigid row into a spring and damper on its error; ``speed``, m/s or rad/s, is that of the rest point."""
     set_spring(row, parameters, speed, substep_bodies, h)
@@ -76,7 +82,12 @@ def set_spring_row(row: Any, slot: Any, error: Any, curve: Any, parameters: Any,
     """Make a row whose Jacobian is set a spring; ``curve`` as for motors."""
     finish_row(row, slot, error, substep_bodies)
     row.bias = curve
-    soften(row, parameters, 0.0, substep_bodies, h)
+    if parameters.armature > 0.0:
+        row.bias = 0.0
+        set_rotor_spring(row, parameters, substep_bodies, h)
+        set_effective_mass(row, substep_bodies)
+    else:
+        soften(row, parameters, 0.0, substep_bodies, h)
     if parameters.spring_effort < _INFINITY:
         bound_row(row, h * parameters.spring_effort)
 
@@ -179,6 +190,24 @@ def set_friction_row(row: Any, slot: Any, parameters: Any, curve: Any, substep_b
     row.bias = curve
     row.correction = NO_CORRECTION
     bound_row(row, h * parameters.friction_effort)
+
+
+@njit
+def set_armature_row(row: Any, slot: Any, joint: Any, curve: Any, substep_bodies: Any) -> None:
+    """Make a row whose Jacobian is set the inertia of a rotor: its impulse is -armature times the change of the rate.
+
+    ``curve``, as for limits: the rate is J v + curve at the end of the substep, about J v - curve at its start.  In
+    smooth motion the rotor keeps the rate at which it ended the last substep, so that errors do not add up.
+    """
+    finish_row(row, slot, 0.0, substep_bodies)
+    row.correction = NO_CORRECTION
+    rate = start_rate(row, substep_bodies) - curve
+    if abs(joint.state.rate - rate) <= abs(curve):
+        rate = joint.state.rate
+    joint.state.rate = rate
+    row.bias = curve - rate
+    row.softness = 1.0 / joint.parameters.armature
+    set_effective_mass(row, substep_bodies)
 
 
 @njit

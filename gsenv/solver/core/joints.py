@@ -12,7 +12,7 @@ import numpy as np
 from ..jit import njit
 from ..records.model import ActuatorMode, JointKind
 from .dispatch import by_dimension, no_nutation
-from .joint_rows import has_friction, has_limit, has_motor
+from .joint_rows import has_armature, has_friction, has_limit, has_motor
 from .pose_joints import add_target_rows, add_weld_rows
 from .rows import EQUATION, UNILATERAL
 from .slices import part
@@ -60,6 +60,7 @@ def joint_row_count(model: Any, parameters: Any) -> Any:
     if model.kind <= _LAST_UNLINKED:
         return model.row_count
     count = model.row_count + int(has_limit(parameters)) + int(has_motor(parameters)) + int(has_friction(parameters))
+    count += int(has_armature(parameters))
     if model.kind == _DISTANCE:
         return count + int(has_spring(parameters) or parameters.rigid != 0)
     return count + int(has_spring(parameters))
@@ -151,6 +152,8 @@ def store_joint_impulses(world: Any, island: Any, joints: Any) -> None:
         else:
             state.impulse[row.slot] = scale * row.impulse
             state.total_impulse[row.slot] += row.impulse
+            if row.slot == len(state.impulse) - 1:
+                state.rate -= row.softness * row.impulse
         ahead = 0.0  # s: rows are of the pose at the start of the substep, or half a substep ahead
         if joint_models[j].kind > _LAST_UNLINKED or joint_models[j].kind == _WELD:
             ahead = 0.5 * island.h
@@ -223,7 +226,7 @@ def drive_joints(world: Any, joints: Any) -> None:
     body_parameters = world.parameters.bodies
     for k in range(len(actuators)):
         actuator = actuators[k]
-        value = min(max(control[k], actuator.lower), actuator.upper)
+        value = actuator.gain * min(max(control[k], actuator.lower), actuator.upper) + actuator.offset
         j = actuator.joint
         state = joints[j]
         if joint_models[j].kind == _TARGET:

@@ -72,6 +72,32 @@ def set_spring(row: Any, parameters: Any, speed: Any, substep_bodies: Any, h: An
 
 
 @njit
+def set_rotor_spring(row: Any, parameters: Any, substep_bodies: Any, h: Any) -> None:
+    """Make a rigid row the spring and damper of a joint with armature, solved with the rigid joints.
+
+    Slow ones act at the mean position and speed of the substep, fast ones at its end (``set_oscillator``).  Sweeps
+    would converge slowly, since the row does not contain the rotor's inertia.
+    """
+    row.kind = EQUATION
+    row.correction = NO_CORRECTION
+    if row.diagonal <= 0.0:
+        return
+    m = row.diagonal / (1.0 + row.diagonal * parameters.armature)
+    stiffness = parameters.stiffness
+    damping = parameters.damping
+    if not (stiffness > 0.0 or damping > 0.0):
+        omega = _TWO_PI * parameters.frequency
+        stiffness = omega * omega / m
+        damping = 2.0 * parameters.damping_ratio * omega / m
+    slow = h * h * stiffness * m < EXACT * EXACT and 0.5 * h * damping * m < EXACT
+    reach = 0.25 * h * stiffness + 0.5 * damping if slow else h * stiffness + damping
+    row.softness = 1.0 / (h * reach)
+    row.bias += stiffness / reach * row.error
+    if slow:
+        row.bias += start_rate(row, substep_bodies)
+
+
+@njit
 def set_oscillator(row: Any, square: Any, rate: Any, speed: Any, substep_bodies: Any, h: Any) -> None:
     """Set kind, bias and softness of a spring and damper on the error of a rigid row, not its effective mass.
 
@@ -138,10 +164,10 @@ def release_springs(rows: Any, end: Any) -> None:
 
 @njit
 def any_sprung(island_joints: Any, joint_parameters: Any) -> Any:
-    """Whether a joint may give back stored energy."""
+    """Whether a joint may give back stored energy, of a spring or a rotor."""
     for k in range(len(island_joints)):
         parameters = joint_parameters[island_joints[k]]
-        if has_spring(parameters) or parameters.limit_frequency > 0.0:
+        if has_spring(parameters) or parameters.limit_frequency > 0.0 or parameters.armature > 0.0:
             return True
     return False
 

@@ -22,7 +22,7 @@ Array = NDArray[Any]
 NDOF = {2: 3, 3: 6}
 ROTATION_SIZE = {2: 2, 3: 4}  # (cos, sin) or a quaternion (w, x, y, z)
 CONTACT_ROWS = {2: 2, 3: 6}  # at most: normal, tangents, and in 3D one of torsion and two of rolling
-ROWS_PER_JOINT = {2: 6, 3: 10}  # at most: rows of the joint itself, limit, motor, spring, friction
+ROWS_PER_JOINT = {2: 7, 3: 11}  # at most: rows of the joint itself, limit, motor, spring, friction, armature
 
 
 class BodyKind(IntEnum):
@@ -259,6 +259,7 @@ def joint_parameter_dtype(dim: int) -> np.dtype[Any]:
             ("motor_effort", "f8"),  # N or N m, largest effort of the motor; 0: no motor
             ("motor_gain", "f8"),  # N s/m or N m s/rad, effort for each unit of the error of speed; infinite: rigid
             ("friction_effort", "f8"),  # N or N m, dry friction of the joint
+            ("armature", "f8"),  # kg or kg m^2, inertia of the rotor that turns with the coordinate
             ("max_force", "f8"),  # N, of targets
             ("max_torque", "f8"),  # N m
             ("ratio", "f8"),  # of gears, q_a + ratio q_b is constant
@@ -281,7 +282,8 @@ def joint_state_dtype(dim: int) -> np.dtype[Any]:
     )
     return np.dtype(
         [
-            ("impulse", "f8", (ROWS_PER_JOINT[dim],)),  # N s and N m s of the last substep
+            ("impulse", "f8", (ROWS_PER_JOINT[dim],)),  # N s and N m s of the last substep; armature has the last slot
+            ("rate", "f8"),  # rad/s or m/s of the rotor of a joint with armature
             ("total_impulse", "f8", (ROWS_PER_JOINT[dim],)),  # summed over the step
             ("reaction", "f8", (NDOF[dim],)),  # N s and N m s on body b at its anchor, summed over the step
             ("motor_speed", "f8"),  # m/s or rad/s
@@ -304,6 +306,8 @@ ACTUATOR_DTYPE = np.dtype(
         ("mode", "i4"),  # ActuatorMode, the quantity that the control sets
         ("lower", "f8"),  # control is clipped to [lower, upper]
         ("upper", "f8"),
+        ("gain", "f8"),  # what is set: gain * control + offset
+        ("offset", "f8"),
     ],
     align=True,
 )

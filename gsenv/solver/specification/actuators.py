@@ -18,9 +18,12 @@ AXES = {
 
 
 def actuator_spec(
-    name: str, joint: Reference, axis: str | None, mode: str, lower: Any, upper: Any, scene: SceneSpec
+    name: str, joint: Reference, axis: str | None, mode: str, limits: Any, line: Any, scene: SceneSpec
 ) -> ActuatorSpec:
     """Return the checked actuator.
+
+    Args:
+        limits: (lower, upper) of the control; line: (gain, offset).
 
     Raises:
         ValueError: an unknown joint, one that lacks the part to drive, or one that is driven already.
@@ -29,14 +32,16 @@ def actuator_spec(
     index = find(joint, "joint", list(scene.joints), what)
     spec = list(scene.joints.values())[index]
     check.choice(mode, DRIVEN, f"{what}: mode")
-    low = float(check.bounds(lower, (), f"{what}: lower"))
-    high = float(check.bounds(upper, (), f"{what}: upper"))
+    low = float(check.bounds(limits[0], (), f"{what}: lower"))
+    high = float(check.bounds(limits[1], (), f"{what}: upper"))
+    gain = check.finite(line[0], f"{what}: gain")
+    offset = check.finite(line[1], f"{what}: offset")
     check.ordered_bounds(np.array(low), np.array(high), what)
     number = _driven_axis(spec, axis, mode, scene.dim, what)
     taken = [other for other in scene.actuators.values() if (other.joint, other.axis) == (index, number)]
     if any(spec.kind == "target" or DRIVEN[other.mode] == DRIVEN[mode] for other in taken):
         raise ValueError(f"{what}: {taken[0].name!r} drives the same part of joint {spec.name!r}.")
-    return ActuatorSpec(name, index, number, mode, low, high)
+    return ActuatorSpec(name, index, number, mode, low, high, gain, offset)
 
 
 def _driven_axis(spec: JointSpec, axis: str | None, mode: str, dim: int, what: str) -> int:

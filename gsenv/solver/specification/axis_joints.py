@@ -103,12 +103,14 @@ class SixAxis(PairJoint):
 
     The free ones have names for actuators, readings and ``Parameters.set``: ``"<name>/x"``, ``"<name>/turn_z"`` and so
     on. Translations are along axes fixed in body_a, m. Rotations are Cardan angles, rad: successive rotations about x,
-    y and z, or another cyclic order in which a locked or the most narrowly limited axis is second. With three free
-    rotations the second one must stay within +-pi/2.
+    y and z, or another cyclic order: that of ``order``, else one in which a locked or the most narrowly limited axis is
+    second. With three free rotations the second one must stay within +-pi/2.
 
     Args:
         x, y, z, turn_x, turn_y, turn_z: an Axis, of limits, spring and motor; ``Axis()`` is free. Default: locked.
         orientation: quaternion (w, x, y, z) of the axes in the world at the initial poses. Default: the world's axes.
+        order: of three free rotations, "xyz", "yzx" or "zxy"; the first is about an axis of body_a, the last about one
+            of body_b. Default: see above.
         anchor: m, world point at the initial poses; or anchor_a and anchor_b, m, in the bodies' own frames.
             Default: the origin of body_b.
         collide: whether the two bodies collide with each other, default False.
@@ -126,3 +128,4 @@ class SixAxis(PairJoint):
     turn_y: Axis | None = None
     turn_z: Axis | None = None
     orientation: Vector | None = None
+    order: str | None = None

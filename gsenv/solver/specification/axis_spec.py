@@ -23,10 +23,11 @@ from .specs import JointSpec
 FIRST_TURN, NODE_TURN, LAST_TURN, SWING, TWIST, BALL_TURN = 3, 4, 5, 6, 7, 8
 OF_EACH_TURN = (  # arguments of a ball for each of its three rotations
     "frequency", "damping_ratio", "stiffness", "damping", "rest", "spring_effort", "motor_speed", "motor_effort",
-    "motor_gain", "friction_effort",
+    "motor_gain", "friction_effort", "armature",
 )  # fmt: skip
 _POINT = 0b111
 _LETTERS = "xyz"
+ORDERS = ("xyz", "yzx", "zxy")  # of the rotations of a six-axis joint
 _CYCLES = ((1.0, 0.0, 0.0, 0.0), (0.5, 0.5, 0.5, 0.5), (0.5, -0.5, -0.5, -0.5))  # x to x, to y, to z
 _PERPENDICULAR = 1e-6  # cosine of the angle between axes that count as perpendicular
 
@@ -51,6 +52,7 @@ def set_axis(spec: JointSpec, axis: Axis, what: str) -> None:
     if spec.motor_gain == 0.0:
         raise ValueError(f"{what}: motor_gain must be positive, got {axis.motor_gain!r}.")
     spec.friction_effort = check.bound(axis.friction_effort, f"{what}: friction_effort")
+    spec.armature = check.not_negative(axis.armature, f"{what}: armature")
 
 
 def set_spring(spec: JointSpec, spring: Any, what: str) -> None:
@@ -156,6 +158,10 @@ def _add_six_axis(spec: JointSpec, joint: SixAxis, what: str) -> None:
     given = (1, 0, 0, 0) if joint.orientation is None else joint.orientation
     orientation = rotation_of(check.orientation(given, f"{what}: orientation"))
     shift = _first_axis(turns)
+    if joint.order is not None:
+        check.choice(joint.order, ORDERS, f"{what}: order")
+        if None not in turns:
+            shift = _LETTERS.index(joint.order[0])
     spec.orientation = multiplied(orientation, _CYCLES[shift])
     spec.locked = sum(1 << (k - shift) % 3 for k in range(3) if slides[k] is None)
     spec.locked |= sum(8 << (k - shift) % 3 for k in range(3) if turns[k] is None)

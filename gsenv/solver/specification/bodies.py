@@ -64,6 +64,8 @@ def check_body(spec: BodySpec) -> None:
         if not shape.solid and spec.kind == BodyKind.DYNAMIC:
             name = type(shape).__name__
             raise ValueError(f"{what}: a {name} belongs on a static or kinematic body.")
+    if spec.center is not None and (spec.mass is None or spec.inertia is None):
+        raise ValueError(f"{what}: a center needs a mass and an inertia.")
     if spec.kind != BodyKind.DYNAMIC:
         return
     if spec.mass is None and not solid_mass(spec.dim, spec.shapes)[0] > 0.0:

@@ -179,7 +179,7 @@ def _compile_joints(scene: SceneSpec, bodies: list[BodySpec]) -> tuple[Array, Ar
 
 PLAIN = (
     "lower", "upper", "limit_restitution", "limit_frequency", "limit_damping_ratio", "frequency", "damping_ratio",
-    "stiffness", "damping", "spring_effort", "motor_effort", "motor_gain", "friction_effort", "max_force",
+    "stiffness", "damping", "spring_effort", "motor_effort", "motor_gain", "friction_effort", "armature", "max_force",
     "max_torque", "ratio", "rigid", "enabled",
 )  # fmt: skip
 
@@ -226,6 +226,8 @@ def _compile_actuators(scene: SceneSpec) -> Array:
             int(ACTUATOR_MODES[spec.mode]),
             spec.lower,
             spec.upper,
+            spec.gain,
+            spec.offset,
         )
     return actuators
 

@@ -15,7 +15,17 @@ Vector = Sequence[float] | Array
 
 SPRING = ("frequency", "damping_ratio", "stiffness", "damping")
 LIMIT = ("limit_restitution", "limit_frequency", "limit_damping_ratio")
-SERVO = ("lower", "upper", *LIMIT, *SPRING, "spring_effort", "motor_effort", "motor_gain", "friction_effort")
+SERVO = (
+    "lower",
+    "upper",
+    *LIMIT,
+    *SPRING,
+    "spring_effort",
+    "motor_effort",
+    "motor_gain",
+    "friction_effort",
+    "armature",
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -92,6 +102,7 @@ class Axis(Spring):
         motor_gain: N m s/rad or N s/m, effort for each unit of the error of speed, default unbounded: a motor keeps
             its speed as long as its effort suffices.
         friction_effort: N m or N, dry friction, default 0.
+        armature: kg m^2 or kg, inertia of a rotor that turns with q alone, such as that of a geared motor, default 0.
     """
 
     limits: tuple[float, float] | None = None
@@ -104,6 +115,7 @@ class Axis(Spring):
     motor_effort: float = 0.0
     motor_gain: float = np.inf
     friction_effort: float = 0.0
+    armature: float = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)

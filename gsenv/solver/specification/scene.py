@@ -52,6 +52,7 @@ class Scene(SceneSpec):
         angular_velocity: float | Vector | None = None,
         mass: float | None = None,
         inertia: float | Vector | None = None,
+        center: Vector | None = None,
         linear_damping: float = 0.0,
         angular_damping: float = 0.0,
         gravity_scale: float = 1.0,
@@ -73,6 +74,8 @@ class Scene(SceneSpec):
             mass: kg; None derives it from the shapes' densities.
             inertia: kg m^2 about the centre of mass; in 3D (3,) about the body's axes or a (3, 3)
                 tensor; None derives it from the shapes, scaled to ``mass`` where that is given.
+            center: m, centre of mass in the body's own frame, with a mass and an inertia; None derives it from
+                the shapes.
             linear_damping, angular_damping: 1/s, rates at which the velocities decay.
             gravity_scale: factor of gravity for this body.
             continuous: whether the body is kept from passing through others however fast it is; this costs
@@ -109,6 +112,7 @@ class Scene(SceneSpec):
             continuous=bool(continuous),
             enabled=bool(enabled),
             color=None if color is None else body_checks.color(color, f"{what}: color"),
+            center=None if center is None else check.vector(center, dim, f"{what}: center"),
         )
         body_checks.check_body(spec)
         self.bodies[name] = spec
@@ -176,6 +180,8 @@ class Scene(SceneSpec):
         mode: str = "velocity",
         lower: float = -np.inf,
         upper: float = np.inf,
+        gain: float = 1.0,
+        offset: float = 0.0,
     ) -> Handle:
         """Add an entry of ``World.control`` that drives a joint.
 
@@ -187,12 +193,13 @@ class Scene(SceneSpec):
             mode: the control is the "velocity" of a motor or target, the "position" of a target or the
                 rest of a spring, or the "torque" (N m, of a prismatic joint N) of a motor.
             lower, upper: the control is clipped to this range.
+            gain, offset: what is set is gain * control + offset.
 
         Raises:
             ValueError: an unknown joint, one without the motor or spring, or one that is driven already.
         """
         name = check.unique(name, self.actuators, "actuator")
-        self.actuators[name] = actuator_spec(name, joint, axis, mode, lower, upper, self)
+        self.actuators[name] = actuator_spec(name, joint, axis, mode, (lower, upper), (gain, offset), self)
         return Handle("actuator", name, len(self.actuators) - 1)
 
     def add_sensor(self, name: str, sensor: Sensor) -> Handle:

@@ -46,6 +46,8 @@ def mass_of(spec: BodySpec) -> tuple[float, Array, Any, Any]:
         mass = spec.mass
     if spec.inertia is not None:
         inertia, axes = dimension(spec.dim).mass.principal_inertia(spec.inertia)
+    if spec.center is not None:
+        center = spec.center
     return mass, center, inertia, axes
 
 

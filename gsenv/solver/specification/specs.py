@@ -30,6 +30,7 @@ class BodySpec:
     continuous: bool
     enabled: bool
     color: tuple[int, int, int] | None
+    center: Array | None = None  # centre of mass in the body's own frame, None: of its shapes
 
 
 @dataclass
@@ -67,6 +68,7 @@ class JointSpec:
     motor_effort: float = 0.0
     motor_gain: float = np.inf
     friction_effort: float = 0.0
+    armature: float = 0.0
     max_force: float = np.inf
     max_torque: float = np.inf
     joint_a: int = 0
@@ -96,6 +98,8 @@ class ActuatorSpec:
     mode: str
     lower: float
     upper: float
+    gain: float
+    offset: float
 
 
 @dataclass

@@ -7,7 +7,7 @@ from typing import Any
 from ...jit import njit
 from ..contact_rows import (
     add_contact_rows,
-    bounces,
+    any_restitution,
     forget_contact_impulses,
     refresh_contact_rows,
     store_contact_impulses,
@@ -50,7 +50,7 @@ def step_articulated(world: Any, island: Any, joints: Any, articulation: Any) ->
     if world.variant.soft is not None:
         return False
     if world.variant.restitution is not None:
-        if bounces(world, island):
+        if any_restitution(world, island):
             return False
     if not list_links(world, island, articulation):
         return False

@@ -7,9 +7,11 @@ from typing import Any
 from ...core.joint_rows import (
     copy_direction,
     finish_row,
+    has_armature,
     has_friction,
     has_limit,
     has_motor,
+    set_armature_row,
     set_friction_row,
     set_limit_row,
     set_motor_row,
@@ -73,19 +75,24 @@ def add_prismatic_rows(
 ) -> None:
     """Write the rows of a prismatic joint.
 
-    Slots: 0 across the axis, 1 the angle, 2 limit, 3 motor, 4 spring, 5 friction.
+    Slots: 0 across the axis, 1 the angle, 2 limit, 3 motor, 4 spring, 5 friction, 6 armature.
     """
     parameters = joint.parameters
     coordinate = add_slide_row(rows, row, parameters, bodies, body_parameters, substep_bodies, h)
     error = relative_angle(bodies[joint.model.body_a], bodies[joint.model.body_b], parameters.reference)
     set_angle_row(rows[row + 1], 1, error, substep_bodies)
     row += 2
-    if not (has_limit(parameters) or has_motor(parameters) or has_spring(parameters) or has_friction(parameters)):
+    driven = has_motor(parameters) or has_friction(parameters) or has_armature(parameters)
+    if not (driven or has_limit(parameters) or has_spring(parameters)):
         return
     first = row
     curve = set_axis_direction(rows[first], parameters, bodies, body_parameters, substep_bodies, h)
     if has_spring(parameters):
         set_spring_row(rows[row], 4, coordinate - joint.state.rest, 0.0, parameters, substep_bodies, h)
+        row += 1
+    if has_armature(parameters):
+        copy_direction(rows[row], rows[first], 1.0)
+        set_armature_row(rows[row], 6, joint, curve, substep_bodies)
         row += 1
     if has_friction(parameters):
         copy_direction(rows[row], rows[first], 1.0)

@@ -5,9 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 from ...core.joint_rows import (
+    has_armature,
     has_friction,
     has_limit,
     has_motor,
+    set_armature_row,
     set_friction_row,
     set_limit_row,
     set_motor_row,
@@ -24,11 +26,18 @@ from .point import set_point_rows
 def add_revolute_rows(
     rows: Any, row: Any, joint: Any, bodies: Any, body_parameters: Any, substep_bodies: Any, h: Any
 ) -> None:
-    """Write the rows of a revolute joint. Slots: 0, 1 the anchors, 2 limit, 3 motor, 4 spring, 5 friction."""
+    """Write the rows of a revolute joint.
+
+    Slots: 0, 1 the anchors, 2 limit, 3 motor, 4 spring, 5 friction, 6 armature.
+    """
     parameters = joint.parameters
     set_point_rows(rows, row, parameters, bodies, body_parameters, substep_bodies, h)
     angle = unwrapped_angle(bodies[joint.model.body_a], bodies[joint.model.body_b], parameters)
     row += 2
+    if has_armature(parameters):
+        set_angle_direction(rows[row])
+        set_armature_row(rows[row], 6, joint, 0.0, substep_bodies)
+        row += 1
     if has_motor(parameters):
         set_angle_direction(rows[row])
         speeds = speeds_within(angle, 0.0, parameters, h)

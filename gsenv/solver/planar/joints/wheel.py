@@ -6,9 +6,11 @@ from typing import Any
 
 from ...core.joint_rows import (
     copy_direction,
+    has_armature,
     has_friction,
     has_limit,
     has_motor,
+    set_armature_row,
     set_friction_row,
     set_limit_row,
     set_motor_row,
@@ -26,10 +28,14 @@ _INFINITY = float("inf")
 def add_wheel_rows(
     rows: Any, row: Any, joint: Any, bodies: Any, body_parameters: Any, substep_bodies: Any, h: Any
 ) -> None:
-    """Write the rows of a wheel. Slots: 0 across the axis, 1 spring, 2 limit, 3 motor, 4 friction."""
+    """Write the rows of a wheel. Slots: 0 across the axis, 1 spring, 2 limit, 3 motor, 4 friction, 6 armature."""
     parameters = joint.parameters
     coordinate = add_slide_row(rows, row, parameters, bodies, body_parameters, substep_bodies, h)
     row += 1
+    if has_armature(parameters):
+        set_angle_direction(rows[row])
+        set_armature_row(rows[row], 6, joint, 0.0, substep_bodies)
+        row += 1
     if has_motor(parameters):
         set_angle_direction(rows[row])
         speeds = (-_INFINITY, _INFINITY)  # limits apply to the translation

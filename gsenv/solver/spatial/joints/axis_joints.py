@@ -1,6 +1,7 @@
 """Joints with axes: hinge, slider, universal, wheel, six-axis, and single coordinates of these and of balls.
 
-Slots of the impulses: 0 to 2 locked translations, 3 to 5 locked rotations, 6 limit, 7 motor, 8 spring, 9 friction.
+Slots of the impulses: 0 to 2 locked translations, 3 to 5 locked rotations, 6 limit, 7 motor, 8 spring, 9 friction,
+10 armature.
 """
 
 from __future__ import annotations
@@ -10,9 +11,11 @@ from typing import Any
 from ...core.joint_rows import (
     copy_direction,
     finish_row,
+    has_armature,
     has_friction,
     has_limit,
     has_motor,
+    set_armature_row,
     set_friction_row,
     set_limit_row,
     set_motor_row,
@@ -159,17 +162,21 @@ def _set_coordinate(
 def _add_servo_rows(
     rows: Any, row: Any, joint: Any, axes: Axes, bodies: Any, body_parameters: Any, substep_bodies: Any, h: Any
 ) -> None:
-    """Write the rows of motor, friction, spring and limit, and count the turns of the coordinate."""
+    """Write the rows of armature, friction, motor, spring and limit, and count the turns of the coordinate."""
     number = joint.model.coordinate
     turning = joint.model.motor_coordinate
     p = joint.parameters
     if counts_turns(number):
         joint.state.angle = unwrapped(turn_coordinate(number, axes.now[0], axes.now[1]), joint.state.angle)
-    driven = has_motor(p) or has_friction(p)
+    driven = has_motor(p) or has_friction(p) or has_armature(p)
     if driven:
         first = row
         q, curve = _set_coordinate(rows[first], joint, turning, axes, bodies, body_parameters, substep_bodies, h)
+        if has_armature(p):
+            set_armature_row(rows[row], 10, joint, curve, substep_bodies)
+            row += 1
         if has_friction(p):
+            copy_direction(rows[row], rows[first], 1.0)
             set_friction_row(rows[row], 9, p, curve, substep_bodies, h)
             row += 1
         if has_motor(p):

@@ -1,0 +1,128 @@
+"""Armature, gain and offset of actuators, and the centre of mass, in 2D and 3D against closed forms."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gsenv.solver import Options, Scene, World, planar, spatial
+
+STEPS, H = 40, 0.01
+INERTIA, MASS, ARMATURE = 0.5, 2.0, 1.5
+
+
+def machine(dim: int, turning: bool, gravity: float = 0.0, **servo: Any) -> tuple[Scene, World]:
+    """A body on a joint to the world: it turns about its centre, or slides upwards."""
+    up = 1 if dim == 2 else 2
+    scene = Scene(dim=dim, gravity=[-gravity if k == up else 0.0 for k in range(dim)])
+    scene.add_body("base", "static")
+    shape = planar.Circle(0.1) if dim == 2 else spatial.Sphere(0.1)
+    scene.add_body("it", shapes=[shape], mass=MASS, inertia=INERTIA if dim == 2 else (0.3, 0.4, INERTIA))
+    if dim == 2:
+        joint: Any = planar.Revolute("base", "it", **servo)
+        if not turning:
+            joint = planar.Prismatic("base", "it", axis=(0.0, 1.0), **servo)
+    else:
+        kind: Any = spatial.Hinge if turning else spatial.Slider
+        joint = kind("base", "it", axis=(0.0, 0.0, 1.0), **servo)
+    scene.add_joint("joint", joint)
+    if servo.get("motor_effort"):
+        scene.add_actuator("torque", "joint", mode="torque", gain=3.0, offset=0.5, lower=-1.0, upper=1.0)
+    return scene, World(scene, options=Options(timestep=H, sleep=False))
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_rotor_adds_to_the_inertia(dim: int) -> None:
+    _, world = machine(dim, True, motor_effort=100.0, armature=ARMATURE)
+    world.control[:] = 2.0  # clipped to 1: the torque is 3.5 N m
+    for _ in range(STEPS):
+        world.step()
+    rate = 3.5 * STEPS * H / (INERTIA + ARMATURE)
+    np.testing.assert_allclose(world.joint_rate("joint"), rate, rtol=1e-6)
+    np.testing.assert_allclose(world.joint_coordinate("joint"), 0.5 * rate * STEPS * H, rtol=1e-6)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_rotor_of_a_slide_falls_slowly(dim: int) -> None:
+    _, world = machine(dim, False, gravity=9.81, armature=ARMATURE)
+    for _ in range(STEPS):
+        world.step()
+    rate = -9.81 * MASS / (MASS + ARMATURE) * STEPS * H
+    np.testing.assert_allclose(world.joint_rate("joint"), rate, rtol=1e-6)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize(("stiffness", "damping"), [(80.0, 0.0), (80.0, 4.0), (0.0, 3.0)])
+def test_spring_and_damper_move_the_rotor_too(dim: int, stiffness: float, damping: float) -> None:
+    whole = INERTIA + ARMATURE
+    _, world = machine(dim, True, armature=ARMATURE, stiffness=stiffness, damping=damping, rest=0.3)
+    for _ in range(STEPS):
+        world.step()
+    t, decay = STEPS * H, 0.5 * damping / whole
+    speed = np.sqrt(max(stiffness / whole - decay**2, 0.0))
+    wave = np.cos(speed * t) + decay * (np.sin(speed * t) / speed if speed else 0.0)
+    wanted = 0.3 * (1.0 - np.exp(-decay * t) * wave) if stiffness else 0.0
+    np.testing.assert_allclose(world.joint_coordinate("joint"), wanted, atol=2e-4)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_armature_can_be_tuned(dim: int) -> None:
+    _, world = machine(dim, True, motor_effort=100.0, armature=ARMATURE)
+    world.parameters.set("joint", armature=4.0)
+    world.control[:] = 0.5
+    world.step()
+    np.testing.assert_allclose(world.joint_rate("joint"), 2.0 * H / (INERTIA + 4.0), rtol=1e-6)
+    with pytest.raises(ValueError, match="armature must not be negative"):
+        machine(dim, True, armature=-1.0)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_center_of_mass(dim: int) -> None:
+    scene = Scene(dim=dim)
+    center = (0.1, 0.2) if dim == 2 else (0.1, 0.2, 0.3)
+    scene.add_body("it", mass=MASS, inertia=INERTIA if dim == 2 else (0.3, 0.4, INERTIA), center=center)
+    model = scene.compile()
+    np.testing.assert_array_equal(model.nominal_bodies["center"][0], center)
+    np.testing.assert_array_equal(model.start_bodies["position"][0], center)
+    with pytest.raises(ValueError, match="body 'other': a center needs a mass and an inertia"):
+        scene.add_body("other", mass=1.0, center=center)
+
+
+def test_gain_must_be_finite() -> None:
+    scene, _ = machine(2, True, motor_effort=1.0)
+    with pytest.raises(ValueError, match="actuator 'two': gain must be"):
+        scene.add_actuator("two", "joint", mode="torque", gain=np.inf)
+
+
+def test_order_of_rotations() -> None:
+    """The order names which of the rotations is about an axis of the first body."""
+    for order in ("xyz", "yzx", "zxy"):
+        scene = Scene(dim=3, gravity=(0.0, 0.0, 0.0))
+        scene.add_body("base", "static")
+        scene.add_body("it", shapes=[spatial.Sphere(0.1)], mass=MASS, inertia=(0.3, 0.4, INERTIA))
+        axis = spatial.Axis(limits=(-1.0, 1.0))
+        free: dict[str, Any] = {f"turn_{letter}": spatial.Axis() for letter in "xyz"} | {"turn_x": axis}
+        scene.add_joint("joint", spatial.SixAxis("base", "it", order=order, **free))
+        world = World(scene)
+        half = np.radians(40.0) / 2.0
+        turns = {letter: np.array([np.cos(half), *(np.sin(half) * np.eye(3)[k])]) for k, letter in enumerate("xyz")}
+        quaternion = turns[order[0]]
+        for letter in order[1:]:
+            quaternion = spatial_product(quaternion, turns[letter])
+        world.set_pose("it", orientation=quaternion)
+        angles = [world.joint_coordinate(f"joint/turn_{letter}")[0] for letter in "xyz"]
+        np.testing.assert_allclose(angles, np.radians(40.0), atol=1e-12)
+    with pytest.raises(ValueError, match="order 'xzy' is unknown; known are xyz, yzx, zxy"):
+        scene.add_joint("wrong", spatial.SixAxis("base", "it", order="xzy", turn_x=axis))
+
+
+def spatial_product(p: Any, q: Any) -> Any:
+    """The rotation q, then p."""
+    return np.array(
+        [
+            p[0] * q[0] - p[1:] @ q[1:],
+            *(p[0] * q[1:] + q[0] * p[1:] + np.cross(p[1:], q[1:])),
+        ]
+    )
