@@ -171,7 +171,7 @@ def set_motor_row(row: Any, slot: Any, joint: Any, speeds: Any, curve: Any, subs
     finish_row(row, slot, 0.0, substep_bodies)
     row.correction = NO_CORRECTION
     speed = min(max(joint.state.motor_speed, speeds[0]), speeds[1])
-    if joint.parameters.motor_gain < _INFINITY and not joint.model.torque:
+    if joint.parameters.motor_gain < _INFINITY and not joint.model.effort_controlled:
         row.bias = curve
         set_oscillator(row, 0.0, 0.5 * joint.parameters.motor_gain * row.diagonal, speed, substep_bodies, h)
         set_effective_mass(row, substep_bodies)
