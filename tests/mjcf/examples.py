@@ -131,3 +131,32 @@ CROSSING = """
   </worldbody>
 </mujoco>
 """
+
+EQUALITIES = """
+<mujoco model="equalities">
+  <worldbody>
+    <body name="cart1" pos="0 0 1"><joint name="s1" type="slide" axis="0 0 -1" damping="1"/><geom size=".1"/></body>
+    <body name="cart2" pos="1 0 1"><joint name="s2" type="slide" axis="0 0 1" ref=".5"/>
+      <geom size=".1" density="3000"/></body>
+    <body name="arm1" pos="3 0 1"><joint name="h1" axis="0 1 0"/>
+      <geom type="capsule" fromto="0 0 0 .5 0 -.3" size=".05"/><site name="tip" pos=".5 0 0"/></body>
+    <body name="arm2" pos="4 0 1"><joint name="h2" axis="0 1 0"/>
+      <geom type="capsule" fromto="0 0 0 -.5 0 -.3" size=".05"/></body>
+    <body name="held" pos="6 0 1"><freejoint/><geom type="box" size=".1 .2 .3"/></body>
+    <body name="loose" pos="8 0 1"><freejoint/><geom name="ball" size=".1"/></body>
+  </worldbody>
+  <contact><exclude body1="arm1" body2="arm2"/></contact>
+  <equality>
+    <joint name="gear" joint1="s1" joint2="s2" polycoef="0 2"/>
+    <connect name="pin" body1="arm1" body2="arm2" anchor=".5 0 -.3"/>
+    <weld name="glue" body1="held"/>
+    <weld name="off" body1="loose" active="false"/>
+  </equality>
+  <sensor>
+    <jointpos name="q" joint="s2"/><framepos name="pose" objtype="xbody" objname="held"/>
+    <touch name="touch" site="tip"/>
+    <framelinvel name="velocity" objtype="body" objname="loose"/><torque name="load" site="tip"/>
+    <clock name="time"/>
+  </sensor>
+</mujoco>
+"""

@@ -149,6 +149,30 @@ def test_joints_that_cross_at_an_angle_get_a_body_between_them() -> None:
     assert {at.joint for at in names.joints.values()} == {"a", "b"}
 
 
+def test_equalities_and_sensors() -> None:
+    model = parse_mjcf(examples.EQUALITIES)
+    notes = Notes()
+    scene, names = build_scene(model, notes)
+    assert [sentence.split(": ", 1)[1] for sentence in notes.sentences()] == [
+        "touch 'touch' (and 1 more): a sensor of a site or geom reads the whole body that it is on.",
+        "clock 'time': sensors of this kind are not supported.",
+    ]
+    world = World(scene, options=Options(timestep=0.005))
+    for _ in range(60):
+        world.step()
+    qpos = coordinates(world, model, names)[0][0]
+    first, second = (model.joints[k].coordinate for k in (0, 1))
+    assert abs(qpos[second] - 0.5) > 0.05  # the heavy cart falls and drives the other
+    same(qpos[first], 2.0 * (qpos[second] - 0.5), "gear", 1e-4)
+    same(qpos[2:4], 0.0, "two pinned arms are a rigid triangle", 1e-4)
+    where = {name: world.position[0, world.model.body_names.index(name)] for name in ("held", "loose")}
+    same(where["held"], [6.0, 0.0, 1.0], "welded body", 1e-6)
+    assert where["loose"][2] < 0.7
+    same(world.sensor("q")[0, 0], qpos[second] - 0.5, "a sensor reads the coordinate from the initial pose", 1e-9)
+    same(world.sensor("pose")[0, :3], where["held"], "pose sensor", 1e-9)
+    assert world.sensor("velocity")[0, 2] < -2.0
+
+
 def test_nothing_is_built_of_a_plane_on_a_moving_body() -> None:
     plane = '<body><freejoint/><geom size="1"/><geom type="plane" size="1 1 1"/></body>'
     with pytest.raises(MjcfError, match="a Plane belongs on a static or kinematic body"):

@@ -29,6 +29,7 @@ class Hinge(Servo, PairJoint):
         motor_speed: rad/s, default 0; motor_effort: N m, its largest torque, default 0: no motor; motor_gain:
             N m s/rad, torque for each rad/s of the error of speed, default unbounded.
         friction_effort: N m, dry friction, default 0.
+        armature: kg m^2, inertia of a rotor that turns with q alone, default 0.
         collide: whether the two bodies collide with each other, default False.
         enabled: default True.
     """
@@ -59,6 +60,7 @@ class Slider(Servo, PairJoint):
         motor_speed: m/s, default 0; motor_effort: N, its largest force, default 0: no motor; motor_gain:
             N s/m, force for each m/s of the error of speed, default unbounded.
         friction_effort: N, dry friction, default 0.
+        armature: kg, inertia of a rotor that turns with q alone, default 0.
         collide: whether the two bodies collide with each other, default False.
         enabled: default True.
     """

@@ -59,6 +59,7 @@ class Ball(Axis, PairJoint):
         motor_speed: rad/s about each axis, default 0; motor_effort: N m, its largest torque about each axis, default
             0: no motor; motor_gain: N m s/rad, default unbounded.
         friction_effort: N m, dry friction about each axis, default 0.
+        armature: kg m^2, inertia of a rotor about each axis, default 0.
         collide: whether the two bodies collide with each other, default False.
         enabled: default True.
     """
@@ -89,6 +90,7 @@ class Revolute(Servo, PairJoint):
         motor_speed: rad/s, default 0; motor_effort: N m, its largest torque, default 0: no motor; motor_gain:
             N m s/rad, torque for each rad/s of the error of speed, default unbounded.
         friction_effort: N m, dry friction, default 0.
+        armature: kg m^2, inertia of a rotor that turns with q alone, default 0.
         collide: whether the two bodies collide with each other, default False.
         enabled: default True.
     """
@@ -116,6 +118,7 @@ class Prismatic(Servo, PairJoint):
         motor_speed: m/s, default 0; motor_effort: N, its largest force, default 0: no motor; motor_gain:
             N s/m, force for each m/s of the error of speed, default unbounded.
         friction_effort: N, dry friction, default 0.
+        armature: kg, inertia of a rotor that turns with q alone, default 0.
         collide: whether the two bodies collide with each other, default False.
         enabled: default True.
     """
@@ -152,6 +155,7 @@ class Wheel(Servo, PairJoint):
         spring_effort: N, largest force of the spring, default unbounded.
         motor_speed: rad/s, default 0; motor_effort: N m, its largest torque, default 0: no motor.
         friction_effort: N m, dry friction of the rotation, default 0.
+        armature: kg m^2, inertia of a rotor that turns with the wheel alone, default 0.
         collide: whether the two bodies collide with each other, default False.
         enabled: default True.
     """
