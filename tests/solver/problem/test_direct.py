@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from gsenv.solver.problem import cones
 from gsenv.solver.problem.cones import convex_starts
 from gsenv.solver.problem.csr import CsrMatrix
+from gsenv.solver.problem.direct import direct_solve
 from gsenv.solver.problem.kernels import Rules
 from gsenv.solver.problem.problem import ContactRows, Problem, Solution, solve
 from gsenv.solver.problem.sparse_lu import Rows, factorise, plan_factor, substitute
@@ -410,7 +411,6 @@ def test_convex_problems_plan_their_factor_anew(monkeypatch: pytest.MonkeyPatch)
     rules = Rules(0, 1e-8, 10_000, problem._data_square, 1e5)
     impulses = [impulse for impulse, _ in convex_starts(problem, rules, np.zeros(6))]
     assert len(impulses) > 2
-    planned = cones.direct_solve
-    monkeypatch.setattr(cones, "direct_solve", lambda problem, rules, impulse, _: planned(problem, rules, impulse))
+    monkeypatch.setattr(cones, "direct_solve", lambda problem, rules, impulse, _: direct_solve(problem, rules, impulse))
     for impulse, (expected, _) in zip(impulses, convex_starts(problem, rules, np.zeros(6)), strict=True):
         assert_array_equal(impulse, expected)
