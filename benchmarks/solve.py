@@ -170,8 +170,9 @@ def line_of(case: Case, method: str, problems: Sequence[tuple[Problem, Known | N
     milliseconds, errors, solved = [], [], 0
     for tolerance in TOLERANCES:
         measured = [measure_one(problem, known, method, tolerance) for problem, known in problems]
-        milliseconds.append(statistics.median(m[0] for m in measured))
-        errors.append(statistics.median(m[1] for m in measured))
+        # rounded as they are stored, so that the page is the same from stored results
+        milliseconds.append(float(f"{statistics.median(m[0] for m in measured):.4g}"))
+        errors.append(float(f"{statistics.median(m[1] for m in measured):.3g}"))
         solved = sum(m[2] for m in measured)
     rows = problems[0][0].row_count
     return Line(case.family, case.name, rows, method, solved, len(problems), milliseconds, errors)

@@ -49,16 +49,14 @@ class Generators:
         lower, upper = np.zeros(self.size), np.full(self.size, np.inf)
         bounded = self.is_first.copy()
         bounded[self.problem.contact_row] = False
-        lower[self.start[bounded]], upper[self.start[bounded]] = (
-            self.problem.lower[bounded],
-            self.problem.upper[bounded],
-        )
+        lower[self.start[bounded]] = self.problem.lower[bounded]
+        upper[self.start[bounded]] = self.problem.upper[bounded]
         return lower, upper
 
     def matrix(self, velocity: Floats) -> CsrMatrix:
         """Return B (row, weight) for sliding velocities `velocity` (row,)."""
-        rows, columns, entries = [np.flatnonzero(self.is_first)], [self.start[self.is_first]], [np.ones(0)]
-        entries[0] = np.ones(len(rows[0]))
+        own = np.flatnonzero(self.is_first)
+        rows, columns, entries = [own], [self.start[own]], [np.ones(len(own))]
         for c in self.contacts:
             row, dim, mu = self.problem.contact_row[c], self.problem.contact_dim[c], self.problem.friction[c]
             count = 2 if dim == 2 else GENERATORS
@@ -87,7 +85,7 @@ def convex_starts(problem: Problem, rules: Rules, impulse: Floats) -> Iterator[t
     velocity = problem._system.multiply(impulse) + problem.rhs
     weights = np.zeros(generators.size)
     shift = np.zeros(problem.row_count)
-    factor = None
+    factor, planned = None, None
     left = rules.max_sweeps
     for _ in range(ITERATIONS):
         if left <= 0:
@@ -99,8 +97,11 @@ def convex_starts(problem: Problem, rules: Rules, impulse: Floats) -> Iterator[t
         )
         data = max(convex._data_square, rules.data_square)
         own = rules._replace(tolerance=CONVEX_GOAL, data_square=data)
+        pattern = convex._system.indptr, convex._system.indices
+        if planned is None or not all(map(np.array_equal, planned, pattern)):  # zeros come and go with the directions
+            planned, factor = pattern, None
         solver = direct_solve(convex, own, weights, factor)
-        factor = solver.factor  # entries may cancel, but the pattern is that of the contacts
+        factor = solver.factor
         solver.goal = CONVEX_GOAL
         solver.proximal_steps(FIRST_EPSILON, weights, min(left, 200 + generators.size))
         left -= solver.used

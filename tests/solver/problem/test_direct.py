@@ -9,7 +9,11 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 from numpy.typing import NDArray
 
+from gsenv.solver.problem import cones
+from gsenv.solver.problem.cones import convex_starts
 from gsenv.solver.problem.csr import CsrMatrix
+from gsenv.solver.problem.direct import direct_solve
+from gsenv.solver.problem.kernels import Rules
 from gsenv.solver.problem.problem import ContactRows, Problem, Solution, solve
 from gsenv.solver.problem.sparse_lu import Rows, factorise, plan_factor, substitute
 from tests.solver.problem import oracle
@@ -396,3 +400,17 @@ def test_large_sparse_problem() -> None:
     )  # fmt: skip
     problem = Problem.from_rows(1.0, jacobian, -1.0, lower=0)
     assert_allclose(solve(problem, "direct").impulse, np.arange(count, 0, -1), rtol=1e-6)
+
+
+def test_convex_problems_plan_their_factor_anew(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Sliding along an axis makes zeros in the convex problems of 3D contacts, which later directions fill."""
+    A = np.eye(6)
+    A[2, 5] = A[5, 2] = 0.5  # between the second tangents
+    A[1, 2] = A[2, 1] = 0.3  # turns the first contact's sliding direction away from its first tangent
+    problem = Problem.from_delassus(A, [-1.0, -1.0, 0.0, -1.0, -1.0, 0.0], friction=[0.5, 0.5])
+    rules = Rules(0, 1e-8, 10_000, problem._data_square, 1e5)
+    impulses = [impulse for impulse, _ in convex_starts(problem, rules, np.zeros(6))]
+    assert len(impulses) > 2
+    monkeypatch.setattr(cones, "direct_solve", lambda problem, rules, impulse, _: direct_solve(problem, rules, impulse))
+    for impulse, (expected, _) in zip(impulses, convex_starts(problem, rules, np.zeros(6)), strict=True):
+        assert_array_equal(impulse, expected)
