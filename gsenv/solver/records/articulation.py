@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from .model import CONTACT_ROWS, NDOF, ROTATION_SIZE, Array, JointKind
+from .model import NDOF, ROTATION_SIZE, Array, JointKind
 
 MOST_VALUES = 2_000_000  # of all rows in joint space; an island that needs more is solved in body space
 
@@ -146,7 +146,7 @@ def articulation_scratch(dim: int, trees: Array, row_capacity: int) -> dict[str,
         "freedoms": np.zeros(freedoms, freedom_dtype(dim)),
         "places": np.zeros(bodies, np.int32),  # link of each body
         "spans": np.zeros(row_capacity, span_dtype(dim)),
-        "ways": np.zeros(values // CONTACT_ROWS[dim] + 2 * deepest, np.int32),
+        "ways": np.zeros(values + 2 * deepest, np.int32),
         "values": np.zeros(values + 2 * deepest),
         **{name: np.zeros(freedoms) for name in rates},
     }

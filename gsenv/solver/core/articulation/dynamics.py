@@ -24,7 +24,7 @@ carry = by_dimension("articulation", "carry")
 
 PASSES = 2  # evaluations of the forces that depend on the rates
 MOST_ITERATIONS = 10  # of the balance of momentum
-SETTLED = 1e-18  # of the kinetic energy: largest energy of the last correction of the rates
+SETTLED = 1e-16  # of the kinetic energy: largest energy of the last correction of the rates
 SLOWEST = 0.25  # ratio of the energies of two corrections above which they do not converge
 
 
@@ -54,7 +54,7 @@ def factorise_links(links: Any, count: Any, freedoms: Any) -> None:
     for k in range(count - 1, -1, -1):
         inertia = links[k].inertia
         for f in range(links[k].first + links[k].count - 1, links[k].first - 1, -1):
-            _eliminate(inertia, freedoms[f])
+            _eliminate(inertia, freedoms[f], f > links[k].first or links[k].parent >= 0)
         if links[k].parent >= 0:
             outer = links[links[k].parent].inertia
             for d in range(len(links[k].velocity)):
@@ -63,8 +63,8 @@ def factorise_links(links: Any, count: Any, freedoms: Any) -> None:
 
 
 @njit
-def _eliminate(inertia: Any, freedom: Any) -> None:
-    """Remove a degree of freedom from an articulated inertia."""
+def _eliminate(inertia: Any, freedom: Any, more: Any) -> None:
+    """Set the factor of a degree of freedom, and if ``more`` follow, remove it from the articulated inertia."""
     motion = freedom.motion
     hold = freedom.hold
     size = freedom.stiffness
@@ -77,6 +77,8 @@ def _eliminate(inertia: Any, freedom: Any) -> None:
     inverse = 1.0 / size if size > 0.0 else 0.0
     freedom.inverse = inverse
     freedom.root = inverse**0.5
+    if not more:
+        return
     for d in range(len(motion)):
         x = hold[d] * inverse
         for e in range(len(motion)):

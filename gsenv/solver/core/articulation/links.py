@@ -152,7 +152,7 @@ def _fits(island: Any, articulation: Any, ndof: Any) -> Any:
                 depth += 1
                 f = freedoms[f].parent
         deepest = max(deepest, depth)
-    rows = ndof * island.contact_count + 3 * island.joint_count
+    rows = ndof * island.contact_count + 4 * island.joint_count
     return 2 * deepest * rows <= len(articulation.values)
 
 

@@ -110,8 +110,10 @@ def _substep(world: Any, island: Any, s: Any, joints: Any, articulation: Any) ->
         add_servo_rows(world, island, articulation, joints)
     factorise_links(links, island.body_count, freedoms)
     set_free_rates(world, island, articulation, PASSES if island.rows > 0 else 1)
+    touched = False
     if island.rows > 0:
-        _solve(world, island, articulation, last)
+        touched = _solve(world, island, articulation, last)
+    if touched:
         place_links(world, island, articulation)
         move_links(island, articulation, articulation.rate)
     elif not settle_rates(world, island, articulation):
@@ -131,8 +133,11 @@ def _keep_start_velocities(world: Any, island: Any, articulation: Any) -> None:
 
 
 @njit
-def _solve(world: Any, island: Any, articulation: Any, last: Any) -> None:
-    """Make all rows true; sets ``rate`` to the new rates and ``step`` to the displacement that is left."""
+def _solve(world: Any, island: Any, articulation: Any, last: Any) -> Any:
+    """Make all rows true; sets ``rate`` to the new rates and ``step`` to the displacement that is left.
+
+    Returns whether any row had to act.
+    """
     rate = articulation.rate
     step = articulation.step
     start = articulation.start
@@ -143,6 +148,11 @@ def _solve(world: Any, island: Any, articulation: Any, last: Any) -> None:
         step[f] = h * (rate[f] + 0.5 * island.smooth * (start[f] - rate[f]) - 0.5 * start[f])
         if corrected:
             step[f] += h * change[f]
+    rows = world.scratch.rows
+    for r in range(island.rows):
+        if rows[r].impulse != 0.0:
+            return True
+    return corrected
 
 
 @njit
