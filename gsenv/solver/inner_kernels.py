@@ -1,8 +1,9 @@
-"""numba's dispatcher, without the part that only Python needs in kernels that only kernels call.
+"""numba's dispatcher, without what only Python needs in kernels that only kernels call.
 
-numba makes a wrapper for Python of every function that it compiles, in machine code of its own.  Of the 300
-functions of a step Python calls one: without the other wrappers a first step compiles in two thirds of the time.
-A kernel that is compiled for another kernel and is called from Python later is compiled once more, with its wrapper.
+numba makes a wrapper for Python of every function that it compiles, and machine code of its own.  Of the 300
+functions of a step Python calls one: without the other wrappers and their machine code (`deferred_library`) a first
+step compiles in less than half of the time.  A kernel that is compiled for another kernel and is called from Python
+later is compiled once more, with its wrapper.
 """
 
 from __future__ import annotations
@@ -10,9 +11,42 @@ from __future__ import annotations
 from typing import Any
 
 from numba.core import sigutils
+from numba.core.bytecode import FunctionIdentity
+from numba.core.compiler import Compiler, Flags
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import CPUDispatcher
 from numba.core.types.misc import unliteral
+from numba.core.untyped_passes import ExtractByteCode
+
+from .deferred_library import deferred
+
+symbol_ids: dict[Any, int] = {}
+"""Of functions that can be imported: what tells its symbol from those of other functions, equal in every process."""
+
+
+class _KernelFlags(Flags):
+    """Flags of a kernel, whose symbol does not depend on whether it has a wrapper for Python."""
+
+    def get_mangle_string(self) -> str:
+        plain = Flags(self)
+        plain.discard("no_cpython_wrapper")
+        return str(plain.get_mangle_string())
+
+
+class _KernelCompiler(Compiler):
+    """numba's compiler with symbols that are equal in every process: cached callers refer to callees by symbol."""
+
+    def __init__(self, *arguments: Any) -> None:
+        super().__init__(*arguments)
+        self.state.flags = _KernelFlags(self.state.flags)
+
+    def compile_extra(self, function: Any) -> Any:
+        self.state.func_id = FunctionIdentity.from_function(function)
+        self.state.func_id.unique_id = symbol_ids.get(function, self.state.func_id.unique_id)
+        ExtractByteCode().run_pass(self.state)
+        self.state.lifted = ()
+        self.state.lifted_from = None
+        return self._compile_bytecode()
 
 
 class KernelDispatcher(CPUDispatcher):
@@ -21,7 +55,8 @@ class KernelDispatcher(CPUDispatcher):
     _depth = 0  # of compilations inside one another, in this process; guarded by numba's compiler lock
 
     def __init__(self, function: Any, options: dict[str, Any]) -> None:
-        super().__init__(py_func=function, locals={}, targetoptions={**options, "nopython": True, "boundscheck": None})
+        target_options = {**options, "nopython": True, "boundscheck": None}
+        super().__init__(py_func=function, locals={}, targetoptions=target_options, pipeline_class=_KernelCompiler)
         self.inner = False
         self._options = dict(self._compiler.targetoptions)
         self._inner_overloads: set[tuple[Any, ...]] = set()
@@ -43,7 +78,8 @@ class KernelDispatcher(CPUDispatcher):
             self._become(inner)
             KernelDispatcher._depth += 1
             try:
-                return super().compile(signature)
+                with deferred(self.targetdescr.target_context.codegen()):
+                    return super().compile(signature)
             finally:
                 KernelDispatcher._depth -= 1
                 self._become(before)
@@ -54,9 +90,10 @@ class KernelDispatcher(CPUDispatcher):
 
     def add_overload(self, result: Any) -> None:
         """Make a compiled function known to kernels and, unless it is inner, to Python."""
+        arguments = tuple(result.signature.args)
+        result.library.kernel = self, arguments
         if not self.inner:
             super().add_overload(result)
             return
-        arguments = tuple(result.signature.args)
         self._inner_overloads.add(arguments)
         self.overloads[arguments] = result

@@ -34,7 +34,8 @@ from numba.core.caching import FunctionCache
 from numba.core.options import DefaultOptions
 from numba.core.serialize import dumps
 
-from .inner_kernels import KernelDispatcher
+from .deferred_library import StaleEntryError
+from .inner_kernels import KernelDispatcher, symbol_ids
 from .kernel_sources import kernel_sources
 
 _Kernel = TypeVar("_Kernel", bound=Callable[..., Any])
@@ -207,6 +208,12 @@ class _KernelCache(FunctionCache):
         """Numba's key, and whether the entry has no wrapper for Python."""
         return (*super()._index_key(sig, codegen), getattr(self._kernel, "inner", False))
 
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        try:
+            return super().load_overload(sig, target_context)
+        except StaleEntryError:  # compile again
+            return None
+
     def save_overload(self, sig: Any, data: Any) -> None:
         try:
             super().save_overload(sig, data)
@@ -219,6 +226,8 @@ def _with_cache(kernel: Any, function: Callable[..., Any], options: dict[str, An
     if not os.path.isfile(file):  # typed into a prompt or a notebook: no source to take a digest of
         return kernel
     digest = _file_digest(file)
+    if "<" not in function.__qualname__:  # not in another function: the name and the line tell it from all others
+        symbol_ids[function] = int(f"{digest[:12]}{function.__code__.co_firstlineno:06x}", 16)
     try:
         kernel._cache = _KernelCache(kernel, function, digest)  # what numba's own cache=True does
     except AttributeError:

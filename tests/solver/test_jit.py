@@ -9,11 +9,12 @@ from pathlib import Path
 from typing import Any
 
 import numba
+import numpy as np
 import pytest
 from numba.core.caching import FunctionCache
 from numba.core.registry import CPUDispatcher
 
-from gsenv.solver import inner_kernels, jit, kernel_sources
+from gsenv.solver import deferred_library, inner_kernels, jit, kernel_sources
 from gsenv.solver.jit import inline_njit, njit
 
 CALLEE = """
@@ -54,7 +55,7 @@ def package(tmp_path: Path) -> Path:
     solver.mkdir(parents=True)
     (solver.parent / "__init__.py").touch()
     (solver / "__init__.py").write_text("from .scene import scene\n")
-    for source in (jit.__file__, inner_kernels.__file__, kernel_sources.__file__):
+    for source in (jit.__file__, inner_kernels.__file__, deferred_library.__file__, kernel_sources.__file__):
         (solver / Path(source).name).write_bytes(Path(source).read_bytes())
     (solver / "constants.py").write_text("FACTOR = 1\n")
     (solver / "callee.py").write_text(CALLEE.format(1))
@@ -272,3 +273,124 @@ def test_kernels_call_one_another_with_and_without_compiler() -> None:
 
     assert double_twice(3) == 12
     assert callable(getattr(double_twice, "py_func", double_twice))
+
+
+def test_only_what_python_calls_becomes_machine_code() -> None:
+    @njit
+    def callee(x: float) -> float:
+        return x * 2.0
+
+    @njit
+    def caller(x: float) -> float:
+        return callee(x) + 1.0
+
+    assert caller(1.0) == 3.0
+    ((_, callee_code),) = callee.overloads.items()
+    assert not callee_code.library._finalized
+    assert callee_code.library.get_pointer_to_function(callee_code.fndesc.llvm_func_name + "x") == 0
+    assert callee(1.0) == 2.0
+    assert callee.overloads[callee.signatures[0]].library._finalized
+
+
+def test_code_of_a_callee_is_reused_by_an_edited_caller(package: Path) -> None:
+    assert run(package, "1")[0] == "20"
+    before = {name: (package / "gsenv/solver/__pycache__" / name).stat().st_mtime_ns for name in entries(package)}
+    caller = package / "gsenv/solver/caller.py"
+    caller.write_text(caller.read_text().replace("10 *", "100 *"))
+    assert run(package, "1")[0] == "200"
+    (kept,) = [name for name in entries(package) if before.get(name) is not None]
+    assert kept.startswith("callee.callee")
+    assert (package / "gsenv/solver/__pycache__" / kept).stat().st_mtime_ns == before[kept]
+
+
+TOP = """
+from .caller import caller
+from .jit import njit
+
+@njit
+def top(x):
+    return caller(x) + {}
+"""
+
+
+def run_top(package: Path, added: int, code: str = "pass") -> str:
+    """Return what a process prints that runs ``code`` and calls `top`, whose source is new for each ``added``."""
+    (package / "gsenv/solver/top.py").write_text(TOP.format(added))
+    command = [sys.executable, "-c", f"{code}; from gsenv.solver.top import top; print(top(1))"]
+    done = subprocess.run(command, cwd=package, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    return done.stdout.split()[-1]
+
+
+def test_cached_callers_find_their_callees_whoever_compiled_these(package: Path) -> None:
+    """A callee that one process compiled for Python and another one for kernels has one symbol."""
+    assert run_top(package, 0) == "20"
+    caller = package / "gsenv/solver/caller.py"
+    caller.write_text(CALLER.replace("10 *", "100 *"))
+    # Other functions, compiled first, take numbers that numba would give to kernels.
+    others = "import numba; [numba.njit(lambda x: x)(k) for k in range(3)]"
+    assert run_top(package, 1, f"{others}; from gsenv.solver.callee import callee; callee(1)") == "201"
+    assert run_top(package, 2) == "202"
+    assert run_top(package, 3, "from gsenv.solver.caller import caller; caller(1)") == "203"
+
+
+def test_entry_that_calls_a_missing_symbol_is_compiled_again(package: Path) -> None:
+    assert run_top(package, 0) == "20"
+    (entry,) = [name for name in entries(package) if name.startswith("callee.callee")]
+    path = package / "gsenv/solver/__pycache__" / entry
+    code = path.read_bytes()
+    assert code.count(b"6callee") > 1  # in the code and in its description
+    path.write_bytes(code.replace(b"6callee", b"6collee"))  # as if numba made symbols in another way
+    assert run_top(package, 1) == "21"
+
+
+HELPERS = """
+import math
+
+from gsenv.solver.jit import njit
+
+def scaled_by(factor):
+    @njit
+    def scaled(x):
+        return factor * math.gcd(x, 12)
+    return scaled
+
+twice = scaled_by(2)
+
+@njit
+def callee(x):
+    if x > 100:
+        raise ValueError("more than 100")
+    return twice(x)
+"""
+
+
+def test_cached_callee_keeps_its_helpers_and_errors(package: Path) -> None:
+    """A helper without an importable name, one of numba's, and an exception, loaded for a caller that was edited."""
+    (package / "gsenv/solver/callee.py").write_text(HELPERS)
+    caller = package / "gsenv/solver/caller.py"
+    assert run(package, "8")[0] == "80"
+    for factor in (20, 30):
+        caller.write_text(CALLER.replace("10 *", f"{factor} *"))
+        assert run(package, "8")[0] == f"{8 * factor}"
+    for _ in range(2):  # compiled; from the cache
+        process = start(package, "101")
+        assert "ValueError: more than 100" in process.communicate(timeout=120)[1]
+
+
+def test_what_a_kernel_compiled_serves_functions_of_the_user() -> None:
+    @njit(makes_arrays=True)
+    def total(x: Any) -> Any:
+        return np.sum(x)
+
+    @njit(makes_arrays=True)
+    def kernel(x: Any) -> Any:
+        return total(x) + 1.0
+
+    @numba.njit
+    def function(x: Any) -> Any:
+        return np.sum(x) + total(x) + kernel(x)
+
+    assert kernel(np.ones(3)) == 4.0
+    assert function(np.ones(3)) == 10.0
+    assert total(np.ones(4)) == 4.0
