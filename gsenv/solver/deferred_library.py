@@ -136,21 +136,27 @@ class DeferredLibrary(JITCodeLibrary):
                 raise AssertionError(f"{self.name} calls {function.name}, which is not linked")
 
     def _callees(self, beyond_kernels: bool = True) -> list[Any]:
-        """Return the libraries that this code calls, directly or not.
+        """Return the libraries that this code calls, directly or not, each after all that call it.
 
+        The linker drops a function that nothing linked so far calls, so callers must come first.
         Without ``beyond_kernels``, the callees of kernels that can be imported are left out.
         """
-        callees: dict[Any, None] = {}
-        waiting = list(self._linking_libraries)
-        while waiting:
-            library = waiting.pop(0)
-            if library in callees:
-                continue
-            callees[library] = None
+        found: dict[Any, None] = {}  # each before all that call it
+        seen: set[Any] = set()
+
+        def visit(library: Any) -> None:
+            if library in seen:
+                return
+            seen.add(library)
             if isinstance(library, DeferredLibrary) and not library._finalized:
                 if beyond_kernels or library.kernel_name() is None:
-                    waiting += library._linking_libraries
-        return list(callees)
+                    for callee in library._linking_libraries:
+                        visit(callee)
+            found[library] = None
+
+        for callee in self._linking_libraries:
+            visit(callee)
+        return list(reversed(found))
 
 
 @contextmanager

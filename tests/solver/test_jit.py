@@ -285,11 +285,26 @@ def test_only_what_python_calls_becomes_machine_code() -> None:
         return callee(x) + 1.0
 
     assert caller(1.0) == 3.0
-    ((_, callee_code),) = callee.overloads.items()
+    inner: Any = callee
+    ((_, callee_code),) = inner.overloads.items()
     assert not callee_code.library._finalized
     assert callee_code.library.get_pointer_to_function(callee_code.fndesc.llvm_func_name + "x") == 0
     assert callee(1.0) == 2.0
-    assert callee.overloads[callee.signatures[0]].library._finalized
+    assert inner.overloads[inner.signatures[0]].library._finalized
+
+
+def test_callers_are_linked_before_their_callees() -> None:
+    """The linker drops what nothing linked so far calls."""
+
+    def library(*callees: Any) -> Any:
+        made = object.__new__(deferred_library.DeferredLibrary)
+        made._finalized, made._linking_libraries = False, list(callees)
+        return made
+
+    leaf = library()
+    middle = library(leaf)
+    outer = library(leaf, middle)
+    assert library(leaf, outer, middle)._callees() == [outer, middle, leaf]
 
 
 def test_code_of_a_callee_is_reused_by_an_edited_caller(package: Path) -> None:

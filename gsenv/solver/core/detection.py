@@ -1,4 +1,4 @@
-"""Contacts of all pairs of shapes that the broadphase has found."""
+"""Detection of all contacts of a step, those of secondary impacts included."""
 
 from __future__ import annotations
 
@@ -8,14 +8,52 @@ import numpy as np
 from numba import int64
 
 from ..jit import inline_njit, njit
+from .broadphase import find_pairs
 from .dispatch import by_dimension
-from .geometry import MovingShape, PlacedShape
+from .geometry import MovingShape, PlacedShape, update_geometry
+from .secondary import MAX_LOOKS, any_wider, clear_widening, keep_secondary, widen_boxes
+from .status import MORE_CONTACTS, MORE_PAIRS, OK
 
 TOUCHING = 0.005  # of the extent: a predicted pair with a gap up to this is in contact
 
 pair_scale = by_dimension("narrowphase.find", "pair_scale")
 collide_pair = by_dimension("narrowphase.find", "collide_pair")
 motion_of = by_dimension("narrowphase.motion", "motion_of")
+
+
+@njit
+def find_contacts(world: Any) -> tuple[int, int, int, int]:
+    """Fill `world.scratch.pairs` and `found`; returns (status, needed, pair count, contact count).
+
+    A body may be pushed by an impact towards shapes far from its path: then the search is repeated, and again
+    for bodies that these may be pushed towards.
+    """
+    scratch = world.scratch
+    models = world.shapes.models
+    bodies = world.state.bodies
+    parameters = world.parameters.bodies
+    substep_bodies = scratch.substep_bodies
+    timestep = world.options.timestep
+    pair_count = int64(0)
+    count = int64(0)
+    for look in range(MAX_LOOKS):
+        pair_count = find_pairs(scratch.geometry, models, world.model.exclusions, scratch.broadphase, scratch.pairs)
+        if pair_count > len(scratch.pairs):
+            return MORE_PAIRS, pair_count, pair_count, count
+        count = collide_pairs(world, pair_count)
+        if count > len(scratch.found):
+            return MORE_CONTACTS, count, pair_count, count
+        if look == 0:
+            clear_widening(substep_bodies)
+        count, hit = keep_secondary(world, count)
+        if look == MAX_LOOKS - 1 or not hit:
+            break
+        if not any_wider(models, parameters, substep_bodies, timestep, scratch.geometry):
+            break
+        if look > 0:
+            update_geometry(world)
+        widen_boxes(models, bodies, parameters, substep_bodies, timestep, scratch.geometry)
+    return OK, int64(0), pair_count, count
 
 
 @njit

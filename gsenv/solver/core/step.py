@@ -11,6 +11,7 @@ from ..jit import njit
 from ..records.bundle import select_world
 from .contact_cache import update_contacts
 from .continuous_collision import keep_start, resolve_continuous_collisions
+from .detection import find_contacts
 from .dispatch import by_dimension
 from .geometry import update_geometry
 from .integrate import any_kinematic, clear_forces, hold_disabled, move_kinematic, release_disabled, start_bodies
@@ -21,7 +22,6 @@ from .slices import part
 from .status import BAD_CONTROL, MORE_CONTACTS, OK
 from .substep import step_island
 
-find_contacts = by_dimension("detection", "find_contacts")
 gravity_norm = by_dimension("math", "gravity_norm")
 
 

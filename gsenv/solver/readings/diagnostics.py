@@ -79,8 +79,9 @@ class Diagnostics:
         momentum: kg m/s, (world, dim).
         angular_momentum: kg m^2/s about the origin, (world,), in 3D (world, 3).
         sweeps: of all islands and substeps.
-        unconverged: island substeps that reached the largest number of sweeps, plus joints that are off by more than
-            1 % of their length, whatever the cause.
+        unconverged: island substeps that reached the largest number of sweeps; plus, whatever the cause, joints that
+            are off by more than 1 % of their length and pairs of shapes that overlap by more than a tenth of the
+            smaller extent.
         contacts, pairs, rows, islands, awake, impacts: counts of the last step.
     """
 
@@ -121,10 +122,11 @@ def diagnose(model: Model, parameters: ParameterArrays, state: State, overlaps: 
     linear = mass[..., None] * v[..., : model.dim]
     weight = (mass * p["gravity_scale"])[..., None] * parameters.worlds["gravity"][:, None]
     potential = -(weight * state.bodies["position"]).sum((-1, -2))
+    penetration, sunk = overlaps.measure()
     joints = read_joints(model, parameters, state, TORN)
     return Diagnostics(
         residual=worlds["natural_residual"].copy(),
-        penetration=overlaps.deepest(),
+        penetration=penetration,
         joint_error=joints.error,
         relative_joint_error=joints.relative_error,
         kinetic_energy=kinetic,
@@ -133,7 +135,7 @@ def diagnose(model: Model, parameters: ParameterArrays, state: State, overlaps: 
         momentum=linear.sum(1),
         angular_momentum=(readings.orbital(state.bodies["position"], linear) + spin).sum(1),
         sweeps=worlds["sweeps"].copy(),
-        unconverged=worlds["unconverged"] + joints.torn,
+        unconverged=worlds["unconverged"] + joints.torn + sunk,
         contacts=worlds["contact_count"].copy(),
         pairs=worlds["pair_count"].copy(),
         rows=worlds["row_count"].copy(),

@@ -19,6 +19,8 @@ from ..records.state import State
 
 overlap_separation = by_dimension("narrowphase.overlap", "overlap_separation")
 
+SUNK = 0.1  # of the extent of the smaller dynamic shape: depth at which a contact has failed
+
 
 class Overlaps:
     """Measures the overlaps of a World's shapes, with scratch that it keeps from call to call.
@@ -33,15 +35,16 @@ class Overlaps:
         self._capacity = 16 + 4 * len(model.shapes)
         self._bundle = _bundle(*self._arrays, self._capacity)
 
-    def deepest(self) -> Array:
-        """Return the depth in m (world,) of the deepest overlap, 0 in worlds without any."""
-        depths = np.zeros(len(self._arrays[2].worlds))
+    def measure(self) -> tuple[Array, Array]:
+        """Return (m, the depth of the deepest overlap; number of overlaps deeper than ``SUNK``), each (world,)."""
+        count = len(self._arrays[2].worlds)
+        depths, sunk = np.zeros(count), np.zeros(count, np.int32)
         if len(self._arrays[0].shapes) < 2:  # then nothing is compiled
-            return depths
+            return depths, sunk
         while True:
-            needed = int(_measure(self._bundle, depths))
+            needed = int(_measure(self._bundle, depths, sunk))
             if needed <= self._capacity:
-                return depths
+                return depths, sunk
             self._capacity = 2 * needed
             self._bundle = _bundle(*self._arrays, self._capacity)
 
@@ -74,17 +77,17 @@ def _bundle(model: Model, parameters: ParameterArrays, state: State, capacity: i
 
 
 @njit
-def _measure(world: Any, depths: Any) -> int:
-    """Fill ``depths`` (world,); returns the largest number of pairs, with which to call again if they do not fit."""
+def _measure(world: Any, depths: Any, sunk: Any) -> int:
+    """Fill ``depths`` and ``sunk`` (world,); returns the largest number of pairs, with which to call again if they do not fit."""
     needed = 0
     for w in range(len(depths)):
         select_world(world, w)
-        needed = max(needed, _measure_world(world, depths, w))
+        needed = max(needed, _measure_world(world, depths, sunk, w))
     return needed
 
 
 @njit
-def _measure_world(world: Any, depths: Any, w: int) -> int:
+def _measure_world(world: Any, depths: Any, sunk: Any, w: int) -> int:
     shapes = world.shapes
     models = shapes.models
     geometry = world.scratch.geometry
@@ -94,11 +97,15 @@ def _measure_world(world: Any, depths: Any, w: int) -> int:
         geometry[k].awake = geometry[k].dynamic
     count = find_pairs(geometry, models, world.model.exclusions, world.scratch.broadphase, pairs)
     deepest = 0.0
+    deep = 0
     for p in range(min(count, len(pairs))):
         a = np.int64(pairs[p].shape_a)
         b = np.int64(pairs[p].shape_b)
         if models[a].sensor == 0 and models[b].sensor == 0:
             separation = overlap_separation(shapes, geometry, a, b, world.scratch.narrowphase)
             deepest = max(deepest, -separation)
+            if -separation > SUNK * min(geometry[a].extent, geometry[b].extent):
+                deep += 1
     depths[w] = deepest
+    sunk[w] = deep
     return count

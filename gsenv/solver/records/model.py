@@ -162,9 +162,6 @@ def body_state_dtype(dim: int) -> np.dtype[Any]:
 def contact_dtype(dim: int) -> np.dtype[Any]:
     """Return the dtype of a contact. Contacts are sorted by (shape_a, shape_b, feature); normals point from a to b."""
     turning: list[Any] = [] if dim == 2 else [("torsional_friction", "f8"), ("rolling_friction", "f8")]  # m
-    miss: list[Any] = (
-        [] if dim == 2 else [("miss", "f8")]
-    )  # m, distance by which a candidate for a secondary impact misses, else 0
     return np.dtype(
         [
             ("shape_a", "i4"),
@@ -183,7 +180,7 @@ def contact_dtype(dim: int) -> np.dtype[Any]:
             *turning,
             ("restitution", "f8"),
             ("extent", "f8"),  # m, length scale of the pair
-            *miss,
+            ("miss", "f8"),  # m, distance by which a candidate for a secondary impact misses, else 0
             ("impulse", "f8", (CONTACT_ROWS[dim],)),  # N s of the last substep: normal, then tangents
             ("total_impulse", "f8", (CONTACT_ROWS[dim],)),  # N s, summed over the step
         ],
@@ -345,11 +342,6 @@ TURNING: list[Any] = [
     ),  # rows: principal axes half a substep ahead, or the world's axes where all moments are equal
     ("tilted", "i4"),  # 1: the frame is not that of the world
     ("middle", "f8", (4,)),  # rotation of a tilted body at the middle of the substep
-    ("slowest", "f8", (3,)),  # m/s, per axis, smallest and largest velocity that impacts of the step may cause
-    ("fastest", "f8", (3,)),
-    ("likely", "f8", (3,)),  # m/s, centre of a ball that contains these velocities
-    ("spread", "f8"),  # m/s, radius of this ball
-    ("backed", "i4"),  # 1: a fixed body may stop it in the step
 ]
 
 
@@ -376,6 +368,14 @@ def substep_body_dtype(dim: int) -> np.dtype[Any]:
             ("start_angle", "f8"),
             ("mass_matrix", "f8", (ndof, ndof)),  # kg and kg m^2, of dynamic bodies
             ("event_time", "f8"),  # s, time of the body's last impact within the substep
+            ("swing", "f8"),  # 1/s^2, stiffness over inertia by the tension of the joints on the body
+            # m/s, per axis, smallest and largest velocity that impacts of the step may cause
+            ("slowest", "f8", (dim,)),
+            ("fastest", "f8", (dim,)),
+            ("likely", "f8", (dim,)),  # m/s, centre of a ball that contains these velocities
+            ("spread", "f8"),  # m/s, radius of this ball
+            ("widened", "f8"),  # m/s, the radius by which the boxes of its shapes were last widened
+            ("backed", "i4"),  # 1: a fixed body may stop it in the step
             *turning,
         ],
         align=True,
@@ -427,6 +427,7 @@ ISLAND_STEP_DTYPE = np.dtype(
         ("joint_rows", "i8"),  # number of joint rows, which come before those of contacts
         ("rows", "i8"),  # all rows
         ("h", "f8"),  # s, one substep
+        ("swing", "f8"),  # 1/s^2, squared frequency at which taut joints swing
         ("stored_scale", "f8"),  # factor of impulses that are stored for substeps of the usual length
         ("warm_start", "f8"),  # factor of the stored impulses; 0 for a cold start
         ("gravity_norm", "f8"),  # m/s^2

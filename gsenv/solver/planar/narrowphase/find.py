@@ -16,7 +16,7 @@ from .chains import chain_near, mover_of
 from .manifold import Manifold
 from .motion import velocity_of
 from .polygons import outline_of
-from .predict import predict
+from .predict import MEET, predict
 from .table import CHAINS, PAIR_TABLE, PLANES, collide
 from .terrains import Tally, terrain_contacts
 
@@ -40,30 +40,37 @@ def collide_pair(world: Any, a: int, b: int, extent: float, margin: float, count
     if not m.separation <= margin:
         return count
     lift = 0.0
+    miss = 0.0
     if m.separation > BASE_MARGIN * extent or (m.points == 0 and m.separation > 0.0):  # a future contact
         if routine == PLANES:
             lift = 0.5  # to the surface of the body, for the lever arm of friction
         else:
-            m = look_ahead(world, one, other, m, margin, extent)
-    return write_points(m, lift, world.scratch.found, count)
+            miss, m = look_ahead(world, one, other, m, margin, extent)
+    return write_points(m, lift, miss, world.scratch.found, count)
 
 
 @njit
 def look_ahead(
     world: Any, one: PlacedShape, other: PlacedShape, now: Manifold, margin: float, extent: float
-) -> Manifold:
-    """Return the manifold at the time of contact; the present one where joints affect paths and free flight misses."""
+) -> tuple[float, Manifold]:
+    """Return the manifold at the time of contact, and the distance in m by which the shapes miss.
+
+    Where joints affect paths and free flight misses, it is the present manifold. Other pairs that miss get
+    the manifold at the time when this is known, since impacts of others may change their paths.
+    """
     a = with_motion(world, one)
     b = with_motion(world, other)
-    ahead = predict(world.shapes, a, b, now, world.options.timestep, margin, TOUCHING * extent)
+    outcome, miss, ahead = predict(world.shapes, a, b, now, world.options.timestep, margin, TOUCHING * extent)
     models = world.shapes.models
     bodies = world.model.bodies
     jointed = bodies[models[one.number].body].jointed | bodies[models[other.number].body].jointed
-    return ahead if ahead.points > 0 or jointed == 0 else now
+    if jointed == 0:
+        return miss, ahead
+    return 0.0, ahead if outcome == MEET and ahead.points > 0 else now
 
 
 @njit
-def write_points(m: Manifold, lift: float, contacts: Array, count: int) -> int:
+def write_points(m: Manifold, lift: float, miss: float, contacts: Array, count: int) -> int:
     for k in range(m.points):
         if count < len(contacts):
             contact = contacts[count]
@@ -75,6 +82,7 @@ def write_points(m: Manifold, lift: float, contacts: Array, count: int) -> int:
             contact.point[0] += lift * contact.separation * m.normal_x
             contact.point[1] += lift * contact.separation * m.normal_y
             contact.feature = m.feature1 if k else m.feature0
+            contact.miss = miss
         count += 1
     return count
 
@@ -89,14 +97,17 @@ def pair_scale(one: Any, other: Any, body_a: Any, body_b: Any, sensor: int, time
     """Return (extent, margin) of a pair in m, from its records of geometry and the states of its bodies.
 
     They are the smaller extent of its dynamic bodies, and the distance within which the two may touch in
-    this step.  Sensors detect present overlaps only.
+    this step, with the sum of both motions: impacts may change them.  Sensors detect present overlaps only.
     """
     extent = min(one.extent, other.extent)
     if sensor != 0:
         return extent, 0.0
     dx = body_b.velocity[0] - body_a.velocity[0]
     dy = body_b.velocity[1] - body_a.velocity[1]
-    margin = BASE_MARGIN * extent + timestep * np.sqrt(dx * dx + dy * dy)
+    speed_a = np.sqrt(body_a.velocity[0] ** 2 + body_a.velocity[1] ** 2)
+    speed_b = np.sqrt(body_b.velocity[0] ** 2 + body_b.velocity[1] ** 2)
+    together = min(timestep * (speed_a + speed_b), extent)
+    margin = BASE_MARGIN * extent + max(timestep * np.sqrt(dx * dx + dy * dy), together)
     return extent, margin + one.reach + other.reach
 
 
@@ -115,6 +126,7 @@ def find_chain_contacts(
     pose = terrain.pose
     for k in range(count, min(tally.total, len(contacts))):
         contact = contacts[k]
+        contact.miss = 0.0
         contact.point[0], contact.point[1] = to_world(pose, contact.point[0], contact.point[1])
         nx, ny = rotate(pose.cos, pose.sin, contact.normal[0], contact.normal[1])
         contact.normal[0] = -nx if flip else nx

@@ -63,3 +63,15 @@ def velocity_of(motion: Motion, x: float, y: float, time: float) -> tuple[float,
         motion.velocity_x - motion.spin * (y - motion.y - motion.velocity_y * time),
         motion.velocity_y + motion.spin * (x - motion.x - motion.velocity_x * time),
     )
+
+
+@njit
+def approach_speed(contact: Any, body_a: Any, body_b: Any) -> float:
+    """Return the present speed in m/s at which two bodies approach each other at a contact."""
+    x = contact.point[0]
+    y = contact.point[1]
+    a = body_a.velocity
+    b = body_b.velocity
+    ux = a[0] - a[2] * (y - body_a.position[1]) - b[0] + b[2] * (y - body_b.position[1])
+    uy = a[1] + a[2] * (x - body_a.position[0]) - b[1] - b[2] * (x - body_b.position[0])
+    return contact.normal[0] * ux + contact.normal[1] * uy

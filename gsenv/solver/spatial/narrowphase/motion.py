@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 from ...core.geometry import DYNAMIC, STATIC, swing_of
 from ...jit import njit
-from ..math import Pose, Vec, add, along, cross, norm, scaled, sub, turn_of, turned, vec
+from ..math import Pose, Vec, add, along, cross, dot, norm, scaled, sub, turn_of, turned, vec
 
 
 class Motion(NamedTuple):
@@ -64,3 +64,17 @@ def velocity_of(motion: Motion, p: Vec, time: float) -> Vec:
     """Return the velocity in m/s of the material point that is at p after `time` s."""
     arm = sub(p, along(motion.at, time, motion.velocity))
     return add(motion.velocity, cross(motion.spin, arm))
+
+
+@njit
+def approach_speed(contact: Any, body_a: Any, body_b: Any) -> float:
+    """Return the present speed in m/s at which two bodies approach each other at a contact."""
+    point = vec(contact.point)
+    return dot(vec(contact.normal), sub(point_velocity(body_a, point), point_velocity(body_b, point)))
+
+
+@njit
+def point_velocity(body: Any, point: Vec) -> Vec:
+    """Return the velocity in m/s of a body's material point."""
+    v = body.velocity
+    return add((v[0], v[1], v[2]), cross((v[3], v[4], v[5]), sub(point, vec(body.position))))
