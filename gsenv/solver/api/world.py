@@ -30,6 +30,7 @@ from . import threads
 from .actions import Actions
 from .options import Options
 from .parameters import Parameters
+from .ranges import warn_of_ranges
 from .rays import checked_rays
 
 _Call = tuple[Callable[..., tuple[int, int]], Bundle, int, int]  # the kernel and its arguments except the count
@@ -77,6 +78,7 @@ class World(Actions):
         self.options = Options.preset(fidelity or "balanced") if options is None else options
         self._scratches: list[Scratch] = []
         self._overlaps: Overlaps | None = None  # made when first read
+        warn_of_ranges(self.model, self.options.timestep)
         self._until = np.zeros(self.world_count, np.int64)
         self._restitution = False  # what the prepared calls were compiled for
 

@@ -78,7 +78,7 @@ def _bundle(model: Model, parameters: ParameterArrays, state: State, capacity: i
 
 @njit
 def _measure(world: Any, depths: Any, sunk: Any) -> int:
-    """Fill ``depths`` and ``sunk`` (world,); returns the largest number of pairs, with which to call again if they do not fit."""
+    """Fill ``depths`` and ``sunk`` (world,); returns the largest number of pairs; call again if they do not fit."""
     needed = 0
     for w in range(len(depths)):
         select_world(world, w)
