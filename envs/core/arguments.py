@@ -137,7 +137,7 @@ DIAGNOSTICS = (  # field of the info, its meaning
     ("energy", "J, kinetic, potential and spring energy"),
     ("contacts", "contact points"),
     ("sweeps", "of the solver, all islands and substeps"),
-    ("unconverged", "island substeps that ran out of sweeps"),
+    ("unconverged", "island substeps that ran out of sweeps, and joints off by over 1 % of their length"),
 )
 WHOLE = ("contacts", "sweeps", "unconverged")
 DIAGNOSTICS_DTYPE = np.dtype([(name, "i8" if name in WHOLE else "f8") for name, _ in DIAGNOSTICS])

@@ -25,7 +25,7 @@ import numpy as np
 
 from gsenv.solver import Options, World
 from gsenv.solver.dimension import dimension
-from gsenv.solver.readings.joint_errors import joint_errors_and_energies
+from gsenv.solver.readings.joint_errors import read_joints
 from gsenv.solver.records.model import JointKind
 
 from .cases import Array, Case, Rng
@@ -109,7 +109,7 @@ class EnergyMeter:
         height = -float((self.weight * self.world.state.bodies["position"][0]).sum())
         if self.sprung:
             world = self.world
-            height += float(joint_errors_and_energies(world.model, world.parameters, world.state)[1][0])
+            height += float(read_joints(world.model, world.parameters, world.state).spring_energy[0])
         return self.kinetic() + height
 
     def top_speed(self) -> float:

@@ -13,6 +13,7 @@ from ..core.step import step_worlds
 from ..dimension import dimension
 from ..jit import entry
 from ..readings.diagnostics import Contacts, Diagnostics, contacts_of, diagnose
+from ..readings.overlaps import Overlaps
 from ..readings.rays import RayCast, RayHits
 from ..readings.sensors import read_sensors
 from ..records.bundle import Bundle
@@ -29,6 +30,7 @@ from . import threads
 from .actions import Actions
 from .options import Options
 from .parameters import Parameters
+from .ranges import warn_of_ranges
 from .rays import checked_rays
 
 _Call = tuple[Callable[..., tuple[int, int]], Bundle, int, int]  # the kernel and its arguments except the count
@@ -75,6 +77,8 @@ class World(Actions):
         self.state = State(self.model, self.world_count, capacity)
         self.options = Options.preset(fidelity or "balanced") if options is None else options
         self._scratches: list[Scratch] = []
+        self._overlaps: Overlaps | None = None  # made when first read
+        warn_of_ranges(self.model, self.options.timestep)
         self._until = np.zeros(self.world_count, np.int64)
         self._restitution = False  # what the prepared calls were compiled for
 
@@ -198,7 +202,12 @@ class World(Actions):
         return self._calls
 
     def __getstate__(self) -> dict[str, Any]:
-        return {**self.__dict__, "_calls": [], "_entries": {}}  # compiled code and pointers: made again when needed
+        return {
+            **self.__dict__,
+            "_calls": [],
+            "_entries": {},
+            "_overlaps": None,
+        }  # compiled code and pointers: made again when needed
 
     def _grow(self, results: list[tuple[int, int]]) -> None:
         """Enlarge the buffers for the step that did not fit and is then repeated."""
@@ -294,7 +303,9 @@ class World(Actions):
 
     def diagnostics(self) -> Diagnostics:
         """Return errors, energies and counters of the last step; see Diagnostics."""
-        return diagnose(self.model, self.parameters, self.state)
+        if self._overlaps is None:
+            self._overlaps = Overlaps(self.model, self.parameters, self.state)
+        return diagnose(self.model, self.parameters, self.state, self._overlaps)
 
     def sensor(self, sensor: Reference) -> Array:
         """Return the reading (world, number) of a sensor; see Scene.add_sensor."""

@@ -1,4 +1,4 @@
-"""Contacts of all pairs of shapes that the broadphase has found."""
+"""Detection of all contacts of a step, those of secondary impacts included."""
 
 from __future__ import annotations
 
@@ -10,17 +10,11 @@ from numba import int64
 from ..jit import inline_njit, njit
 from .broadphase import find_pairs
 from .dispatch import by_dimension
-from .geometry import BASE_MARGIN, MovingShape, PlacedShape
+from .geometry import BASE_MARGIN, MovingShape, PlacedShape, linear_norm, update_geometry
+from .secondary import MAX_LOOKS, any_wider, clear_widening, keep_secondary, widen_boxes
 from .status import MORE_CONTACTS, MORE_PAIRS, OK
 
 TOUCHING = 0.005  # of the extent: a predicted pair with a gap up to this is in contact
-LOOKS = 2  # passes over all pairs, where the first one shows that more are needed
-
-
-@njit
-def enough(world: Any, count: int, last: bool) -> tuple[int, bool]:
-    """Keep all contacts, and need no second look."""
-    return count, False
 
 
 @njit
@@ -31,32 +25,42 @@ def undecided(world: Any, a: int, b: int, margin: float) -> bool:
 
 pose_in = by_dimension("geometry", "pose_in")
 motion_of = by_dimension("narrowphase.motion", "motion_of")
-approach_of = by_dimension("narrowphase.motion", "approach_of")
 far_apart = by_dimension("narrowphase.find", "far_apart", otherwise=undecided)
 pair_contacts = by_dimension("narrowphase.find", "pair_contacts")
-look_again = by_dimension("narrowphase.secondary", "look_again", otherwise=enough)
 
 
 @njit
 def find_contacts(world: Any) -> tuple[int, int, int, int]:
     """Fill `world.scratch.pairs` and `found`; returns (status, needed, pair count, contact count).
 
-    In 3D a body may be pushed by an impact towards shapes far from its path: then the search is repeated once.
+    A body may be pushed by an impact towards shapes far from its path: then the search is repeated, and again
+    for bodies that these may be pushed towards.
     """
     scratch = world.scratch
     models = world.shapes.models
+    bodies = world.state.bodies
+    parameters = world.parameters.bodies
+    substep_bodies = scratch.substep_bodies
+    timestep = world.options.timestep
     pair_count = int64(0)
     count = int64(0)
-    for look in range(LOOKS):
+    for look in range(MAX_LOOKS):
         pair_count = find_pairs(scratch.geometry, models, world.model.exclusions, scratch.broadphase, scratch.pairs)
         if pair_count > len(scratch.pairs):
             return MORE_PAIRS, pair_count, pair_count, count
         count = collide_pairs(world, pair_count)
         if count > len(scratch.found):
             return MORE_CONTACTS, count, pair_count, count
-        count, again = look_again(world, count, look == LOOKS - 1)
-        if not again:
+        if look == 0:
+            clear_widening(substep_bodies)
+        count, hit = keep_secondary(world, count)
+        if look == MAX_LOOKS - 1 or not hit:
             break
+        if not any_wider(models, parameters, substep_bodies, timestep, scratch.geometry):
+            break
+        if look > 0:
+            update_geometry(world)
+        widen_boxes(models, bodies, parameters, substep_bodies, timestep, scratch.geometry)
     return OK, int64(0), pair_count, count
 
 
@@ -95,12 +99,18 @@ def pair_scale(one: Any, other: Any, body_a: Any, body_b: Any, sensor: int, time
     """Return (extent, margin) of a pair in m, from its records of geometry and the states of its bodies.
 
     They are the smaller extent of its dynamic bodies, and the distance within which the two may touch in
-    this step.  Sensors detect present overlaps only.
+    this step, with the sum of both motions: impacts may change their directions.  Sensors detect present overlaps only.
     """
     extent = min(one.extent, other.extent)
     if sensor != 0:
         return extent, 0.0
-    return extent, BASE_MARGIN * extent + approach_of(body_a, body_b, extent, timestep) + one.reach + other.reach
+    dim = len(body_a.position)
+    square = 0.0
+    for d in range(dim):
+        square += (body_b.velocity[d] - body_a.velocity[d]) ** 2
+    together = min(timestep * (linear_norm(body_a.velocity, dim) + linear_norm(body_b.velocity, dim)), extent)
+    approach = max(timestep * np.sqrt(square), together)
+    return extent, BASE_MARGIN * extent + approach + one.reach + other.reach
 
 
 @njit

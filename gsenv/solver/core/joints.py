@@ -268,8 +268,8 @@ def substeps_for(world: Any, island: Any, joints: Any) -> Any:
 
     The tension T is that of the last step.
 
-    A link under tension swings at omega^2 = T (r_a / I_a + r_b / I_b), and a rod's ends at
-    T / L (1/m_a + 1/m_b); the explicit step follows it for omega h < 2.
+    A link under tension swings at omega^2 = T (r_a / I_a + r_b / I_b); the explicit step follows it for
+    omega h < 2.  Rods and ropes: see ``_rod_swing``.
     """
     joint_models = world.model.joints
     joint_parameters = world.parameters.joints
@@ -279,7 +279,7 @@ def substeps_for(world: Any, island: Any, joints: Any) -> Any:
     dt = world.options.timestep
     least = island.substeps
     most = world.options.max_substeps
-    fastest = 0.0
+    fastest = _rod_swing(world, island_joints, joints, dt)
     spin = 0.0
     nutation = 0.0
     for k in range(len(island_joints)):
@@ -297,10 +297,115 @@ def substeps_for(world: Any, island: Any, joints: Any) -> Any:
         spin = max(spin, max(turn_a, turn_b))
         nutation = max(nutation, max(top_a, top_b))
         nutation = max(nutation, axle_nutation(world, j, world.variant.axes))
-        if model.kind == _DISTANCE and parameters.length > 0.0:
-            square += (a.inv_mass + b.inv_mass) / parameters.length
-        fastest = max(fastest, tension * square)
+        if model.kind != _DISTANCE:
+            fastest = max(fastest, tension * square)
+    island.swing = fastest
     needed = max(dt * fastest**0.5 / SWING_PER_SUBSTEP, dt * spin / TURN_PER_SUBSTEP)
     count = min(max(least, int(np.ceil(min(needed, 1e6)))), max(least, most))
     tops = 0.5 * least * dt * nutation / NUTATION_PER_SUBSTEP  # more where the options ask for more substeps
     return max(count, min(int(np.ceil(min(tops, 1e6))), max(most, 2 * least)))
+
+
+@njit
+def _rod_swing(world: Any, island_joints: Any, joints: Any, dt: Any) -> Any:
+    """Return a bound of the squared frequency, 1/s^2, at which taut rods and ropes swing; 0 without any.
+
+    With the sum of ``swing`` over all joints of a body, the largest frequency of the whole is at most that of two
+    bodies on one rod together (Anderson and Morley, "Eigenvalues of the Laplacian of a graph", Linear and
+    Multilinear Algebra 18, 1985); in a straight chain it is equal.
+    """
+    joint_models = world.model.joints
+    for k in range(len(island_joints)):
+        if joint_models[island_joints[k]].kind == _DISTANCE:
+            break
+    else:
+        return 0.0
+    sum_swings(world, island_joints, joints, dt)
+    substep_bodies = world.scratch.substep_bodies
+    largest = 0.0
+    for k in range(len(island_joints)):
+        model = joint_models[island_joints[k]]
+        if model.kind == _DISTANCE:
+            largest = max(largest, substep_bodies[model.body_a].swing + substep_bodies[model.body_b].swing)
+    return largest
+
+
+@njit
+def sum_swings(world: Any, island_joints: Any, joints: Any, dt: Any) -> None:
+    """Set ``swing`` of the substep bodies to the sum over their joints, for the tensions T of the last step.
+
+    A rod of length L pulls back an end that moves sideways with the stiffness T / L, on the inverse mass 1/m + r^2/I
+    of that point, and it rotates a body whose arm is r by T r / I; a pin does only the latter.
+    """
+    joint_models = world.model.joints
+    joint_parameters = world.parameters.joints
+    bodies = world.state.bodies
+    body_parameters = world.parameters.bodies
+    substep_bodies = world.scratch.substep_bodies
+    for k in range(len(island_joints)):
+        model = joint_models[island_joints[k]]
+        substep_bodies[model.body_a].swing = 0.0
+        substep_bodies[model.body_b].swing = 0.0
+    for k in range(len(island_joints)):
+        j = island_joints[k]
+        model = joint_models[j]
+        if model.kind == _ROWS or model.kind == _TARGET:
+            continue
+        parameters = joint_parameters[j]
+        tension = tension_of(joints[j]) / dt
+        length = rod_length(parameters) if model.kind == _DISTANCE else 0.0
+        a = model.body_a
+        b = model.body_b
+        substep_bodies[a].swing += tension * _swing_on(bodies[a], body_parameters[a], parameters.anchor_a, length)
+        substep_bodies[b].swing += tension * _swing_on(bodies[b], body_parameters[b], parameters.anchor_b, length)
+
+
+@njit
+def rod_length(parameters: Any) -> Any:
+    """Return the length of a rod, or the largest of a rope, in m."""
+    return parameters.length if parameters.rigid or parameters.upper == np.inf else parameters.upper
+
+
+@njit
+def _swing_on(body: Any, masses: Any, anchor: Any, length: Any) -> Any:
+    """Return the squared frequency of a body for each newton of tension, on a rod or, with ``length`` 0, on a pin."""
+    square, _, _ = swing_of_side(body, masses, anchor)  # r / I
+    if length <= 0.0:
+        return square
+    reach = 0.0
+    for d in range(len(anchor)):
+        reach += (anchor[d] - masses.center[d]) ** 2
+    return square + (masses.inv_mass + reach**0.5 * square) / length
+
+
+@njit
+def slow_swings(world: Any, island: Any, joints: Any) -> None:
+    """Increase the inertia of bodies on taut joints that swing faster than the substeps can follow.
+
+    Explicit steps need omega h < 2, and the number of substeps is limited.  Mass scaling keeps such a body stable: it
+    does not change its weight, nor the tension.  The mass that it adds is about T h^2 / L, which is small compared
+    with the load T / g wherever g h^2 is small compared with L.
+    Source: L. Olovsson, K. Simonsson, M. Unosson, "Selective mass scaling for explicit finite element analyses",
+    Int. J. Numer. Meth. Engng 63 (2005).
+    """
+    most = (SWING_PER_SUBSTEP * island.substeps / world.options.timestep) ** 2
+    if island.swing <= most:
+        return
+    substep_bodies = world.scratch.substep_bodies
+    solver_bodies = world.scratch.solver_bodies
+    island_bodies = part(world.scratch.island_bodies, island.body_first, island.body_count)
+    island_joints = part(world.scratch.island_joints, island.joint_first, island.joint_count)
+    for k in range(len(island_bodies)):
+        substep_bodies[island_bodies[k]].swing = 0.0
+    sum_swings(world, island_joints, joints, world.options.timestep)
+    for k in range(len(island_bodies)):
+        body = substep_bodies[island_bodies[k]]
+        factor = 2.0 * body.swing / most
+        if factor <= 1.0:
+            continue
+        for d in range(len(body.inverse)):
+            body.inverse[d] /= factor
+            body.acceleration[d] /= factor
+            body.constrained_acceleration[d] = body.acceleration[d]
+            body.mass_matrix[d, d] *= factor
+            solver_bodies[island_bodies[k]].inverse[d] = body.inverse[d]

@@ -25,6 +25,7 @@ from .energy import apply_warm_start, clear_equation_biases, gains_energy, guard
 from .impacts import resolve_impacts, set_constrained_accelerations
 from .integrate import copy_velocities, integrate_positions, integrate_velocities, keep_velocities, move_kinematic
 from .islands import AWAKE, KINEMATIC_CONTACT
+from .joint_closing import close_joints
 from .joints import (
     add_joint_rows,
     any_driven,
@@ -33,6 +34,7 @@ from .joints import (
     count_joint_rows,
     forget_joint_impulses,
     move_targets,
+    slow_swings,
     store_joint_impulses,
     substeps_for,
 )
@@ -114,6 +116,7 @@ def start_island_joints(world: Any, island: Any, joints: Any, joint_factor: Any)
     if joint_factor is not None:
         if joint_factor.plan.used:
             island.substeps = substeps_for(world, island, joints)
+            slow_swings(world, island, joints)
     clear_totals(island_joints, joints)
 
 
@@ -140,7 +143,9 @@ def substep(world: Any, island: Any, s: Any, joints: Any, joint_factor: Any) -> 
         position_phase(world, island, joint_factor, variant.soft)
     integrate_positions(world, island)
     forget_joint_factor(world, island, joint_factor)
-    store_impulses(world, island, last, joints)
+    store_joints(world, island, joints)
+    close_joints(world, island, s, joints, joint_factor)
+    store_contacts(world, island, last)
 
 
 @njit
@@ -284,14 +289,20 @@ def position_phase(world: Any, island: Any, joint_factor: Any, soft: Any) -> Non
 
 
 @njit
-def store_impulses(world: Any, island: Any, last: Any, joints: Any) -> None:
-    """Store the impulses that the next substep or step starts from, and move the targets."""
+def store_joints(world: Any, island: Any, joints: Any) -> None:
+    """Store the impulses of joints that the next substep or step starts from, and move the targets."""
+    if joints is None:
+        return
+    store_joint_impulses(world, island, joints)
+    if island.residual > CONTRADICTED:
+        forget_joint_impulses(world.scratch.rows, island.joint_rows, joints)
+    island_joints = part(world.scratch.island_joints, island.joint_first, island.joint_count)
+    move_targets(island_joints, world.model.joints, joints, island.h)
+
+
+@njit
+def store_contacts(world: Any, island: Any, last: Any) -> None:
+    """Store the impulses of contacts that the next substep or step starts from."""
     store_contact_impulses(world, island, last)
     if island.activity == KINEMATIC_CONTACT and island.residual > world.options.tolerance:
         forget_contact_impulses(world, island)
-    if joints is not None:
-        store_joint_impulses(world, island, joints)
-        if island.residual > CONTRADICTED:
-            forget_joint_impulses(world.scratch.rows, island.joint_rows, joints)
-        island_joints = part(world.scratch.island_joints, island.joint_first, island.joint_count)
-        move_targets(island_joints, world.model.joints, joints, island.h)

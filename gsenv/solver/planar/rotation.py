@@ -26,6 +26,29 @@ def move_body(body: Any, parameters: Any, substep_body: Any, h: Any) -> None:
 
 
 @njit
+def displace_body(body: Any, substep_body: Any) -> None:
+    """Move and rotate a body by ``correction``, a displacement without velocity."""
+    body.position[0] += substep_body.correction[0]
+    body.position[1] += substep_body.correction[1]
+    _turn(body, substep_body.correction[2])
+
+
+@njit
+def start_closing(body: Any, substep_body: Any) -> None:
+    """Do nothing: rows use the present pose of a 2D body."""
+
+
+@njit
+def spin_to_frame(body: Any, substep_body: Any) -> None:
+    """Do nothing: 2D bodies have no frame."""
+
+
+@njit
+def spin_to_world(body: Any, substep_body: Any) -> None:
+    """Do nothing."""
+
+
+@njit
 def rotate_from_start(body: Any, substep_body: Any, time: Any) -> None:
     """Set the rotation of a kinematic body ``time`` seconds into the step."""
     body.rotation[0] = substep_body.start_rotation[0]

@@ -10,7 +10,10 @@ from ..dimension import dimension
 from ..records.model import Array, Model
 from ..records.parameters import ParameterArrays
 from ..records.state import State
-from .joint_errors import joint_errors_and_energies
+from .joint_errors import read_joints
+from .overlaps import Overlaps
+
+TORN = 0.01  # of its length: a joint that is off by more counts as unconverged
 
 
 @dataclass(frozen=True)
@@ -67,19 +70,25 @@ class Diagnostics:
 
     Attributes:
         residual: natural-map residual of the last substep's solve, dimensionless.
-        penetration: m, deepest overlap at the end of the step.
+        penetration: m, deepest overlap of two shapes that may touch, measured from the present poses.
         joint_error: m, largest error of a rigid joint: distance of the anchors from each other or from the axis, or
-            difference of a rod or rope from its length.
+            difference of a rod or rope from its length; from the present poses.
+        relative_joint_error: the largest such error over the length of its joint, which is that of a rod or rope,
+            and of other joints the diameter of the smaller body.
         kinetic_energy, potential_energy, spring_energy: J; energy is their sum. Targets count as motors.
         momentum: kg m/s, (world, dim).
         angular_momentum: kg m^2/s about the origin, (world,), in 3D (world, 3).
-        sweeps: of all islands and substeps; unconverged: island substeps that reached the largest number of sweeps.
+        sweeps: of all islands and substeps.
+        unconverged: island substeps that reached the largest number of sweeps; plus, whatever the cause, joints that
+            are off by more than 1 % of their length and pairs of shapes that overlap by more than a tenth of the
+            smaller extent.
         contacts, pairs, rows, islands, awake, impacts: counts of the last step.
     """
 
     residual: Array
     penetration: Array
     joint_error: Array
+    relative_joint_error: Array
     kinetic_energy: Array
     potential_energy: Array
     spring_energy: Array
@@ -100,12 +109,9 @@ class Diagnostics:
         return self.kinetic_energy + self.potential_energy + self.spring_energy
 
 
-def diagnose(model: Model, parameters: ParameterArrays, state: State) -> Diagnostics:
+def diagnose(model: Model, parameters: ParameterArrays, state: State, overlaps: Overlaps) -> Diagnostics:
+    """Return the diagnostics of a World; ``overlaps`` measures its shapes."""
     worlds = state.worlds
-    counts = worlds["contact_count"]
-    used = np.arange(state.contacts.shape[1]) < counts[:, None]
-    contacts = state.contacts
-    deep = np.where(used & (contacts["sensor"] == 0), -contacts["separation"], 0.0)
     p = parameters.bodies
     dynamic = (model.bodies["kind"] == 2) & (p["enabled"] != 0)
     mass = np.where(dynamic, p["mass"], 0.0)
@@ -116,19 +122,21 @@ def diagnose(model: Model, parameters: ParameterArrays, state: State) -> Diagnos
     linear = mass[..., None] * v[..., : model.dim]
     weight = (mass * p["gravity_scale"])[..., None] * parameters.worlds["gravity"][:, None]
     potential = -(weight * state.bodies["position"]).sum((-1, -2))
-    joint_error, spring_energy = joint_errors_and_energies(model, parameters, state)
+    penetration, sunk = overlaps.measure()
+    joints = read_joints(model, parameters, state, TORN)
     return Diagnostics(
         residual=worlds["natural_residual"].copy(),
-        penetration=np.maximum(deep.max(-1, initial=0.0), 0.0),
-        joint_error=joint_error,
+        penetration=penetration,
+        joint_error=joints.error,
+        relative_joint_error=joints.relative_error,
         kinetic_energy=kinetic,
         potential_energy=potential,
-        spring_energy=spring_energy,
+        spring_energy=joints.spring_energy,
         momentum=linear.sum(1),
         angular_momentum=(readings.orbital(state.bodies["position"], linear) + spin).sum(1),
         sweeps=worlds["sweeps"].copy(),
-        unconverged=worlds["unconverged"].copy(),
-        contacts=counts.copy(),
+        unconverged=worlds["unconverged"] + joints.torn + sunk,
+        contacts=worlds["contact_count"].copy(),
         pairs=worlds["pair_count"].copy(),
         rows=worlds["row_count"].copy(),
         islands=worlds["island_count"].copy(),

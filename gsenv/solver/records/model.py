@@ -167,8 +167,6 @@ def body_state_dtype(dim: int) -> np.dtype[Any]:
 def contact_dtype(dim: int) -> np.dtype[Any]:
     """Return the dtype of a contact. Contacts are sorted by (shape_a, shape_b, feature); normals point from a to b."""
     rolling: list[Any] = [] if dim == 2 else [("torsional_friction", "f8"), ("rolling_friction", "f8")]  # m
-    # m, distance by which a candidate for a secondary impact misses, else 0
-    miss: list[Any] = [] if dim == 2 else [("miss_distance", "f8")]
     return np.dtype(
         [
             ("shape_a", "i4"),
@@ -184,7 +182,7 @@ def contact_dtype(dim: int) -> np.dtype[Any]:
             *rolling,
             ("restitution", "f8"),
             ("extent", "f8"),  # m, length scale of the pair
-            *miss,
+            ("miss_distance", "f8"),  # m, distance by which a candidate for a secondary impact misses, else 0
             ("impulse", "f8", (CONTACT_ROWS[dim],)),  # N s of the last substep: normal, then tangents
             ("total_impulse", "f8", (CONTACT_ROWS[dim],)),  # N s, summed over the step
         ],

@@ -43,11 +43,6 @@ SUBSTEP_BODY_FIELDS_3D: list[Any] = [
     ("frame", "f8", (3, 3)),
     ("rotated_frame", "i4"),  # 1: the rows of ``frame`` are principal axes, not the world's axes
     ("mid_rotation", "f8", (4,)),  # own frame at the middle of the substep, where ``rotated_frame`` is 1
-    ("velocity_lower", "f8", (3,)),  # m/s, smallest and largest velocity that impacts of the step may cause
-    ("velocity_upper", "f8", (3,)),
-    ("velocity_center", "f8", (3,)),  # m/s, centre of a ball that contains these velocities
-    ("velocity_radius", "f8"),  # m/s, radius of this ball
-    ("blocked", "i4"),  # 1: it may hit a fixed body in the step, directly or through others
 ]
 
 
@@ -74,6 +69,14 @@ def substep_body_dtype(dim: int) -> np.dtype[Any]:
             ("start_angle", "f8"),
             ("mass_matrix", "f8", (ndof, ndof)),  # kg and kg m^2, of dynamic bodies
             ("event_time", "f8"),  # s, time of the body's last impact within the substep
+            ("swing", "f8"),  # 1/s^2, stiffness over inertia by the tension of the joints on the body
+            # m/s, per axis, smallest and largest velocity that impacts of the step may cause
+            ("velocity_lower", "f8", (dim,)),
+            ("velocity_upper", "f8", (dim,)),
+            ("velocity_center", "f8", (dim,)),  # m/s, centre of a ball that contains these velocities
+            ("velocity_radius", "f8"),  # m/s, radius of this ball
+            ("widened_radius", "f8"),  # m/s, the radius by which the boxes of its shapes were last widened
+            ("blocked", "i4"),  # 1: it may hit a fixed body in the step, directly or through others
             *spatial,
         ],
         align=True,
@@ -127,6 +130,7 @@ ISLAND_STEP_DTYPE = np.dtype(
         ("joint_rows", "i8"),  # number of joint rows, which come before those of contacts
         ("rows", "i8"),  # all rows
         ("h", "f8"),  # s, one substep
+        ("swing", "f8"),  # 1/s^2, squared frequency at which taut joints swing
         ("stored_scale", "f8"),  # factor of impulses that are stored for substeps of the usual length
         ("warm_start", "f8"),  # factor of the stored impulses; 0 for a cold start
         ("gravity_norm", "f8"),  # m/s^2

@@ -199,6 +199,41 @@ def move_body(body: Any, parameters: Any, substep_body: Any, h: Any) -> None:
 
 
 @njit
+def displace_body(body: Any, substep_body: Any) -> None:
+    """Move and rotate a body by ``correction``, a displacement without velocity.
+
+    A tilted body's angular velocity rotates with it: otherwise its energy would change.
+    """
+    turn = in_world(substep_body, spin_of(substep_body.correction))
+    for d in range(3):
+        body.position[d] += substep_body.correction[d]
+    if substep_body.rotated_frame:
+        set_spin(body.velocity, turned(turn_of(turn), spin_of(body.velocity)))
+    rotate_body(body, body.rotation, turn)
+
+
+@njit
+def start_closing(body: Any, substep_body: Any) -> None:
+    """Make the present rotation that from which rows are made."""
+    for d in range(4):
+        substep_body.mid_rotation[d] = body.rotation[d]
+
+
+@njit
+def spin_to_frame(body: Any, substep_body: Any) -> None:
+    """Express the angular velocity of a body after the substep in the frame of the substep."""
+    if substep_body.rotated_frame:
+        set_spin(body.velocity, in_frame(substep_body, spin_of(body.velocity)))
+
+
+@njit
+def spin_to_world(body: Any, substep_body: Any) -> None:
+    """Express the angular velocity in the world again."""
+    if substep_body.rotated_frame:
+        set_spin(body.velocity, in_world(substep_body, spin_of(body.velocity)))
+
+
+@njit
 def rotate_from_start(body: Any, substep_body: Any, time: Any) -> None:
     """Set the rotation of a kinematic body ``time`` seconds into the step."""
     rotate_body(body, substep_body.start_rotation, scaled(spin_of(body.velocity), time))

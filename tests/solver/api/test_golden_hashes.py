@@ -68,11 +68,11 @@ WORLDS: dict[str, tuple[Callable[[], World], int]] = {  # and how many steps
     "3D chain": (lambda: World(spatial_chain(), options=AWAKE), 120),
 }
 GOLDEN = {
-    "2D mixed": "f39f8e008a8f26dc1a1f448bbfa6bca3382f756415c2b9f7c7b13b0a05a7d9ff",
-    "2D tumble": "659645b10ca249396ae0c409ca3012d315ce194dc1c330f736b45113393f7f46",
+    "2D mixed": "1bf43e71e91ac19ab07ba096146a1cd1b37c962dba04064e30add33fa9d1966a",
+    "2D tumble": "44ff127ff4d36877f8b672c3e843902d019a3d6978feae31c06c6c18e21fc6b9",
     "2D pyramid": "edb5f93318832ff604f2b0f0c3f8760b3a8dd4c42e721d2a0531ba6bb7c82121",
-    "3D mixed": "5575593dcd035742df5b63900d58c5f3c9e01e698203fa491519c8646569b378",
-    "3D tumble": "1855bac1a2e5754e184b644d2227e9fd343bdf70dde0066e9f1ca924c2a79ae7",
+    "3D mixed": "a82287e89d6e3390ea2ef7a4088798d8c89eb0a4cc1cdb4c991c070d82b0e770",
+    "3D tumble": "9ad32e7d8f209395514aec690c13156f0e7bf5d9e9f4eaca2c613b71eea1c256",
     "3D chain": "f9c4b673bcff1071d829dd41dc8a7bdc242b16222dee737ab0c9f3ff954749a3",
 }
 

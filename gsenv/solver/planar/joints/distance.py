@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from ...jit import njit
-from .point import curve_of, frame_ahead, set_frame_direction
+from .point import arm, curve_of, frame_ahead, set_frame_direction
 
 SHORT = 1e-9  # m: for smaller distances the direction between the anchors is undefined
 
@@ -36,3 +36,13 @@ def set_line_direction(
     curve = curve_of(row, end, wx, wy, substep_bodies)
     set_frame_direction(row, middle, vx, vy)
     return (dx * dx + dy * dy) ** 0.5, curve
+
+
+@njit
+def anchor_distance(body_a: Any, body_b: Any, a: Any, b: Any, parameters: Any) -> Any:
+    """Return the distance of the anchors at the present poses, m; ``a``, ``b``: parameters of the bodies."""
+    ax, ay = arm(body_a, a, parameters.anchor_a)
+    bx, by = arm(body_b, b, parameters.anchor_b)
+    dx = body_b.position[0] + bx - body_a.position[0] - ax
+    dy = body_b.position[1] + by - body_a.position[1] - ay
+    return (dx * dx + dy * dy) ** 0.5

@@ -14,7 +14,7 @@ from .chains import chain_near, mover_of
 from .manifold import Manifold
 from .motion import velocity_of
 from .polygons import outline_of
-from .predict import predict
+from .predict import MEET, predict
 from .table import CHAINS, PAIR_TABLE, PLANES, collide
 from .terrains import Tally, terrain_contacts
 
@@ -30,27 +30,34 @@ def pair_contacts(world: Any, one: PlacedShape, other: PlacedShape, extent: floa
     if not m.separation <= margin:
         return count
     lift = 0.0
+    miss = 0.0
     if m.separation > BASE_MARGIN * extent or (m.points == 0 and m.separation > 0.0):  # a future contact
         if routine == PLANES:
             lift = 0.5  # to the surface of the body, for the lever arm of friction
         else:
-            m = look_ahead(world, one, other, m, margin, extent)
-    return write_points(m, lift, world.scratch.found, count)
+            miss, m = look_ahead(world, one, other, m, margin, extent)
+    return write_points(m, lift, miss, world.scratch.found, count)
 
 
 @njit
 def look_ahead(
     world: Any, one: PlacedShape, other: PlacedShape, now: Manifold, margin: float, extent: float
-) -> Manifold:
-    """Return the manifold at the time of contact; the present one where joints affect paths and free flight misses."""
+) -> tuple[float, Manifold]:
+    """Return the manifold at the time of contact, and the distance in m by which the shapes miss.
+
+    Where joints affect paths and free flight misses, it is the present manifold. Other pairs that miss get
+    the manifold at the time when this is known, since impacts of others may change their paths.
+    """
     a = with_motion(world, one)
     b = with_motion(world, other)
-    ahead = predict(world.shapes, a, b, now, world.options.timestep, margin, TOUCHING * extent)
-    return ahead if ahead.points > 0 or not any_jointed(world, one, other) else now
+    outcome, miss, ahead = predict(world.shapes, a, b, now, world.options.timestep, margin, TOUCHING * extent)
+    if not any_jointed(world, one, other):
+        return miss, ahead
+    return 0.0, ahead if outcome == MEET and ahead.points > 0 else now
 
 
 @njit
-def write_points(m: Manifold, lift: float, contacts: Array, count: int) -> int:
+def write_points(m: Manifold, lift: float, miss: float, contacts: Array, count: int) -> int:
     for k in range(m.points):
         if count < len(contacts):
             contact = contacts[count]
@@ -62,6 +69,7 @@ def write_points(m: Manifold, lift: float, contacts: Array, count: int) -> int:
             contact.point[0] += lift * contact.separation * m.normal_x
             contact.point[1] += lift * contact.separation * m.normal_y
             contact.feature = m.feature1 if k else m.feature0
+            contact.miss_distance = miss
         count += 1
     return count
 
@@ -81,6 +89,7 @@ def find_chain_contacts(
     pose = terrain.pose
     for k in range(count, min(tally.total, len(contacts))):
         contact = contacts[k]
+        contact.miss_distance = 0.0
         contact.point[0], contact.point[1] = to_world(pose, contact.point[0], contact.point[1])
         nx, ny = rotate(pose.cos, pose.sin, contact.normal[0], contact.normal[1])
         contact.normal[0] = -nx if flip else nx

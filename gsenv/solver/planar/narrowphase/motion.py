@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from ...core.geometry import DYNAMIC, STATIC, swing_of
 from ...core.trig import sin_cos
-from ...jit import inline_njit, njit
+from ...jit import njit
 from ..math import Pose, rotate
 
 
@@ -38,14 +36,6 @@ def motion_of(body: Any, parameter: Any, kind: int, gravity: Any, timestep: floa
     return Motion(x, y, vx, vy, body.velocity[2], swing_of(parameter))
 
 
-@inline_njit
-def approach_of(body_a: Any, body_b: Any, extent: float, timestep: float) -> float:
-    """Return the largest approach of two bodies in the step, in m, if nothing pushes them."""
-    dx = body_b.velocity[0] - body_a.velocity[0]
-    dy = body_b.velocity[1] - body_a.velocity[1]
-    return timestep * np.sqrt(dx * dx + dy * dy)
-
-
 @njit
 def spin_rate(motion: Motion) -> float:
     """Return the unsigned angular speed in rad/s."""
@@ -73,3 +63,15 @@ def velocity_of(motion: Motion, x: float, y: float, time: float) -> tuple[float,
         motion.velocity_x - motion.spin * (y - motion.y - motion.velocity_y * time),
         motion.velocity_y + motion.spin * (x - motion.x - motion.velocity_x * time),
     )
+
+
+@njit
+def approach_speed(contact: Any, body_a: Any, body_b: Any) -> float:
+    """Return the present speed in m/s at which two bodies approach each other at a contact."""
+    x = contact.point[0]
+    y = contact.point[1]
+    a = body_a.velocity
+    b = body_b.velocity
+    ux = a[0] - a[2] * (y - body_a.position[1]) - b[0] + b[2] * (y - body_b.position[1])
+    uy = a[1] + a[2] * (x - body_a.position[0]) - b[1] - b[2] * (x - body_b.position[0])
+    return contact.normal[0] * ux + contact.normal[1] * uy

@@ -19,15 +19,18 @@ from .motion import Motion, velocity_of
 from .table import collide
 
 MAX_ADVANCES = 12
+APART, MISS, MEET = 0, 1, 2
 
 
 @njit
 def predict(
     shapes: Any, a: MovingShape, b: MovingShape, now: Manifold, timestep: float, margin: float, touching: float
-) -> Manifold:
-    """Return the manifold at the time of contact, expressed at the present; without points if there is none.
+) -> tuple[int, float, Manifold]:
+    """Return (outcome, distance in m of a miss, manifold at the time of contact, expressed at the present).
 
-    `now` is the manifold at the present poses; a gap of `touching` m counts as contact.
+    `now` is the manifold at the present poses; a gap of `touching` m counts as contact.  The outcome is MEET;
+    or MISS with the manifold at the time when this is known, without points if the shapes are beyond the margin
+    then; or APART with the present one if the shapes cannot touch in the step.
     """
     one = a.motion
     other = b.motion
@@ -36,17 +39,20 @@ def predict(
     time = 0.0
     for _ in range(MAX_ADVANCES):
         if not m.separation < np.inf:
-            return no_manifold()
+            return MISS, np.inf, no_manifold()
         speed = (
             swing + m.normal_x * (one.velocity_x - other.velocity_x) + m.normal_y * (one.velocity_y - other.velocity_y)
         )  # largest speed at which the gap closes
-        if not speed * (timestep - time) > m.separation:
-            return no_manifold()
+        miss = m.separation - speed * (timestep - time)
+        if not miss < 0.0:
+            if time == 0.0:
+                return APART, miss, now
+            return MISS, miss, brought_back(m, a, b, time)
         time += m.separation / speed
         m = collide(shapes, shapes.vertices, placed(a, time), placed(b, time), margin)
         if m.separation <= touching:
             break
-    return brought_back(m, a, b, time)
+    return MEET, 0.0, brought_back(m, a, b, time)
 
 
 @njit

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from ...jit import njit
-from ..math import Vec, norm, scaled
-from .point import frame_ahead, frame_rate, set_frame_direction
+from ..math import Vec, add, norm, scaled, sub, vec
+from .point import arm, frame_ahead, frame_rate, set_frame_direction
 
 SHORT = 1e-9  # m: for smaller distances the direction between the anchors is undefined
 
@@ -36,3 +36,11 @@ def set_line_direction(
     set_frame_direction(row, substep_bodies, middle, v)
     curve = frame_rate(substep_bodies, i, j, end, w) - frame_rate(substep_bodies, i, j, middle, v)
     return norm(now[2]), curve
+
+
+@njit
+def anchor_distance(body_a: Any, body_b: Any, a: Any, b: Any, parameters: Any) -> Any:
+    """Return the distance of the anchors at the present poses, m; ``a``, ``b``: parameters of the bodies."""
+    end_a = add(vec(body_a.position), arm(body_a, a, parameters.anchor_a))
+    end_b = add(vec(body_b.position), arm(body_b, b, parameters.anchor_b))
+    return norm(sub(end_b, end_a))

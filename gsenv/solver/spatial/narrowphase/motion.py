@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from ...core.geometry import DYNAMIC, STATIC, swing_of
-from ...jit import inline_njit, njit
-from ..math import Pose, Vec, add, along, cross, norm, scaled, sub, turn_of, turned, vec
+from ...jit import njit
+from ..math import Pose, Vec, add, along, cross, dot, norm, scaled, sub, turn_of, turned, vec
 
 
 class Motion(NamedTuple):
@@ -38,19 +38,6 @@ def motion_of(body: Any, parameter: Any, kind: int, gravity: Any, timestep: floa
     return Motion(vec(body.position), velocity, spin, swing_of(parameter))
 
 
-@inline_njit
-def approach_of(body_a: Any, body_b: Any, extent: float, timestep: float) -> float:
-    """Return the largest approach of two bodies in the step, in m.
-
-    It is up to the sum of both motions, since impacts may change their directions.
-    """
-    va = vec(body_a.velocity)
-    vb = vec(body_b.velocity)
-    together = min(timestep * (norm(va) + norm(vb)), extent)
-    speed = norm(sub(vb, va))
-    return max(timestep * speed, together)
-
-
 @njit
 def spin_rate(motion: Motion) -> float:
     """Return the angular speed in rad/s."""
@@ -77,3 +64,17 @@ def velocity_of(motion: Motion, p: Vec, time: float) -> Vec:
     """Return the velocity in m/s of the material point that is at p after `time` s."""
     arm = sub(p, along(motion.at, time, motion.velocity))
     return add(motion.velocity, cross(motion.spin, arm))
+
+
+@njit
+def approach_speed(contact: Any, body_a: Any, body_b: Any) -> float:
+    """Return the present speed in m/s at which two bodies approach each other at a contact."""
+    point = vec(contact.point)
+    return dot(vec(contact.normal), sub(point_velocity(body_a, point), point_velocity(body_b, point)))
+
+
+@njit
+def point_velocity(body: Any, point: Vec) -> Vec:
+    """Return the velocity in m/s of a body's material point."""
+    v = body.velocity
+    return add((v[0], v[1], v[2]), cross((v[3], v[4], v[5]), sub(point, vec(body.position))))

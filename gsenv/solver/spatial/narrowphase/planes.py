@@ -37,14 +37,15 @@ def collide_plane(plane: Pose, solid: Solid, vertices: Array | None, margin: flo
         return
     begin_manifold(m, n, separation)
     basis = basis_of(n)
+    reach = min(margin, separation + b.extent)  # the upper corners of a body smaller than the margin carry nothing
     count = int64(0)
     if b.kind == CYLINDER:
-        count = cylinder_spots(b, basis, height, margin, scratch)
+        count = cylinder_spots(b, basis, height, reach, scratch)
     elif b.kind == HULL:
         if vertices is not None:
-            count = hull_spots(b, vertices, basis, height, separation, margin, scratch)
+            count = hull_spots(b, vertices, basis, height, reach, scratch)
     else:
-        count = box_spots(b, basis, height, margin, scratch)
+        count = box_spots(b, basis, height, reach, scratch)
     least = np.inf
     for i in range(count):
         least = min(least, scratch.spot[i, 3])
@@ -115,19 +116,16 @@ def cylinder_spots(b: Solid, basis: Basis, height: float, margin: float, scratch
 
 
 @njit
-def hull_spots(
-    b: Solid, vertices: Array, basis: Basis, height: float, separation: float, margin: float, scratch: Any
-) -> int:
+def hull_spots(b: Solid, vertices: Array, basis: Basis, height: float, margin: float, scratch: Any) -> int:
     """Write the vertices of a hull within the margin, the lowest one first."""
     pose = b.pose
     n = basis.n
     down = (-dot(n, pose.x), -dot(n, pose.y), -dot(n, pose.z))
     low = support_vertex(vertices, b.first, down)
-    reach = min(margin, separation + b.extent)
     p = add(pose.at, rotate(pose, vec(vertices[b.first + low].position)))
     count = put_low(p, low, basis, height, margin, int64(0), scratch)
     for i in range(int64(vertices[b.first].vertex_count)):
         if i != low:
             p = add(pose.at, rotate(pose, vec(vertices[b.first + i].position)))
-            count = put_low(p, int64(i), basis, height, reach, count, scratch)
+            count = put_low(p, int64(i), basis, height, margin, count, scratch)
     return count

@@ -17,74 +17,83 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from ...core.geometry import BASE_MARGIN
-from ...jit import njit
-from ..math import Vec, add, cross, dot, norm, sub, vec
+from ..jit import njit
+from .dispatch import by_dimension
+from .geometry import BASE_MARGIN
 
 Array = NDArray[Any]
 
+approach_speed = by_dimension("narrowphase.motion", "approach_speed")
+
+IMPACT = 1e-3  # of the extent: smallest depth that an approach within the step must reach to count as an impact
+FALL = 0.1  # of the extent: the same for the fall of a small body at rest within the step
+TOUCHING = 1e-3  # of the extent: gap of bodies that rest on each other, and may block each other
 MAX_ROUNDS = 8  # largest number of passes over all contacts
+MAX_LOOKS = 8  # largest number of searches for contacts in a step
 
 
 @njit
-def look_again(world: Any, count: int, last: bool) -> tuple[int, bool]:
-    """Remove candidates that no impact can close; returns (contacts left, whether to search again in wider boxes).
-
-    After the `last` search the boxes stay as they are.
-    """
-    scratch = world.scratch
-    bodies = world.state.bodies
-    parameters = world.parameters.bodies
-    substep_bodies = scratch.substep_bodies
-    timestep = world.options.timestep
-    count, hit = keep_secondary(scratch.found, count, bodies, parameters, substep_bodies, timestep)
-    if last or not hit:
-        return count, False
-    return count, widen_boxes(world.shapes.models, bodies, parameters, substep_bodies, timestep, scratch.geometry)
-
-
-@njit
-def keep_secondary(
-    contacts: Array, count: int, bodies: Array, body_parameters: Array, substep_bodies: Array, timestep: float
-) -> tuple[int, bool]:
+def keep_secondary(world: Any, count: int) -> tuple[int, bool]:
     """Remove candidates that no impact can close; returns (number of contacts left, whether there is any impact).
 
-    `contacts[:count]` are those of find_contacts; their order is kept. If there is an impact, `substep_bodies`
-    (body,) get the velocities that each body may have, a ball of radius `velocity_radius` around `velocity_center`.
+    `world.scratch.found[:count]` are those of collide_pairs; their order is kept. If there is an impact, the
+    substep bodies get the velocities that each body may have: a ball of radius `velocity_radius` around
+    `velocity_center`.
     """
-    if not any_impact(contacts, count, bodies, timestep):
+    contacts = world.scratch.found
+    bodies = world.state.bodies
+    body_parameters = world.parameters.bodies
+    substep_bodies = world.scratch.substep_bodies
+    timestep = world.options.timestep
+    falls = any_fall(contacts, count, body_parameters, world.parameters.world.gravity, timestep)
+    if not falls and not any_impact(contacts, count, bodies, timestep):
         return drop_candidates(contacts, count), False
     for b in range(len(bodies)):
-        substep_bodies[b].blocked = 0
-        substep_bodies[b].velocity_radius = 0.0
-        for d in range(3):
-            substep_bodies[b].velocity_lower[d] = bodies[b].velocity[d]
-            substep_bodies[b].velocity_upper[d] = bodies[b].velocity[d]
-            substep_bodies[b].velocity_center[d] = bodies[b].velocity[d]
-    for _ in range(MAX_ROUNDS):
-        if not exchange_velocities(contacts, count, bodies, body_parameters, substep_bodies, timestep):
+        substep_body = substep_bodies[b]
+        substep_body.blocked = 0
+        for d in range(len(bodies[b].position)):
+            v = bodies[b].velocity[d]
+            fall = 0.0
+            if falls and body_parameters[b].inv_mass > 0.0:
+                fall = timestep * body_parameters[b].gravity_scale * world.parameters.world.gravity[d]
+            substep_body.velocity_lower[d] = v + min(fall, 0.0)
+            substep_body.velocity_upper[d] = v + max(fall, 0.0)
+        set_velocity_ball(substep_body)
+    for k in range(MAX_ROUNDS):
+        if not exchange_velocities(contacts, count, bodies, body_parameters, substep_bodies, timestep, k % 2 == 1):
             break
     return drop_candidates(contacts, count), True
 
 
 @njit
-def velocity_at(body: Any, point: Vec) -> Vec:
-    v = body.velocity
-    return add((v[0], v[1], v[2]), cross((v[3], v[4], v[5]), sub(point, vec(body.position))))
-
-
-@njit
 def any_impact(contacts: Array, count: int, bodies: Array, timestep: float) -> bool:
-    """Whether two bodies would penetrate each other by more than the error of a contact at rest."""
+    """Whether two bodies approach each other so fast that they would penetrate each other within the step."""
     for k in range(count):
         contact = contacts[k]
         if contact.miss_distance > 0.0 or contact.sensor != 0:
             continue
-        point = vec(contact.point)
-        u = velocity_at(bodies[contact.body_a], point)
-        v = velocity_at(bodies[contact.body_b], point)
-        depth = timestep * dot(vec(contact.normal), sub(u, v)) - max(contact.separation, 0.0)
-        if depth > BASE_MARGIN * contact.extent:
+        speed = approach_speed(contact, bodies[contact.body_a], bodies[contact.body_b])
+        depth = timestep * speed - max(contact.separation, 0.0)
+        if depth > IMPACT * contact.extent:
+            return True
+    return False
+
+
+@njit
+def any_fall(contacts: Array, count: int, body_parameters: Array, gravity: Any, timestep: float) -> bool:
+    """Whether a body is so small that without its contact it would fall deep into another within the step."""
+    for k in range(count):
+        contact = contacts[k]
+        if contact.miss_distance > 0.0 or contact.sensor != 0:
+            continue
+        a = body_parameters[contact.body_a]
+        b = body_parameters[contact.body_b]
+        scale = (a.gravity_scale if a.inv_mass > 0.0 else 0.0) - (b.gravity_scale if b.inv_mass > 0.0 else 0.0)
+        fall = 0.0
+        for d in range(len(gravity)):
+            fall += contact.normal[d] * gravity[d]
+        depth = timestep * timestep * scale * fall - max(contact.separation, 0.0)
+        if depth > FALL * contact.extent:
             return True
     return False
 
@@ -92,24 +101,33 @@ def any_impact(contacts: Array, count: int, bodies: Array, timestep: float) -> b
 @njit
 def set_velocity_ball(motion: Any) -> None:
     """Set the ball around the box of velocities."""
-    low = vec(motion.velocity_lower)
-    high = vec(motion.velocity_upper)
-    motion.velocity_radius = 0.5 * norm(sub(high, low))
-    for d in range(3):
-        motion.velocity_center[d] = 0.5 * (low[d] + high[d])
+    square = 0.0
+    for d in range(len(motion.velocity_center)):
+        low = motion.velocity_lower[d]
+        high = motion.velocity_upper[d]
+        square += (high - low) * (high - low)
+        motion.velocity_center[d] = 0.5 * (low + high)
+    motion.velocity_radius = 0.5 * square**0.5
 
 
 @njit
 def exchange_velocities(
-    contacts: Array, count: int, bodies: Array, body_parameters: Array, substep_bodies: Array, timestep: float
+    contacts: Array,
+    count: int,
+    bodies: Array,
+    body_parameters: Array,
+    substep_bodies: Array,
+    timestep: float,
+    backwards: bool,
 ) -> bool:
     """Exchange the possible velocities of bodies that may touch; returns whether any range has grown.
 
-    Candidates that may touch become contacts: their `miss_distance` is set to 0.
+    Passes in both directions carry them along a row of bodies, whatever its order.  Candidates that may touch
+    become contacts: their `miss_distance` is set to 0.
     """
     changed = False
-    for k in range(count):
-        contact = contacts[k]
+    for place in range(count):
+        contact = contacts[count - 1 - place if backwards else place]
         if contact.sensor != 0:
             continue
         a = contact.body_a
@@ -118,9 +136,9 @@ def exchange_velocities(
         if contact.miss_distance > 0.0 and speed == 0.0:
             continue
         n = contact.normal
-        for d in range(3):
+        for d in range(len(n)):
             speed += n[d] * (substep_bodies[a].velocity_center[d] - substep_bodies[b].velocity_center[d])
-        if not timestep * speed > contact.separation:
+        if not timestep * speed > contact.separation - TOUCHING * contact.extent:
             continue
         contact.miss_distance = 0.0
         least = BASE_MARGIN * contact.extent / timestep
@@ -145,7 +163,7 @@ def widen_velocities(body: Any, motion: Any, other: Any, share: float, immovable
     if blocked and motion.blocked == 0:
         motion.blocked = 1
         changed = True
-    for d in range(3):
+    for d in range(len(motion.velocity_center)):
         v = body.velocity[d]
         low = v + share * (other.velocity_lower[d] - v)
         high = v + share * (other.velocity_upper[d] - v)
@@ -178,11 +196,32 @@ def drop_candidates(contacts: Array, count: int) -> int:
 
 
 @njit
+def clear_widening(substep_bodies: Array) -> None:
+    """Start the search for contacts of a step, in which no box has been widened."""
+    for b in range(len(substep_bodies)):
+        substep_bodies[b].velocity_radius = 0.0
+        substep_bodies[b].widened_radius = 0.0
+
+
+@njit
+def any_wider(
+    shape_models: Array, body_parameters: Array, substep_bodies: Array, timestep: float, geometry: Array
+) -> bool:
+    """Whether a body may get further beyond its box than the boxes of the last search allowed."""
+    for k in range(len(shape_models)):
+        b = shape_models[k].body
+        if geometry[k].dynamic != 0:
+            grown = timestep * (substep_bodies[b].velocity_radius - substep_bodies[b].widened_radius)
+            if grown > BASE_MARGIN * body_parameters[b].extent:
+                return True
+    return False
+
+
+@njit
 def widen_boxes(
     shape_models: Array, bodies: Array, body_parameters: Array, substep_bodies: Array, timestep: float, geometry: Array
-) -> bool:
-    """Widen boxes and margins by the possible velocities after secondary impacts; returns whether any grew."""
-    grown = False
+) -> None:
+    """Widen boxes and margins, which are those of the present paths, by the velocities after secondary impacts."""
     for k in range(len(shape_models)):
         b = shape_models[k].body
         entry = geometry[k]
@@ -191,14 +230,13 @@ def widen_boxes(
         extent = body_parameters[b].extent
         radius = substep_bodies[b].velocity_radius
         middle = substep_bodies[b].velocity_center
+        substep_bodies[b].widened_radius = radius
         if not timestep * radius > BASE_MARGIN * extent:
             continue
-        grown = True
         entry.reach += min(timestep * radius, extent)
-        for d in range(3):
+        for d in range(len(entry.lower)):
             v = timestep * bodies[b].velocity[d]
             low = timestep * (middle[d] - radius) - min(v, 0.0)
             high = timestep * (middle[d] + radius) - max(v, 0.0)
             entry.lower[d] += max(min(low, 0.0), -extent)
             entry.upper[d] += min(max(high, 0.0), extent)
-    return grown

@@ -1,0 +1,200 @@
+"""Joints keep their lengths and bodies stay out of each other, at the default options; and what fails is seen."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gsenv.solver import Scene, World, planar, spatial
+
+BOTH = pytest.mark.parametrize("dim", [2, 3])
+
+
+def joints_of(dim: int) -> Any:
+    return planar if dim == 2 else spatial
+
+
+def place(dim: int, x: float, z: float) -> tuple[float, ...]:
+    return (x, z) if dim == 2 else (x, 0.0, z)
+
+
+def box(dim: int, half: float, height: float, depth: float) -> planar.Shape | spatial.Shape:
+    if dim == 2:
+        return planar.Box(half_extents=(half, height))
+    return spatial.Box(half_extents=(half, depth, height))
+
+
+def ball(dim: int, radius: float) -> planar.Shape | spatial.Shape:
+    return planar.Circle(radius=radius) if dim == 2 else spatial.Sphere(radius=radius)
+
+
+def worst_stretch(world: World) -> float:
+    """The largest error of a rod or rope over its length, by the poses."""
+    worst = 0.0
+    for name, p in zip(world.model.joint_names, world.parameters.joints[0], strict=True):
+        q = float(world.joint_coordinate(name)[0])
+        error = abs(q / p["length"] - 1.0) if p["rigid"] else max(q / p["upper"] - 1.0, 0.0)
+        worst = max(worst, error)
+    return worst
+
+
+def largest_stretch(world: World, steps: int) -> float:
+    """The same over a run; diagnostics must say so if a length is off by more than 1 %."""
+    worst = 0.0
+    for _ in range(steps):
+        world.step()
+        stretch = worst_stretch(world)
+        d = world.diagnostics()
+        assert d.relative_joint_error[0] == pytest.approx(stretch, abs=1e-9)
+        assert d.unconverged[0] > 0 or stretch <= 0.01
+        worst = max(worst, stretch)
+    return worst
+
+
+def rods(dim: int, count: int, ratio: float, rod: float) -> Scene:
+    """Bars of 25 cm on rods that hang 60 degrees from the vertical; the last bar is heavier by ``ratio``."""
+    scene = Scene(dim=dim)
+    sine, cosine = math.sin(math.pi / 3), math.cos(math.pi / 3)
+    turn: dict[str, Any] = {"angle": -math.pi / 6}
+    if dim == 3:
+        turn = {"orientation": (math.cos(math.pi / 12), 0, math.sin(math.pi / 12), 0)}
+    scene.add_body("last", "static")
+    last, anchor = "last", place(dim, 0, 0)
+    for k in range(count):
+        at = (k + 1) * rod + (k + 0.5) * 0.25
+        shape = box(dim, 0.125, 0.02, 0.02)
+        mass = ratio if k == count - 1 else 1.0
+        scene.add_body(f"bar{k}", shapes=[shape], mass=mass, position=place(dim, at * sine, -at * cosine), **turn)
+        joint = joints_of(dim).Distance(last, f"bar{k}", anchor_a=anchor, anchor_b=place(dim, -0.125, 0))
+        scene.add_joint(f"rod{k}", joint)
+        last, anchor = f"bar{k}", place(dim, 0.125, 0)
+    return scene
+
+
+@BOTH
+@pytest.mark.parametrize(
+    ("count", "ratio", "rod"), [(2, 100.0, 0.25), (2, 1000.0, 0.05), (5, 100.0, 0.05), (20, 1000.0, 0.05)]
+)
+def test_rods_with_a_heavy_end_keep_their_lengths(dim: int, count: int, ratio: float, rod: float) -> None:
+    assert largest_stretch(World(rods(dim, count, ratio, rod)), 180) < 1e-3
+
+
+@BOTH
+def test_mass_scaling_keeps_the_swing_of_the_heavy_end(dim: int) -> None:
+    """Light rods that need more substeps than allowed: the end still swings as a pendulum of their length."""
+    count, length, degrees = 20, 0.05, 10.0
+    scene = Scene(dim=dim)
+    scene.add_body("top", "static")
+    last = "top"
+    angle = math.radians(degrees)
+    for k in range(count):
+        at = (k + 1) * length
+        here = place(dim, at * math.sin(angle), -at * math.cos(angle))
+        scene.add_body(f"b{k}", shapes=[ball(dim, 0.01)], mass=1e4 if k == count - 1 else 1.0, position=here)
+        joint = joints_of(dim).Distance(last, f"b{k}", anchor_a=place(dim, 0, 0), anchor_b=place(dim, 0, 0))
+        scene.add_joint(f"rod{k}", joint)
+        last = f"b{k}"
+    world = World(scene)
+    x = [world.position[0, -1, 0]]
+    for _ in range(120):
+        world.step()
+        x.append(world.position[0, -1, 0])
+    crossing = next(k for k in range(120) if x[k] > 0.0 >= x[k + 1])
+    quarter = (crossing + x[crossing] / (x[crossing] - x[crossing + 1])) * world.timestep
+    period = 2.0 * math.pi * math.sqrt(count * length / 9.81) * (1.0 + angle**2 / 16.0)
+    assert quarter == pytest.approx(0.25 * period, rel=0.01)
+    assert worst_stretch(world) < 1e-3
+
+
+def bridge(dim: int, gap: float, length: float, rope: bool, crates: int) -> Scene:
+    """30 planks of 50 cm between two walls, on rods or ropes of ``length`` over gaps that are a little shorter."""
+    scene = Scene(dim=dim)
+    count, pitch = 30, 0.5 + gap
+    sides = (0.0,) if dim == 2 else (-0.5, 0.5)
+    shape, wall = box(dim, 0.25, 0.05, 0.5), box(dim, 0.2, 0.05, 0.5)
+    scene.add_body("left", "static", shapes=[wall], position=place(dim, -0.45 - gap, 0))
+    for k in range(count):
+        scene.add_body(f"plank{k}", shapes=[shape], mass=10.0, position=place(dim, k * pitch, 0))
+    scene.add_body("right", "static", shapes=[wall], position=place(dim, (count - 1) * pitch + 0.45 + gap, 0))
+    names = ["left", *(f"plank{k}" for k in range(count)), "right"]
+    given: dict[str, Any] = {"limits": (0.0, length)} if rope else {"length": length}
+    for k in range(count + 1):
+        a, b = (0.2 if k == 0 else 0.25), (0.2 if k == count else 0.25)
+        for s, side in enumerate(sides):
+            ends = [(a, 0.0), (-b, 0.0)] if dim == 2 else [(a, side, 0.0), (-b, side, 0.0)]
+            joint = joints_of(dim).Distance(names[k], names[k + 1], anchor_a=ends[0], anchor_b=ends[1], **given)
+            scene.add_joint(f"joint{k}{s}", joint)
+    for k in range(crates):
+        crate = box(dim, 0.3, 0.3, 0.3)
+        scene.add_body(f"crate{k}", shapes=[crate], mass=200.0, position=place(dim, (12 + 6 * k) * pitch, 0.37))
+    return scene
+
+
+@BOTH
+@pytest.mark.parametrize(("gap", "length", "rope"), [(0.055, 0.06, True), (0.0195, 0.02, False)])
+@pytest.mark.parametrize("crates", [0, 2])
+def test_bridge_on_short_ropes_and_rods_holds(dim: int, gap: float, length: float, rope: bool, crates: int) -> None:
+    world = World(bridge(dim, gap, length, rope, crates))
+    if not rope:
+        world.step()  # the rods start too short
+    assert largest_stretch(world, 240) < 0.01
+
+
+def column(dim: int, count: int, half: float, gap: float, height: float) -> Scene:
+    scene = Scene(dim=dim)
+    scene.add_body("ground", "static", shapes=[planar.HalfPlane() if dim == 2 else spatial.Plane()])
+    for k in range(count):
+        z = half + gap + height + k * (2 * half + gap)
+        scene.add_body(f"box{k}", shapes=[box(dim, half, half, half)], position=place(dim, 0, z))
+    return scene
+
+
+@BOTH
+@pytest.mark.parametrize(("count", "gap", "height"), [(3, 0.02, 1.0), (6, 0.02, 1.0), (32, 0.01, 0.0)])
+def test_a_body_that_follows_one_that_is_stopped_does_not_enter_it(
+    dim: int, count: int, gap: float, height: float
+) -> None:
+    world = World(column(dim, count, 0.5, gap, height))
+    deepest = 0.0
+    for _ in range(90):
+        world.step()
+        deepest = max(deepest, float(world.diagnostics().penetration[0]))
+    assert deepest < 3e-3
+
+
+@BOTH
+@pytest.mark.parametrize("size", [0.02, 0.004, 0.002, 0.001])
+def test_small_cubes_stand_on_each_other(dim: int, size: float) -> None:
+    """At 1/60 s gravity moves a body at rest by 2.7 mm, more than their size."""
+    half = 0.5 * size
+    world = World(column(dim, 5, half, 0.02 * half, 0.0))
+    for _ in range(120):
+        world.step()
+        assert world.diagnostics().penetration[0] < 0.01 * size
+    heights = world.position[0, 1:, -1]
+    np.testing.assert_allclose(heights, half * np.arange(1, 10, 2), rtol=5e-3)
+
+
+@BOTH
+def test_what_is_crushed_is_seen(dim: int) -> None:
+    scene = column(dim, 1, 0.5, 0.0, 0.0)
+    mass = float(World(scene).parameters.mass[0, 1])
+    scene.add_body("heavy", shapes=[box(dim, 0.5, 0.5, 0.5)], mass=1e9 * mass, position=place(dim, 0, 1.5))
+    with pytest.warns(UserWarning, match="mass ratio"):
+        world = World(scene)
+    for _ in range(120):
+        world.step()
+        low = world.position[0, 2, -1] - world.position[0, 1, -1]
+        d = world.diagnostics()
+        if low < 0.85:
+            assert d.penetration[0] > 0.1
+            assert d.unconverged[0] > 0
+
+
+@BOTH
+def test_ranges_warn_once_each(dim: int) -> None:
+    with pytest.warns(UserWarning, match="half-width"):
+        World(column(dim, 1, 1e-4, 0.0, 0.0))
