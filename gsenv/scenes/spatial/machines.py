@@ -35,7 +35,7 @@ def cart(speed: float = 6.0, steering: float = 0.25) -> Scene:
             linear_velocity=(speed, 0.0, 0.0), angular_velocity=(0.0, speed / WHEEL_RADIUS, 0.0),
         )  # fmt: skip
         held = Axis(frequency=8.0, rest=steering) if x > 0.0 else None
-        suspension: dict[str, Any] = {"frequency": 3.0, "damping_ratio": 0.5, "limits": (-0.15, 0.15)}
+        suspension: dict[str, Any] = {"stiffness": 25e3, "damping": 2e3, "limits": (-0.15, 0.15)}
         wheel = Wheel("chassis", name, axis=(0, 0, 1), spin_axis=(0, 1, 0), steering=held, **suspension)
         scene.add_joint(f"{name}_wheel", wheel)
     return scene

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
+from ..dimension import dimension
 from ..records.model import Array
-from ..spatial.initial_state import multiplied, rotation_from, rotation_of, turned_by
 from . import check
 from .axis_joints import Hinge, SixAxis, Slider, Universal
 from .joint_base import Axis
@@ -155,20 +155,21 @@ def _add_six_axis(spec: JointSpec, joint: SixAxis, what: str) -> None:
     turns = [joint.turn_x, joint.turn_y, joint.turn_z]
     if all(axis is not None for axis in slides + turns) and not any(_acts(axis) for axis in slides + turns):
         raise ValueError(f"{what}: all of its axes are free; lock, limit, spring or drive one.")
+    initial_state = dimension(3).initial_state
     given = (1, 0, 0, 0) if joint.orientation is None else joint.orientation
-    orientation = rotation_of(check.orientation(given, f"{what}: orientation"))
+    orientation = initial_state.rotation_of(check.orientation(given, f"{what}: orientation"))
     shift = _first_axis(turns)
     if joint.order is not None:
         check.choice(joint.order, ORDERS, f"{what}: order")
         if None not in turns:
             shift = _LETTERS.index(joint.order[0])
-    spec.orientation = multiplied(orientation, _CYCLES[shift])
+    spec.orientation = initial_state.multiplied(orientation, _CYCLES[shift])
     spec.locked = sum(1 << (k - shift) % 3 for k in range(3) if slides[k] is None)
     spec.locked |= sum(8 << (k - shift) % 3 for k in range(3) if turns[k] is None)
     alone = sum(axis is not None for axis in turns) == 1
     for k, axis in enumerate(slides):
         if axis is not None:
-            _part(spec, _LETTERS[k], (k - shift) % 3, axis, turned_by(orientation, np.eye(3)[k]))
+            _part(spec, _LETTERS[k], (k - shift) % 3, axis, initial_state.turned_by(orientation, np.eye(3)[k]))
     for k, axis in enumerate(turns):
         if axis is not None:
             _part(spec, f"turn_{_LETTERS[k]}", TWIST if alone else FIRST_TURN + (k - shift) % 3, axis)
@@ -225,7 +226,7 @@ def _frame(axis: Array, k: int) -> Array:
     first = np.cross(other, axis)
     first /= np.hypot.reduce(first)
     columns = np.stack([first, np.cross(axis, first), axis], 1)
-    return rotation_from(np.roll(columns, k - 2, 1))
+    return _rotation_from(np.roll(columns, k - 2, 1))
 
 
 def _cross_frame(first: Array, last: Array, what: str) -> Array:
@@ -235,4 +236,10 @@ def _cross_frame(first: Array, last: Array, what: str) -> Array:
         raise ValueError(f"{what} must be perpendicular, the cosine of their angle is {cosine:.3g}.")
     last = last - cosine * first
     last /= np.hypot.reduce(last)
-    return rotation_from(np.stack([first, np.cross(last, first), last], 1))
+    return _rotation_from(np.stack([first, np.cross(last, first), last], 1))
+
+
+def _rotation_from(matrix: Array) -> Array:
+    """Return the quaternion of a rotation matrix."""
+    rotation: Array = dimension(3).initial_state.rotation_from(matrix)
+    return rotation
