@@ -28,8 +28,8 @@ from .scene_joints import LETTERS, Axes, Coordinate, axes_of, beside, orientatio
 from .scene_sensors import add_sensors
 from .scene_shapes import shape_of
 
-BETWEEN = 1e-4  # mass of a body between joints, in that of the body itself
-CHAINED = "its joints cross at an angle or apart, so bodies of 1/10,000 of its mass are put between them"
+BETWEEN = 1e-5  # mass of a body between joints, in that of the body itself
+CHAINED = "its joints cross at an angle or apart, so bodies of 1/100,000 of its mass are put between them"
 BALL_RANGE = "the range of a ball joint is ignored"
 FREE_DAMPING = "damping, armature, stiffness and frictionloss of a free joint are ignored"
 WELD_POSE = "a weld keeps the initial pose of its bodies, not another relpose"

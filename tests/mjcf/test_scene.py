@@ -143,7 +143,7 @@ def test_what_is_not_honoured_is_told_once() -> None:
 
 def test_joints_that_cross_at_an_angle_get_a_body_between_them() -> None:
     assert len(told(examples.CROSSING)) == 1
-    assert "bodies of 1/10,000 of its mass are put between them" in told(examples.CROSSING)[0]
+    assert "bodies of 1/100,000 of its mass are put between them" in told(examples.CROSSING)[0]
     scene, names = build_scene(parse_mjcf(examples.CROSSING))
     assert len(scene.bodies) == 3
     assert {at.joint for at in names.joints.values()} == {"a", "b"}
