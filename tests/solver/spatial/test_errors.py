@@ -110,8 +110,8 @@ AUTHORED: dict[str, tuple[Make, str]] = {
     "restitution": (body(shapes=[Sphere(radius=1, restitution=1.1)]), "restitution must not exceed 1"),
     "revolute": (joint("revolute"), "a Revolute of gsenv.solver.planar has 2 dimensions, the scene 3"),
     "prismatic": (joint("prismatic", axis=(1, 0, 0)), "a Prismatic of gsenv.solver.planar has 2 dimensions"),
-    "wheel": (joint("wheel", axis=(0, 0, 1)), "a Wheel of gsenv.solver.planar has 2 dimensions"),
-    "gear": (lambda s: s.add_joint("new", Gear("pin", "pin")), "a Gear of gsenv.solver.planar has 2 dimensions"),
+    "wheel": (joint("wheel", axis=(0, 0, 1)), "spin_axis is missing"),
+    "gear": (lambda s: s.add_joint("new", Gear("pin", "pin")), "a gear couples two different joints"),
     "anchor of two": (joint("ball", anchor=(1, 2)), "anchor must be 3 numbers"),
     "anchor NaN": (joint("weld", anchor_a=(1, 2, NAN)), "anchor_a must be finite"),
     "length negative": (joint("distance", length=-1.0), "length must not be negative"),
@@ -173,9 +173,9 @@ def test_things_of_space_are_refused_in_the_plane(case: str) -> None:
 
 
 @pytest.mark.parametrize("argument", ["motor_effort", "limits", "axis"])
-def test_a_ball_has_no_motor_limits_or_axis(argument: str) -> None:
+def test_a_distance_has_no_motor_and_axis_and_a_weld_no_limits(argument: str) -> None:
     with pytest.raises(TypeError, match=argument):
-        make_joint("ball", "ball_0", "ball_1", **{argument: 1.0})
+        make_joint("weld" if argument == "limits" else "distance", "ball_0", "ball_1", **{argument: 1.0})
 
 
 ACTS: dict[str, Callable[[Any], Any]] = {
