@@ -179,6 +179,12 @@ def test_nothing_is_built_of_a_plane_on_a_moving_body() -> None:
         load_mjcf(f"<mujoco><worldbody>{plane}</worldbody></mujoco>")
 
 
+def test_numbers_that_overflow() -> None:
+    actuator = '<actuator><position joint="yaw" gear="1e200" kp="1e200"/></actuator>'
+    with pytest.raises(MjcfError, match="a number of this model is too large to be simulated"):
+        load_mjcf(examples.CHAIN.replace("</mujoco>", f"{actuator}</mujoco>"))
+
+
 STANDING = """
 <mujoco model="standing">
   <option timestep="0.0005"/>
