@@ -28,8 +28,8 @@ from .scene_joints import LETTERS, Axes, Coordinate, axes_of, beside, orientatio
 from .scene_sensors import add_sensors
 from .scene_shapes import shape_of
 
-BETWEEN = 1e-4  # mass of a body between joints, in that of the body itself
-CHAINED = "its joints cross at an angle or apart, so bodies of 1/10,000 of its mass are put between them"
+BETWEEN = 1e-5  # mass of a body between joints, in that of the body itself
+CHAINED = "its joints cross at an angle or apart, so bodies of 1/100,000 of its mass are put between them"
 BALL_RANGE = "the range of a ball joint is ignored"
 FREE_DAMPING = "damping, armature, stiffness and frictionloss of a free joint are ignored"
 WELD_POSE = "a weld keeps the initial pose of its bodies, not another relpose"
@@ -83,7 +83,14 @@ def build_scene(model: MjcfModel, notes: Notes | None = None) -> tuple[Scene, Na
     Raises:
         MjcfError: a part that no scene can have, such as a plane on a moving body.
     """
-    return _Builder(model, Notes() if notes is None else notes).build()
+    try:
+        return _Builder(model, Notes() if notes is None else notes).build()
+    except MjcfError:
+        raise
+    except OverflowError:
+        raise MjcfError(f"{model.bodies[0].place}: a number of this model is too large to be simulated.") from None
+    except ValueError as error:  # of the scene, which names body or joint
+        raise MjcfError(str(error)) from None
 
 
 class _Builder:
@@ -102,19 +109,14 @@ class _Builder:
         self.driven: dict[str, tuple[str, float, float, Drive]] = {}  # actuator: coordinate, sign, reference, drive
 
     def build(self) -> tuple[Scene, Names]:
-        try:
-            self._add_bodies()
-            for body in sorted(self.joints):
-                self._add_joints(body)
-            self._add_actuators()
-            for equality in self.model.equalities:
-                self._add_equality(equality)
-            self._exclude()
-            add_sensors(self.scene, self.model, self.names, self.notes)
-        except MjcfError:
-            raise
-        except ValueError as error:  # of the scene, which names body or joint
-            raise MjcfError(str(error)) from None
+        self._add_bodies()
+        for body in sorted(self.joints):
+            self._add_joints(body)
+        self._add_actuators()
+        for equality in self.model.equalities:
+            self._add_equality(equality)
+        self._exclude()
+        add_sensors(self.scene, self.model, self.names, self.notes)
         return self.scene, self.names
 
     # ------------------------------------------------------------- bodies

@@ -45,6 +45,8 @@ def read_geom(
     mesh = meshes.get(asset) if kind == "mesh" else None
     try:
         volume, center, tensor = unit_inertia(kind, size, mesh)
+    except OverflowError:
+        raise attributes.error("its size is too large") from None
     except ValueError as error:
         raise attributes.error(str(error)) from None
     density = attributes.number("density", 1000.0)

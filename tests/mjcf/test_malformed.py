@@ -37,6 +37,7 @@ CASES = {
         "size of a box must be three positive numbers, got '1 2'",
     ),
     "size negative": (world("<geom size='-1'/>"), "size of a sphere must be a positive number, got '-1'"),
+    "size too large": (world("<geom size='1e300'/>"), "geom: its size is too large"),
     "size too long": (world("<geom size='1 2 3 4'/>"), "size must be at most three numbers, got '1 2 3 4'"),
     "not a number": (world("<geom size='.1' pos='0 0 x'/>"), "pos must be finite numbers, got 'x'"),
     "nan": (world("<geom size='nan'/>"), "size must be finite numbers, got 'nan'"),

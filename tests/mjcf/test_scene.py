@@ -143,7 +143,7 @@ def test_what_is_not_honoured_is_told_once() -> None:
 
 def test_joints_that_cross_at_an_angle_get_a_body_between_them() -> None:
     assert len(told(examples.CROSSING)) == 1
-    assert "bodies of 1/10,000 of its mass are put between them" in told(examples.CROSSING)[0]
+    assert "bodies of 1/100,000 of its mass are put between them" in told(examples.CROSSING)[0]
     scene, names = build_scene(parse_mjcf(examples.CROSSING))
     assert len(scene.bodies) == 3
     assert {at.joint for at in names.joints.values()} == {"a", "b"}
@@ -177,6 +177,12 @@ def test_nothing_is_built_of_a_plane_on_a_moving_body() -> None:
     plane = '<body><freejoint/><geom size="1"/><geom type="plane" size="1 1 1"/></body>'
     with pytest.raises(MjcfError, match="a Plane belongs on a static or kinematic body"):
         load_mjcf(f"<mujoco><worldbody>{plane}</worldbody></mujoco>")
+
+
+def test_numbers_that_overflow() -> None:
+    actuator = '<actuator><position joint="yaw" gear="1e200" kp="1e200"/></actuator>'
+    with pytest.raises(MjcfError, match="a number of this model is too large to be simulated"):
+        load_mjcf(examples.CHAIN.replace("</mujoco>", f"{actuator}</mujoco>"))
 
 
 STANDING = """
