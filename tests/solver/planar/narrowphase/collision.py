@@ -8,11 +8,10 @@ from typing import Any
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from gsenv.solver.core.detection import collide_pairs
+from gsenv.solver.core.detection import collide_pairs, find_contacts
 from gsenv.solver.core.geometry import update_geometry
 from gsenv.solver.core.status import OK
 from gsenv.solver.planar import shapes as planar
-from gsenv.solver.planar.detection import find_contacts
 from gsenv.solver.planar.vertices import vertex_dtype
 from gsenv.solver.records import model as records
 from gsenv.solver.records.model import Array, BodyKind

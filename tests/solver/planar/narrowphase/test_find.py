@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from gsenv.solver.core.detection import find_contacts
 from gsenv.solver.core.status import MORE_CONTACTS
 from gsenv.solver.planar import Box, Capsule, Circle, HalfPlane, Polygon, Shape, Terrain
-from gsenv.solver.planar.detection import find_contacts
 from gsenv.solver.planar.kinds import ShapeKind
 from gsenv.solver.planar.narrowphase.boxes import REFERENCE_BIAS
 from gsenv.solver.planar.narrowphase.table import BOXES, CHAINS, NONE, PAIR_TABLE, PLANES, POLYGONS, ROUND
