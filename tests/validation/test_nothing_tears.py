@@ -140,7 +140,7 @@ def test_bridge_on_short_ropes_and_rods_holds(dim: int, gap: float, length: floa
     world = World(bridge(dim, gap, length, rope, crates))
     if not rope:
         world.step()  # the rods start too short
-    assert largest_stretch(world, 240) < 0.01
+    assert largest_stretch(world, 240) < (0.02 if crates else 0.01)  # more in the step in which a crate lands
 
 
 def column(dim: int, count: int, half: float, gap: float, height: float) -> Scene:

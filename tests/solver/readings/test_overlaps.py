@@ -68,11 +68,14 @@ def drop(dim: int) -> Scene:
     """A box that is asleep 3 cm deep in the ground, and a ball 10 cm deep in the box."""
     scene = Scene(dim=dim)
     up = np.eye(dim)[-1]
-    if dim == 2:
-        ground, box, ball = planar.HalfPlane(), planar.Box(half_extents=(0.5, 0.5)), planar.Circle(radius=0.2)
-    else:
-        ground, box = spatial.Plane(), spatial.Box(half_extents=(0.5, 0.5, 0.5))
-        ball = spatial.Sphere(radius=0.2)
+    shapes: list[planar.Shape | spatial.Shape] = [
+        planar.HalfPlane(),
+        planar.Box(half_extents=(0.5, 0.5)),
+        planar.Circle(radius=0.2),
+    ]
+    if dim == 3:
+        shapes = [spatial.Plane(), spatial.Box(half_extents=(0.5, 0.5, 0.5)), spatial.Sphere(radius=0.2)]
+    ground, box, ball = shapes
     scene.add_body("ground", "static", shapes=[ground])
     scene.add_body("box", shapes=[box], position=0.47 * up)
     scene.add_body("ball", shapes=[ball], position=(0.97 + 0.1) * up)
