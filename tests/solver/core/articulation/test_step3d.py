@@ -157,8 +157,8 @@ def test_a_hinge_swings_with_the_period_of_its_pendulum(flipped: bool) -> None:
     scene.add_body("hook", "static")
     for k in range(2):
         box = Box(half_extents=(0.05, 0.05, 0.05), mask=0)
-        inertia = (1e-3, 1e-3, 1e-3)
-        scene.add_body(f"box_{k}", shapes=[box], position=(1.0 + k) * along, mass=1.0, inertia=inertia)
+        given: dict[str, Any] = {"mass": 1.0, "inertia": (1e-3, 1e-3, 1e-3)}
+        scene.add_body(f"box_{k}", shapes=[box], position=(1.0 + k) * along, **given)
     pair = ("box_0", "hook") if flipped else ("hook", "box_0")
     scene.add_joint("hinge", Hinge(*pair, axis=axis, anchor=(0.0, 0.0, 0.0)))
     scene.add_joint("weld", Weld("box_0", "box_1"))
@@ -195,7 +195,8 @@ def test_a_slider_with_a_spring_and_limits(flipped: bool) -> None:
     """1 kg on 100 N/m oscillates at 10 rad/s; without a spring it falls to its limit."""
     scene = space()
     scene.add_body("rail", "static")
-    for k, given in enumerate(({"stiffness": 100.0}, {"limits": (-0.2, 0.3)})):
+    settings: tuple[dict[str, Any], ...] = ({"stiffness": 100.0}, {"limits": (-0.2, 0.3)})
+    for k, given in enumerate(settings):
         box = Box(half_extents=(0.1, 0.2, 0.3), mask=0)
         scene.add_body(f"box_{k}", shapes=[box], position=(0.0, 3.0 * k, 0.5), mass=1.0)
         pair = (f"box_{k}", "rail") if flipped else ("rail", f"box_{k}")
