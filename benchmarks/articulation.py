@@ -30,14 +30,15 @@ LIMBS = 2  # collision category: the ragdoll does not collide with itself
 FRICTION = 0.8
 
 # name: place (m), half length (m), radius (m), whether it lies along y
-TRUNK = {
+Limb = tuple[tuple[float, float, float], float, float, bool]
+TRUNK: dict[str, Limb] = {
     "pelvis": ((0.0, 0.0, 0.0), 0.08, 0.10, True),
     "belly": ((0.0, 0.0, 0.2), 0.06, 0.10, True),
     "chest": ((0.0, 0.0, 0.4), 0.08, 0.11, True),
     "neck": ((0.0, 0.0, 0.55), 0.01, 0.05, False),
     "head": ((0.0, 0.0, 0.68), 0.04, 0.09, False),
 }
-SIDE = {
+SIDE: dict[str, Limb] = {
     "upper_arm": ((0.0, 0.38, 0.42), 0.12, 0.045, True),
     "forearm": ((0.0, 0.70, 0.42), 0.12, 0.04, True),
     "thigh": ((0.0, 0.10, -0.28), 0.15, 0.06, False),
@@ -55,12 +56,12 @@ SIDE_JOINTS = (
     ("pelvis", "thigh", (0.0, 0.1, -0.08)),
     ("thigh", "shin", (0.0, 0.1, -0.49)),
 )
-PARTS = {
+PARTS: dict[str, Limb] = {
     **TRUNK,
     **{
-        f"{name}_{s}": ((p[0], y * p[1], p[2]), *rest)
-        for name, (p, *rest) in SIDE.items()
-        for s, y in (("l", 1), ("r", -1))
+        f"{name}_{side}": ((x, sign * y, z), half, radius, lies)
+        for name, ((x, y, z), half, radius, lies) in SIDE.items()
+        for side, sign in (("l", 1.0), ("r", -1.0))
     },
 }
 
@@ -97,7 +98,7 @@ def mujoco_ragdoll(height: float) -> Any:
     spec.option.timestep = TIMESTEP
     ground = spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 1], friction=[FRICTION, 0, 0])
     ground.conaffinity, ground.contype = 1, 1
-    made = {}
+    made: dict[str, Any] = {}
     parents = {child: (parent, at) for parent, child, at in joints()}
     for name, (place, half, radius, lies) in PARTS.items():
         parent, at = parents.get(name, (None, None))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from gsenv.solver import Options, Scene, World
@@ -58,5 +60,7 @@ def test_the_option_is_off_by_default_and_adds_no_part() -> None:
     world = World(scene)
     assert not Options().articulated
     scratch = Scratch(world.model, kernel_variant_of(world.model), 16)
-    assert scratch.bundle().articulation is None
-    assert scratch.bundle(True).articulation is not None
+    off: Any = scratch.bundle()
+    on: Any = scratch.bundle(True)
+    assert off.articulation is None
+    assert on.articulation is not None

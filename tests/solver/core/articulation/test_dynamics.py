@@ -12,7 +12,7 @@ from gsenv.solver import Scene, World
 from gsenv.solver.planar import Box as Plate
 from gsenv.solver.planar import Prismatic, Revolute
 from gsenv.solver.spatial import Ball, Box, Weld
-from gsenv.solver.spatial.math import conjugate, multiply, turned
+from gsenv.solver.spatial.math import conjugate, multiply, normalised, turned
 from tests.solver.core.articulation.opened import Opened, accelerate, articulated, opened, push
 
 Array = np.ndarray[Any, Any]
@@ -35,9 +35,14 @@ def accelerations(island: Opened) -> Array:
 # ---------------------------------------------------------------- 3D, MuJoCo
 
 
-def random_rotation(rng: np.random.Generator) -> tuple[float, ...]:
-    q = rng.normal(size=4)
-    return tuple((q / np.linalg.norm(q)).tolist())
+def random_rotation(rng: np.random.Generator) -> tuple[float, float, float, float]:
+    w, x, y, z = rng.normal(size=4).tolist()
+    return normalised((w, x, y, z))
+
+
+def rotated(rotation: tuple[float, float, float, float], vector: Any) -> Array:
+    x, y, z = np.asarray(vector, float).tolist()
+    return np.array(turned(rotation, (x, y, z)))
 
 
 class Tree:
@@ -56,21 +61,21 @@ class Tree:
         self.free = free
         self.positions: list[Array] = []
         for k, p in enumerate(self.parents):
-            at = rng.normal(size=3) if p < 0 else self.positions[p] + turned(self.rotations[p], tuple(self.outer[k]))
-            self.positions.append(np.array(at) - np.array(turned(self.rotations[k], tuple(self.inner[k]))))
+            at = rng.normal(size=3) if p < 0 else self.positions[p] + rotated(self.rotations[p], self.outer[k])
+            self.positions.append(np.array(at) - rotated(self.rotations[k], self.inner[k]))
         self.spins = rng.normal(size=(count, 3)) * 2.0
         self.speeds: list[Array] = []
         for k, p in enumerate(self.parents):
-            arm = np.array(turned(self.rotations[k], tuple(-self.inner[k])))
+            arm = rotated(self.rotations[k], -self.inner[k])
             v = rng.normal(size=3) if free and p < 0 else np.cross(self.spins[k], arm)
             if p >= 0:
-                reach = np.array(turned(self.rotations[p], tuple(self.outer[k])))
+                reach = rotated(self.rotations[p], self.outer[k])
                 v = self.speeds[p] + np.cross(self.spins[p], reach) + np.cross(self.spins[k], arm)
             self.speeds.append(v)
 
     def pin(self, k: int) -> Array:
         """m, the anchor of body k's joint in the world."""
-        return self.positions[k] + np.array(turned(self.rotations[k], tuple(self.inner[k])))
+        return self.positions[k] + rotated(self.rotations[k], self.inner[k])
 
     def world(self, flipped: bool) -> World:
         scene = Scene(dim=3, gravity=(0.0, 0.0, -G))
@@ -101,7 +106,7 @@ class Tree:
             at, turn = self.positions[k], self.rotations[k]
             if p >= 0:
                 back = conjugate(self.rotations[p])
-                at, turn = np.array(turned(back, tuple(at - self.positions[p]))), multiply(back, turn)
+                at, turn = rotated(back, at - self.positions[p]), multiply(back, turn)
             body = holder.add_body(pos=at, quat=turn, mass=self.masses[k], inertia=self.inertias[k])
             body.ipos, body.iquat, body.explicitinertial = np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0]), True
             if p < 0 and self.free:
@@ -112,7 +117,7 @@ class Tree:
         model = spec.compile()
         data = mujoco.MjData(model)
         for k, p in enumerate(self.parents):
-            spin = turned(conjugate(self.rotations[k]), tuple(self.spins[k] - (self.spins[p] if p >= 0 else 0.0)))
+            spin = rotated(conjugate(self.rotations[k]), self.spins[k] - (self.spins[p] if p >= 0 else 0.0))
             data.joint(f"j{k}").qvel[:] = [*self.speeds[k], *spin] if p < 0 and self.free else spin
         mujoco.mj_forward(model, data)
         return model, data
@@ -126,7 +131,7 @@ class Tree:
             if p < 0 and self.free:
                 out[i : i + 3, j : j + 3] = np.eye(3)
                 i, j = i + 3, j + 3
-            out[i : i + 3, j : j + 3] = np.array([turned(turn, tuple(axis)) for axis in np.eye(3).tolist()]).T
+            out[i : i + 3, j : j + 3] = np.array([rotated(turn, axis) for axis in np.eye(3)]).T
         return out
 
 
