@@ -17,6 +17,9 @@ DYNAMIC = int(BodyKind.DYNAMIC)
 KINEMATIC = int(BodyKind.KINEMATIC)
 STATIC = int(BodyKind.STATIC)
 BASE_MARGIN = 0.02  # of a body's extent: margin of a body at rest
+# of the prediction of contacts: largest number of advances, and what it finds
+MAX_ADVANCES = 12
+APART, MISS, MEET = 0, 1, 2
 
 place_shape = by_dimension("geometry", "place_shape")
 bounding_box = by_dimension("geometry", "bounding_box")

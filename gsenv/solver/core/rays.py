@@ -44,6 +44,23 @@ class Hit(NamedTuple):
 
 
 @njit
+def clip_interval(enter: float, leave: float, side: int, k: int, height: float, speed: float) -> Any:
+    """Clip the times at which a ray is in a convex shape by side k; returns (enter, leave, side at which it enters).
+
+    `height` is that of the ray's origin above the side in m, `speed` its rate of change in m/s.
+    """
+    if speed < 0.0:
+        time = -height / speed
+        if time > enter:
+            return time, leave, k
+    elif speed > 0.0:
+        return enter, min(leave, -height / speed), side
+    elif height >= 0.0:
+        return enter, -np.inf, side
+    return enter, leave, side
+
+
+@njit
 def slab(place: float, speed: float, half: float) -> tuple[float, float]:
     """Return the interval of t in which |place + t speed| < half."""
     if speed == 0.0:

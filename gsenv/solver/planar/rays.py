@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numba import int64
 
-from ..core.rays import SLACK, Hit, Ray, slab
+from ..core.rays import SLACK, Hit, Ray, clip_interval, slab
 from ..jit import njit
 from .geometry import bounding_box, shape_pose
 from .kinds import BOX, CIRCLE, HALF_PLANE, POLYGON, TERRAIN
@@ -91,15 +91,7 @@ def polygon_hit(ray: Ray, first: int, count: int, vertices: Any) -> Hit:
         ny = vertex.normal[1]
         height = nx * (ray.at[0] - vertex.position[0]) + ny * (ray.at[1] - vertex.position[1])
         speed = nx * ray.way[0] + ny * ray.way[1]
-        if speed < 0.0:
-            t = -height / speed
-            if t > enter:
-                enter = t
-                edge = i
-        elif speed > 0.0:
-            leave = min(leave, -height / speed)
-        elif height >= 0.0:
-            return miss()
+        enter, leave, edge = clip_interval(enter, leave, edge, i, height, speed)
     if not (enter < leave and leave > 0.0):
         return miss()
     if enter < 0.0:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numba import int64
 
-from ..core.rays import SLACK, Hit, Ray, slab
+from ..core.rays import SLACK, Hit, Ray, clip_interval, slab
 from ..jit import njit
 from .field_rays import field_hit, inside, miss
 from .geometry import bounding_box, shape_place
@@ -118,15 +118,7 @@ def hull_hit(ray: Ray, first: int, vertices: Any) -> Hit:
         n = vec(vertices[i].normal)
         height = dot(n, ray.at) - vertices[i].offset
         speed = dot(n, ray.way)
-        if speed < 0.0:
-            t = -height / speed
-            if t > enter:
-                enter = t
-                face = i
-        elif speed > 0.0:
-            leave = min(leave, -height / speed)
-        elif height >= 0.0:
-            return miss()
+        enter, leave, face = clip_interval(enter, leave, face, i, height, speed)
     if not (enter < leave and leave > 0.0):
         return miss()
     if enter < 0.0:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from ...core.detection import TOUCHING, any_jointed, with_motion
-from ...core.geometry import BASE_MARGIN, MovingShape, PlacedShape
+from ...core.geometry import BASE_MARGIN, MEET, MovingShape, PlacedShape
 from ...jit import njit
 from ...records.model import Array
 from ..kinds import TERRAIN
@@ -14,7 +14,7 @@ from .chains import chain_near, mover_of
 from .manifold import Manifold
 from .motion import velocity_of
 from .polygons import outline_of
-from .predict import MEET, predict
+from .predict import predict
 from .table import CHAINS, PAIR_TABLE, PLANES, collide
 from .terrains import Tally, terrain_contacts
 

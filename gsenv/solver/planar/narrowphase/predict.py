@@ -12,14 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from ...core.geometry import MovingShape, placed, share_of, swing_speed
+from ...core.geometry import APART, MAX_ADVANCES, MEET, MISS, MovingShape, placed, share_of, swing_speed
 from ...jit import njit
 from .manifold import Manifold, no_manifold
 from .motion import Motion, velocity_of
 from .table import collide
-
-MAX_ADVANCES = 12
-APART, MISS, MEET = 0, 1, 2
 
 
 @njit

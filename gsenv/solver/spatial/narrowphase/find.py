@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 
 from ...core.detection import TOUCHING, any_jointed, with_motion
-from ...core.geometry import BASE_MARGIN, PlacedShape
+from ...core.geometry import BASE_MARGIN, MISS, PlacedShape
 from ...jit import inline_njit, njit
 from ...records.model import Array
 from ..kinds import HEIGHTFIELD, SPHERE
 from .heightfields import heightfield_contacts
 from .manifold import clear_manifold
-from .predict import MISS, predict
+from .predict import predict
 from .table import FIELDS, PAIR_TABLE, collide
 
 

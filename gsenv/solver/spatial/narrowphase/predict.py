@@ -6,14 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from ...core.geometry import MovingShape, placed, share_of, swing_speed
+from ...core.geometry import APART, MAX_ADVANCES, MEET, MISS, MovingShape, placed, share_of, swing_speed
 from ...jit import njit
 from ..math import Vec, add, dot, scaled, sub, vec
 from .motion import Motion, velocity_of
 from .table import collide
-
-MAX_ADVANCES = 12
-APART, MISS, MEET = 0, 1, 2
 
 
 @njit
