@@ -23,9 +23,12 @@ keep_momentum = by_dimension("articulation", "keep_momentum")
 carry = by_dimension("articulation", "carry")
 
 PASSES = 2  # evaluations of the forces that depend on the rates
-MOST_ITERATIONS = 10  # of the balance of momentum
+MOST_ITERATIONS = 25  # of the balance of momentum
+ENOUGH = 1e-8  # the same after the most iterations
+RELAXED = 0.6  # factor of the corrections where taut links would make them oscillate
+LEAST_RELAXED = 0.2
 SETTLED = 1e-16  # of the kinetic energy: largest energy of the last correction of the rates
-SLOWEST = 0.25  # ratio of the energies of two corrections above which they do not converge
+SLOWEST = 0.25  # ratio of the energies of two corrections above which they are relaxed
 
 
 @njit
@@ -179,7 +182,10 @@ def settle_rates(world: Any, island: Any, articulation: Any) -> Any:
     rate = articulation.rate
     change = articulation.change
     count = island.body_count
+    best = articulation.before
+    least = 0.0
     last = 0.0
+    relaxed = 1.0
     for f in range(island.freedoms):
         rate[f] = articulation.free[f]
     for k in range(MOST_ITERATIONS):
@@ -188,15 +194,19 @@ def settle_rates(world: Any, island: Any, articulation: Any) -> Any:
         for f in range(island.freedoms):
             change[f] = freedoms[f].pull - freedoms[f].stiffness * rate[f]
         error = respond(articulation.links, count, freedoms, change)
-        if error <= SETTLED * energy:
+        if error <= (SETTLED if k < MOST_ITERATIONS - 1 else ENOUGH) * energy:
             return True
-        if k > 1 and not error <= SLOWEST * last:
-            break
+        if k == 0 or error < least:
+            least = error
+            for f in range(island.freedoms):
+                best[f] = rate[f]
+        if k > 0 and not error <= SLOWEST * last:
+            relaxed = max(RELAXED * relaxed, LEAST_RELAXED)
         last = error
         for f in range(island.freedoms):
-            rate[f] += change[f]
+            rate[f] += relaxed * change[f]
     for f in range(island.freedoms):
-        rate[f] = articulation.free[f]
+        rate[f] = best[f]
     _end_at_rates(world, island, articulation)
     return False
 
