@@ -218,6 +218,22 @@ def _raise_heights(out, x, body, size, radius):  # type: ignore[no-untyped-def]
         if abs(s) > 1e-9:
             top = min(top, (-c * dx + size[0] * (1.0 if s > 0.0 else -1.0)) / s)
         out[k] = max(out[k], body.position[1] + top)
+    if radius > 0.0:
+        _raise_ends(out, x, body, size[0], radius)
+
+
+@njit
+def _raise_ends(out, x, body, half_length, radius):  # type: ignore[no-untyped-def]
+    """Raise the heights ahead to at least the tops of the round ends of a capsule."""
+    for side in range(2):
+        sign = 1.0 if side == 0 else -1.0
+        end_x = body.position[0] + sign * half_length * body.rotation[0]
+        end_y = body.position[1] + sign * half_length * body.rotation[1]
+        near = math.ceil((end_x - radius - x) / HEIGHT_SPACING)
+        far = math.floor((end_x + radius - x) / HEIGHT_SPACING)
+        for k in range(max(near, 0), min(far, HEIGHTS - 1) + 1):
+            dx = x + k * HEIGHT_SPACING - end_x
+            out[k] = max(out[k], end_y + math.sqrt(max(radius * radius - dx * dx, 0.0)))
 
 
 @njit

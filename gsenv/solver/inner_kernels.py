@@ -16,6 +16,7 @@ from numba.core.compiler import Compiler, Flags
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import CPUDispatcher
 from numba.core.types.misc import unliteral
+from numba.core.typing import make_concrete_template
 from numba.core.untyped_passes import ExtractByteCode
 
 from .deferred_library import deferred
@@ -62,9 +63,17 @@ class KernelDispatcher(CPUDispatcher):
         self._inner_overloads: set[tuple[Any, ...]] = set()
 
     def get_call_template(self, arguments: Any, keywords: Any) -> Any:
-        """Numba's, but a constant argument has the type of a variable: it would be compiled for each constant."""
+        """Numba's, for exactly these types: a record never stands for another one with the same first fields.
+
+        A constant argument has the type of a variable; otherwise the kernel would be compiled for each constant.
+        """
         plain = tuple(unliteral(argument) for argument in arguments)
-        return super().get_call_template(plain, {name: unliteral(kind) for name, kind in keywords.items()})
+        named = {name: unliteral(kind) for name, kind in keywords.items()}
+        template, signature, folded, rest = super().get_call_template(plain, named)
+        result = self.overloads.get(tuple(folded))
+        if result is not None:
+            template = make_concrete_template(template.__name__, template.key, [result.signature])
+        return template, signature, folded, rest
 
     def compile(self, signature: Any) -> Any:
         """Compile for these types, or load from the cache; returns the entry point, null of an inner kernel."""

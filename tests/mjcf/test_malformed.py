@@ -164,4 +164,5 @@ def test_unknown_attributes_are_told_once_each() -> None:
 def test_parsing_issues_no_warnings() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        parse_mjcf(world('<geom size=".1" colour="red"/>'))
+        parsed = parse_mjcf(world('<geom size=".1" colour="red"/>'))
+    assert len(parsed.geoms) == 1

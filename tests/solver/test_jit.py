@@ -4,6 +4,7 @@ import os
 import re
 import subprocess
 import sys
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -35,6 +36,7 @@ def caller(x):
 """
 RUN = """
 import sys
+import warnings
 from gsenv.solver import jit
 jit.QUIET_SECONDS = {quiet}
 from gsenv.solver.caller import caller
@@ -409,3 +411,23 @@ def test_what_a_kernel_compiled_serves_functions_of_the_user() -> None:
     assert kernel(np.ones(3)) == 4.0
     assert function(np.ones(3)) == 10.0
     assert total(np.ones(4)) == 4.0
+
+
+def test_record_does_not_stand_for_one_with_more_fields() -> None:
+    """numba takes a record for any other one with the same first fields, and warns."""
+
+    @njit
+    def total(record: Any) -> Any:
+        return record.x + record.y
+
+    @njit
+    def of_first(records: Any) -> Any:
+        return total(records[0])
+
+    pair = np.dtype([("x", "f8"), ("y", "f8")])
+    triple = np.dtype([("x", "f8"), ("y", "f8"), ("z", "f8")])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert of_first(np.array([(1.0, 2.0)], pair)) == 3.0
+        assert of_first(np.array([(3.0, 4.0, 5.0)], triple)) == 7.0
+    assert len(total.overloads) == 2
