@@ -218,7 +218,8 @@ def substeps_of_links(world: Any, island: Any, joints: Any, articulation: Any) -
     most = max(least, world.options.max_substeps)
     needed = max(dt * fastest**0.5 / SWING_PER_SUBSTEP, dt * spin / TURN_PER_SUBSTEP)
     count = min(max(least, int(np.ceil(min(needed, 1e6)))), most)
-    return count if dt * spin <= MOST_TURN * count else 0
+    island.turning = dt * spin / count
+    return count if island.turning <= MOST_TURN else 0
 
 
 @njit

@@ -39,6 +39,7 @@ leave_link = by_dimension("articulation", "leave_link")
 enter_link = by_dimension("articulation", "enter_link")
 keep_world_frames = by_dimension("articulation", "keep_world_frames", otherwise=nothing)
 
+SLOW_TURN = 0.03  # rad in a substep: slower links need no balance of momentum where rows act
 PARTS = 8  # of a substep whose rates do not settle
 
 
@@ -96,7 +97,10 @@ def _substep(world: Any, island: Any, s: Any, joints: Any, articulation: Any) ->
         _continue(island, articulation)
     refresh_contact_rows(world, island)
     _enter_middle(world, island, joints, articulation)
-    set_free_rates(world, island, articulation, PASSES if island.rows > 0 else 1)
+    fast = island.turning > SLOW_TURN
+    set_free_rates(world, island, articulation, 1 if island.rows == 0 or fast else PASSES)
+    if island.rows > 0 and fast:
+        _settle_free_rates(world, island, articulation)
     touched = False
     if island.rows > 0:
         touched = _solve(world, island, articulation, last)
@@ -107,6 +111,16 @@ def _substep(world: Any, island: Any, s: Any, joints: Any, articulation: Any) ->
         _divide(world, island, joints, articulation)
     _leave(world, island, articulation)
     _store(world, island, last, joints, articulation)
+
+
+@njit
+def _settle_free_rates(world: Any, island: Any, articulation: Any) -> None:
+    """Take the rates that the links would have without rows as those from which the rows start."""
+    settle_rates(world, island, articulation)
+    for f in range(island.freedoms):
+        articulation.free[f] = articulation.rate[f]
+        articulation.step[f] = 0.0
+    place_links(world, island, articulation)
 
 
 @njit
