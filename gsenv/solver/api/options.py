@@ -41,7 +41,8 @@ class Options:
         push_speed: extents per second, largest speed at which an overlap is corrected.
         correction_rate: fraction of a position error that is corrected per substep, 0 to 1.
         articulated: experimental: solve islands whose joints are rigid and form trees in joint coordinates, where
-            joints cost no rows; ignored by soft.
+            joints cost no rows; ignored by soft. Contacts on limbs that rotate by more than about 0.1 rad in a
+            substep may add energy.
 
     Raises:
         ValueError: an option that is out of its range.

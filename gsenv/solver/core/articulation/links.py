@@ -65,7 +65,10 @@ def list_links(world: Any, island: Any, articulation: Any) -> Any:
 
 @njit
 def _all_in_trees(world: Any, island: Any) -> Any:
-    """Whether the island has joints, all of them rigid and in trees, and no body that is swept."""
+    """Whether the island has joints, all of them rigid and in trees, and no body that is swept.
+
+    Rotors, soft limits and limits with restitution need the rows of their joints.
+    """
     trees = world.model.trees
     joint_models = world.model.joints
     joint_parameters = world.parameters.joints
@@ -81,7 +84,9 @@ def _all_in_trees(world: Any, island: Any) -> Any:
             return False
         if model.kind == _WELD and has_spring(joint_parameters[j]):
             return False
-        if joint_parameters[j].limit_restitution > 0.0:
+        if joint_parameters[j].limit_restitution > 0.0 or joint_parameters[j].limit_frequency > 0.0:
+            return False
+        if joint_parameters[j].armature > 0.0:
             return False
     island_bodies = part(world.scratch.island_bodies, island.body_first, island.body_count)
     body_models = world.model.bodies
@@ -218,7 +223,8 @@ def substeps_of_links(world: Any, island: Any, joints: Any, articulation: Any) -
     most = max(least, world.options.max_substeps)
     needed = max(dt * fastest**0.5 / SWING_PER_SUBSTEP, dt * spin / TURN_PER_SUBSTEP)
     count = min(max(least, int(np.ceil(min(needed, 1e6)))), most)
-    return count if dt * spin <= MOST_TURN * count else 0
+    island.turning = dt * spin / count
+    return count if island.turning <= MOST_TURN else 0
 
 
 @njit

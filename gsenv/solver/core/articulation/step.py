@@ -36,7 +36,11 @@ from .servos import add_servo_rows, count_servo_rows, keep_coordinates, store_se
 from .solve import correct_overlaps, limit_energy, start_solve, sweep_rows
 
 leave_link = by_dimension("articulation", "leave_link")
+enter_link = by_dimension("articulation", "enter_link")
 keep_world_frames = by_dimension("articulation", "keep_world_frames", otherwise=nothing)
+
+SLOW_TURN = 0.03  # rad in a substep: slower links need no balance of momentum where rows act
+PARTS = 8  # of a substep whose rates do not settle
 
 
 @njit
@@ -87,29 +91,16 @@ def _start(world: Any, island: Any, joints: Any, articulation: Any) -> None:
 def _substep(world: Any, island: Any, s: Any, joints: Any, articulation: Any) -> None:
     """Take substep number ``s`` of the island."""
     last = s == island.substeps - 1
-    links = articulation.links
-    freedoms = articulation.freedoms
-    start = articulation.start
-    step = articulation.step
     if island.kinematic:
         move_kinematic(world, s * island.h)
     if s > 0:
-        rate = articulation.rate
-        for f in range(island.freedoms):
-            start[f] = rate[f]
+        _continue(island, articulation)
     refresh_contact_rows(world, island)
-    keep_momenta(world, island, articulation)
-    keep_coordinates(world, island, articulation, joints)
-    for f in range(island.freedoms):
-        step[f] = 0.5 * island.h * start[f]
-    place_links(world, island, articulation)
-    set_middle(world, island, articulation)
-    move_links(island, articulation, start)
-    _keep_start_velocities(world, island, articulation)
-    if island.servos:
-        add_servo_rows(world, island, articulation, joints)
-    factorise_links(links, island.body_count, freedoms)
-    set_free_rates(world, island, articulation, PASSES if island.rows > 0 else 1)
+    _enter_middle(world, island, joints, articulation)
+    fast = island.turning > SLOW_TURN
+    set_free_rates(world, island, articulation, 1 if island.rows == 0 or fast else PASSES)
+    if island.rows > 0 and fast:
+        _settle_free_rates(world, island, articulation)
     touched = False
     if island.rows > 0:
         touched = _solve(world, island, articulation, last)
@@ -117,9 +108,77 @@ def _substep(world: Any, island: Any, s: Any, joints: Any, articulation: Any) ->
         place_links(world, island, articulation)
         move_links(island, articulation, articulation.rate)
     elif not settle_rates(world, island, articulation):
-        limit_speed(world, island, articulation)
+        _divide(world, island, joints, articulation)
     _leave(world, island, articulation)
     _store(world, island, last, joints, articulation)
+
+
+@njit
+def _settle_free_rates(world: Any, island: Any, articulation: Any) -> None:
+    """Take the rates that the links would have without rows as those from which the rows start."""
+    settle_rates(world, island, articulation)
+    for f in range(island.freedoms):
+        articulation.free[f] = articulation.rate[f]
+        articulation.step[f] = 0.0
+    place_links(world, island, articulation)
+
+
+@njit
+def _continue(island: Any, articulation: Any) -> None:
+    """Start from the rates of the last substep."""
+    for f in range(island.freedoms):
+        articulation.start[f] = articulation.rate[f]
+
+
+@njit
+def _enter_middle(world: Any, island: Any, joints: Any, articulation: Any) -> None:
+    """Move the links by half a substep with the old rates, and factorise their inertias there."""
+    start = articulation.start
+    keep_momenta(world, island, articulation)
+    keep_coordinates(world, island, articulation, joints)
+    for f in range(island.freedoms):
+        articulation.step[f] = 0.5 * island.h * start[f]
+    place_links(world, island, articulation)
+    set_middle(world, island, articulation)
+    move_links(island, articulation, start)
+    _keep_start_velocities(world, island, articulation)
+    if island.servos:
+        add_servo_rows(world, island, articulation, joints)
+    factorise_links(articulation.links, island.body_count, articulation.freedoms)
+
+
+@njit
+def _divide(world: Any, island: Any, joints: Any, articulation: Any) -> None:
+    """Take a substep whose rates did not settle again, in parts; leaves the last part to the caller.
+
+    Motors and limits, whose rows are those of the whole substep, exclude this.
+    """
+    if island.joint_rows > 0:
+        limit_speed(world, island, articulation)
+        return
+    links = articulation.links
+    bodies = world.state.bodies
+    whole = island.h
+    add_contact_impulses(world, island, articulation)
+    for k in range(island.body_count):
+        enter_link(links[k], bodies[links[k].body])
+        links[k].coordinate = links[k].begin
+        set_base(links[k])
+    for f in range(island.freedoms):
+        articulation.step[f] = 0.0
+    place_links(world, island, articulation)
+    move_links(island, articulation, articulation.start)
+    island.h = whole / PARTS
+    for part_number in range(PARTS):
+        if part_number > 0:
+            _leave(world, island, articulation)
+            store_reactions(world, island, articulation, joints)
+            _continue(island, articulation)
+        _enter_middle(world, island, joints, articulation)
+        set_free_rates(world, island, articulation, 1)
+        if not settle_rates(world, island, articulation):
+            limit_speed(world, island, articulation)
+    island.h = whole
 
 
 @njit
