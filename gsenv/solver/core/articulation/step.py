@@ -20,15 +20,8 @@ from ..joints import any_driven, clear_totals
 from ..position_pass import smooth_fraction
 from ..slices import part
 from ..springs import any_sprung
-from .dynamics import (
-    PASSES,
-    factorise_links,
-    limit_speed,
-    respond_outward,
-    set_free_rates,
-    set_middle,
-    settle_rates,
-)
+from .balance import limit_speed, settle_rates
+from .dynamics import PASSES, factorise_links, respond_outward, set_free_rates, set_middle
 from .links import list_links, move_links, place_links, set_base, substeps_of_links
 from .reactions import add_contact_impulses, keep_momenta, store_reactions
 from .rows import whiten_rows

@@ -1,0 +1,124 @@
+"""The balance of momentum of a substep: rates at its end that conserve momentum and energy where nothing acts."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ...jit import njit
+from ..dispatch import by_dimension
+from .dynamics import respond
+from .links import move_links, place_links
+
+keep_momentum = by_dimension("articulation", "keep_momentum")
+carry = by_dimension("articulation", "carry")
+
+MOST_ITERATIONS = 25  # of the balance of momentum
+ENOUGH = 1e-8  # the same after the most iterations
+RELAXED = 0.6  # factor of the corrections where taut links would make them oscillate
+LEAST_RELAXED = 0.2
+SETTLED = 1e-16  # of the kinetic energy: largest energy of the last correction of the rates
+SLOWEST = 0.25  # ratio of the energies of two corrections above which they are relaxed
+
+
+@njit
+def settle_rates(world: Any, island: Any, articulation: Any) -> Any:
+    """Correct the rates of a substep without rows until the momentum at its end is the one that it must be.
+
+    The momenta of all bodies at the end pose, less those at the start and what forces add, do no work on the motions
+    of the joints half a substep ahead.  This is symmetric in time and keeps the momentum of free trees and, without
+    drift, the energy; forces at the mean of old and new rates alone change the energy of fast chains.  Places the
+    links at the end of the substep; returns whether the corrections converged.
+    """
+    freedoms = articulation.freedoms
+    rate = articulation.rate
+    change = articulation.change
+    count = island.body_count
+    best = articulation.before
+    least = 0.0
+    last = 0.0
+    relaxed = 1.0
+    for f in range(island.freedoms):
+        rate[f] = articulation.free[f]
+    for k in range(MOST_ITERATIONS):
+        _end_at_rates(world, island, articulation)
+        energy = _set_imbalance(world, island, articulation)
+        for f in range(island.freedoms):
+            change[f] = freedoms[f].pull - freedoms[f].stiffness * rate[f]
+        error = respond(articulation.links, count, freedoms, change)
+        if error <= (SETTLED if k < MOST_ITERATIONS - 1 else ENOUGH) * energy:
+            return True
+        if k == 0 or error < least:
+            least = error
+            for f in range(island.freedoms):
+                best[f] = rate[f]
+        if k > 0 and not error <= SLOWEST * last:
+            relaxed = max(RELAXED * relaxed, LEAST_RELAXED)
+        last = error
+        for f in range(island.freedoms):
+            rate[f] += relaxed * change[f]
+    for f in range(island.freedoms):
+        rate[f] = best[f]
+    _end_at_rates(world, island, articulation)
+    return False
+
+
+@njit
+def _end_at_rates(world: Any, island: Any, articulation: Any) -> None:
+    """Move the links from the middle of the substep to its end, with the present rates."""
+    rate = articulation.rate
+    step = articulation.step
+    for f in range(island.freedoms):
+        step[f] = 0.5 * island.h * rate[f]
+    place_links(world, island, articulation)
+    move_links(island, articulation, rate)
+
+
+@njit
+def _set_imbalance(world: Any, island: Any, articulation: Any) -> Any:
+    """Set ``force`` of all links to the impulse that their momenta lack; returns twice the kinetic energy."""
+    links = articulation.links
+    body_parameters = world.parameters.bodies
+    energy = 0.0
+    for k in range(island.body_count):
+        link = links[k]
+        parameters = body_parameters[link.body]
+        keep_momentum(link, parameters)
+        for d in range(len(link.momentum)):
+            damping = parameters.linear_damping if d < len(link.position) else parameters.angular_damping
+            energy += link.momentum[d] * link.velocity[d]
+            link.response[d] = link.push[d] - (1.0 + island.h * damping) * link.momentum[d]
+        carry(link)
+    return energy
+
+
+@njit
+def limit_speed(world: Any, island: Any, articulation: Any) -> None:
+    """Slow the links of a substep that did not settle down to where forces have done the work.
+
+    Without springs and motors the kinetic energy grows by the work of gravity and applied forces alone.
+    """
+    links = articulation.links
+    rate = articulation.rate
+    bodies = world.state.bodies
+    body_parameters = world.parameters.bodies
+    gravity = world.parameters.world.gravity
+    world.state.world.unconverged += 1
+    if island.driven or island.has_springs:
+        return
+    allowed = island.kinetic
+    energy = 0.0
+    for k in range(island.body_count):
+        link = links[k]
+        parameters = body_parameters[link.body]
+        keep_momentum(link, parameters)
+        for d in range(len(link.momentum)):
+            energy += link.momentum[d] * link.velocity[d]
+            allowed += 2.0 * island.h * bodies[link.body].force[d] * link.velocity[d]
+        for d in range(len(gravity)):
+            weight = parameters.mass * parameters.gravity_scale * gravity[d]
+            allowed += 2.0 * weight * (link.position[d] - link.start[d])
+    if energy > allowed:
+        scale = (max(allowed, 0.0) / energy) ** 0.5
+        for f in range(island.freedoms):
+            rate[f] *= scale
+        move_links(island, articulation, rate)
