@@ -140,7 +140,7 @@ def articulation_scratch(dim: int, trees: Array, row_capacity: int) -> dict[str,
     freedoms = NDOF[dim] * bodies
     deepest = int(trees["depth"].max(initial=NDOF[dim]))
     values = min(row_capacity * 2 * deepest, MOST_VALUES)
-    rates = ("start", "rate", "free", "change", "whitened", "before", "conjugate", "step")
+    rates = ("start", "rate", "free", "change", "whitened", "before", "conjugate", "step", "shift")
     return {
         "links": np.zeros(bodies, link_dtype(dim)),
         "freedoms": np.zeros(freedoms, freedom_dtype(dim)),

@@ -41,7 +41,7 @@ def settle_rates(world: Any, island: Any, articulation: Any) -> Any:
         rate[f] = articulation.free[f]
     for k in range(MOST_ITERATIONS):
         _end_at_rates(world, island, articulation)
-        energy = _set_imbalance(world, island, articulation)
+        energy = set_imbalance(world, island, articulation, False)
         for f in range(island.freedoms):
             change[f] = freedoms[f].pull - freedoms[f].stiffness * rate[f]
         error = respond(articulation.links, count, freedoms, change)
@@ -74,8 +74,11 @@ def _end_at_rates(world: Any, island: Any, articulation: Any) -> None:
 
 
 @njit
-def _set_imbalance(world: Any, island: Any, articulation: Any) -> Any:
-    """Set ``force`` of all links to the impulse that their momenta lack; returns twice the kinetic energy."""
+def set_imbalance(world: Any, island: Any, articulation: Any, touched: Any) -> Any:
+    """Set ``force`` of all links to the impulse that their momenta lack; returns twice the kinetic energy.
+
+    ``touched``: whether rows act; ``link.contact`` then has their impulses.
+    """
     links = articulation.links
     body_parameters = world.parameters.bodies
     energy = 0.0
@@ -87,6 +90,8 @@ def _set_imbalance(world: Any, island: Any, articulation: Any) -> Any:
             damping = parameters.linear_damping if d < len(link.position) else parameters.angular_damping
             energy += link.momentum[d] * link.velocity[d]
             link.response[d] = link.push[d] - (1.0 + island.h * damping) * link.momentum[d]
+            if touched:
+                link.response[d] += link.contact[d]
         carry(link)
     return energy
 

@@ -212,7 +212,7 @@ def substeps_of_links(world: Any, island: Any, joints: Any, articulation: Any) -
     spin = 0.0
     for k in range(island.body_count):
         link = links[k]
-        spin = max(spin, turning_rate(link, body_parameters[link.body]))
+        spin = max(spin, turning_rate(links, k, body_parameters))
         if link.joint >= 0 and link.kind != _FIXED:
             model = joint_models[link.joint]
             parameters = joint_parameters[link.joint]
@@ -256,3 +256,14 @@ def move_links(island: Any, articulation: Any, rates: Any) -> None:
     links = articulation.links
     for k in range(island.body_count):
         set_motion(links, k, rates)
+
+
+@njit
+def largest_turn(world: Any, island: Any, articulation: Any) -> Any:
+    """Return the largest rotation of a link in the substep at its present velocity, rad."""
+    links = articulation.links
+    body_parameters = world.parameters.bodies
+    spin = 0.0
+    for k in range(island.body_count):
+        spin = max(spin, turning_rate(links, k, body_parameters))
+    return island.h * spin

@@ -77,8 +77,8 @@ def _store_locked(link: Any, state: Any, dim: Any, scale: Any) -> None:
 
 
 @njit
-def add_contact_impulses(world: Any, island: Any, articulation: Any) -> None:
-    """Set the impulses by contacts on each link, about its centre of mass."""
+def add_impulses(world: Any, island: Any, articulation: Any, first: Any) -> None:
+    """Set the impulses by the rows from ``first`` on on each link, about its centre of mass."""
     rows = world.scratch.rows
     places = articulation.places
     links = articulation.links
@@ -86,7 +86,7 @@ def add_contact_impulses(world: Any, island: Any, articulation: Any) -> None:
     for k in range(island.body_count):
         for d in range(len(links[k].contact)):
             links[k].contact[d] = 0.0
-    for r in range(island.joint_rows, island.rows):
+    for r in range(first, island.rows):
         row = rows[r]
         if row.impulse == 0.0:
             continue
