@@ -80,7 +80,7 @@ def test_ground_without_friction_changes_no_momentum_along_it(dim: int, seed: in
     assert np.abs(after.momentum[0, : dim - 1] - before.momentum[0, : dim - 1]).max() < 1e-3 * scale
     if dim == 3:
         turned = abs(after.angular_momentum[0, 2] - before.angular_momentum[0, 2])
-        assert turned < 1e-3 * scale * LINKS * LENGTH  # landings take place at the start of their substep
+        assert turned < 2e-3 * scale * LINKS * LENGTH  # landings take place at the start of their substep
 
 
 @pytest.mark.parametrize("dim", [2, 3])
