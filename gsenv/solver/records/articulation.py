@@ -106,10 +106,11 @@ def freedom_dtype(dim: int) -> np.dtype[Any]:
         [
             ("motion", "f8", (ndof,)),  # velocity of the link at the origin, per unit of the rate
             ("hold", "f8", (ndof,)),  # articulated inertia times motion
-            ("inverse", "f8"),  # of motion . hold + stiffness; 0: nothing to move
+            ("inverse", "f8"),  # of motion . hold + stiffness + armature; 0: nothing to move
             ("root", "f8"),  # its square root
             ("stiffness", "f8"),  # kg or kg m^2, by an implicit spring
             ("pull", "f8"),  # N s or N m s, by the same
+            ("armature", "f8"),  # kg or kg m^2, inertia of a rotor that turns with the coordinate alone
             ("parent", "i4"),  # the one before it on the way from the root, -1: none
             ("link", "i4"),
         ],

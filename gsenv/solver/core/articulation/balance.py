@@ -24,12 +24,13 @@ SLOWEST = 0.25  # ratio of the energies of two corrections above which they are 
 def settle_rates(world: Any, island: Any, articulation: Any) -> Any:
     """Correct the rates of a substep without rows until the momentum at its end is the one that it must be.
 
-    The momenta of all bodies at the end pose, less those at the start and what forces add, do no work on the motions
-    of the joints half a substep ahead.  This is symmetric in time and keeps the momentum of free trees and, without
-    drift, the energy; forces at the mean of old and new rates alone change the energy of fast chains.  Places the
-    links at the end of the substep; returns whether the corrections converged.
+    The momenta of all bodies and rotors at the end pose, less those at the start and what forces add, do no work on
+    the motions of the joints half a substep ahead.  This is symmetric in time and keeps the momentum of free trees
+    and, without drift, the energy; forces at the mean of old and new rates alone change the energy of fast chains.
+    Places the links at the end of the substep; returns whether the corrections converged.
     """
     freedoms = articulation.freedoms
+    start = articulation.start
     rate = articulation.rate
     change = articulation.change
     count = island.body_count
@@ -43,7 +44,9 @@ def settle_rates(world: Any, island: Any, articulation: Any) -> Any:
         _end_at_rates(world, island, articulation)
         energy = set_imbalance(world, island, articulation, False)
         for f in range(island.freedoms):
-            change[f] = freedoms[f].pull - freedoms[f].stiffness * rate[f]
+            rotor = freedoms[f].armature * rate[f]
+            energy += rotor * rate[f]
+            change[f] = freedoms[f].pull - freedoms[f].stiffness * rate[f] + freedoms[f].armature * start[f] - rotor
         error = respond(articulation.links, count, freedoms, change)
         if error <= (SETTLED if k < MOST_ITERATIONS - 1 else ENOUGH) * energy:
             return True

@@ -62,7 +62,7 @@ def _eliminate(inertia: Any, freedom: Any, more: Any) -> None:
     """Set the factor of a degree of freedom, and if ``more`` follow, remove it from the articulated inertia."""
     motion = freedom.motion
     hold = freedom.hold
-    size = freedom.stiffness
+    size = freedom.stiffness + freedom.armature
     for d in range(len(motion)):
         x = 0.0
         for e in range(len(motion)):

@@ -27,6 +27,7 @@ mismatch = by_dimension("articulation", "mismatch")
 _FREE = int(LinkKind.FREE)
 _FIXED = int(LinkKind.FIXED)
 _PIVOT = int(LinkKind.PIVOT)
+_TURN = int(LinkKind.TURN)
 _WELD = int(JointKind.WELD)
 TURN_PER_SUBSTEP = 0.4  # rad: largest rotation of a link in a substep
 MOST_TURN = 1.0  # rad: where even the most substeps leave more, the rows of the joints are more robust
@@ -67,7 +68,7 @@ def list_links(world: Any, island: Any, articulation: Any) -> Any:
 def _all_in_trees(world: Any, island: Any) -> Any:
     """Whether the island has joints, all of them rigid and in trees, and no body that is swept.
 
-    Rotors, soft limits and limits with restitution need the rows of their joints.
+    Soft limits and limits with restitution need the rows of their joints.
     """
     trees = world.model.trees
     joint_models = world.model.joints
@@ -85,8 +86,6 @@ def _all_in_trees(world: Any, island: Any) -> Any:
         if model.kind == _WELD and has_spring(joint_parameters[j]):
             return False
         if joint_parameters[j].limit_restitution > 0.0 or joint_parameters[j].limit_frequency > 0.0:
-            return False
-        if joint_parameters[j].armature > 0.0:
             return False
     island_bodies = part(world.scratch.island_bodies, island.body_first, island.body_count)
     body_models = world.model.bodies
@@ -138,6 +137,7 @@ def _attach(world: Any, articulation: Any, k: Any, first: Any) -> Any:
         freedoms[f].link = k
         freedoms[f].stiffness = 0.0
         freedoms[f].pull = 0.0
+        freedoms[f].armature = joint_parameters[tree.joint].armature if link.kind >= _TURN else 0.0
         last = f
     link.last = last
     return True
