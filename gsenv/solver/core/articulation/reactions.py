@@ -78,7 +78,7 @@ def _store_locked(link: Any, state: Any, dim: Any, scale: Any) -> None:
 
 @njit
 def add_contact_impulses(world: Any, island: Any, articulation: Any) -> None:
-    """Set the impulses by contacts on each link, about its centre of mass."""
+    """Set the impulses by contacts and by joints in no tree on each link, about its centre of mass."""
     rows = world.scratch.rows
     places = articulation.places
     links = articulation.links
@@ -86,9 +86,9 @@ def add_contact_impulses(world: Any, island: Any, articulation: Any) -> None:
     for k in range(island.body_count):
         for d in range(len(links[k].contact)):
             links[k].contact[d] = 0.0
-    for r in range(island.joint_rows, island.rows):
+    for r in range(island.rows):
         row = rows[r]
-        if row.impulse == 0.0:
+        if row.impulse == 0.0 or (r >= island.other_rows and r < island.joint_rows):
             continue
         if body_parameters[row.body_a].inv_mass > 0.0:
             contact = links[places[row.body_a]].contact
