@@ -2,8 +2,8 @@
 
 The position pass corrects a linear prediction of each error.  Where a direction changes by a large angle within the
 substep, an error remains.  It is measured after the links have moved, and the links are moved by the least
-displacement, weighted by their masses, that removes it, with the factor of the middle of the substep.  See
-core/joint_closing.py, which does the same in body space.
+displacement, weighted by their masses, that removes it, first with the factor of the middle of the substep, then
+with that of the present poses.  See core/joint_closing.py, which does the same in body space.
 """
 
 from __future__ import annotations
@@ -16,15 +16,18 @@ from ..integrate import move_kinematic
 from ..joints import write_joint_rows
 from ..rows import BILATERAL, UNILATERAL
 from ..slices import part
-from .dynamics import respond_outward
-from .equations import bound_correction, correct_others, size_of
+from .dynamics import factorise_links, respond_outward, set_middle
+from .equations import bound_correction, correct_others, factorise_equations, size_of
 from .links import move_links, place_links, set_base
 from .other_joints import has_position, is_in_tree
+from .rows import whiten_rows
 
 leave_link = by_dimension("articulation", "leave_link")
 
 LOOSE = 1e-5  # of a body's size, or rad: smaller errors are left to the next substep
-MOST_CLOSINGS = 8
+MOST_CLOSINGS = 12
+CHORDS = 4  # of them with the factor of the middle of the substep
+LARGEST_TURN = 0.3  # rad: largest rotation of a link in one iteration
 _NOW = 1e-9  # of the substep: time ahead for which rows are made
 _SWEEPS = 3
 
@@ -42,9 +45,11 @@ def close_others(world: Any, island: Any, s: Any, joints: Any, articulation: Any
     for r in range(island.other_rows):
         others.moved[r] = 0.0
     closed = False
-    for _ in range(MOST_CLOSINGS):
+    for k in range(MOST_CLOSINGS):
         if _measure(world, island, joints, others) <= LOOSE:
             break
+        if k >= CHORDS:
+            _factorise_here(world, island, articulation, others)
         _take_step(world, island, articulation, others)
         closed = True
     if closed:
@@ -92,8 +97,23 @@ def _is_passed(row: Any) -> Any:
 
 
 @njit
+def _factorise_here(world: Any, island: Any, articulation: Any, others: Any) -> None:
+    """Express the rows that were measured in joint space at the present poses of the links."""
+    island.rows, island.joint_rows, rows, joint_rows = island.other_rows, island.other_rows, island.rows, island.joint_rows
+    for f in range(island.freedoms):
+        articulation.step[f] = 0.0
+    _start_again(island, articulation)
+    place_links(world, island, articulation)
+    set_middle(world, island, articulation)
+    factorise_links(articulation.links, island.body_count, articulation.freedoms)
+    whiten_rows(world, island, articulation)
+    factorise_equations(world, island, articulation, others)
+    island.rows, island.joint_rows = rows, joint_rows
+
+
+@njit
 def _take_step(world: Any, island: Any, articulation: Any, others: Any) -> None:
-    """Take one step of Newton's method with the factor of the middle of the substep."""
+    """Take one step of Newton's method with the factor of the rows."""
     rows = world.scratch.rows
     freedoms = articulation.freedoms
     z = articulation.whitened
@@ -106,15 +126,30 @@ def _take_step(world: Any, island: Any, articulation: Any, others: Any) -> None:
     for f in range(island.freedoms):
         change[f] = z[f] * freedoms[f].root
     respond_outward(articulation.links, island.body_count, freedoms, change)
+    share = _largest_share(island, articulation)
     for f in range(island.freedoms):
-        step[f] = island.h * change[f]
-        articulation.before[f] += change[f]
-        articulation.conjugate[f] += z[f]
+        step[f] = share * island.h * change[f]
+        articulation.before[f] += share * change[f]
+        articulation.conjugate[f] += share * z[f]
     for r in range(island.other_rows):
-        others.moved[r] += rows[r].position_impulse
+        others.moved[r] += share * rows[r].position_impulse
     _start_again(island, articulation)
     place_links(world, island, articulation)
     _leave(world, island, articulation)
+
+
+@njit
+def _largest_share(island: Any, articulation: Any) -> Any:
+    """Return the share of the displacement ``change`` by which no link turns so far that directions change much."""
+    links = articulation.links
+    move_links(island, articulation, articulation.change)
+    farthest = LARGEST_TURN
+    for k in range(island.body_count):
+        turn = 0.0
+        for d in range(len(links[k].position), len(links[k].velocity)):
+            turn += abs(links[k].velocity[d])
+        farthest = max(farthest, island.h * turn)
+    return LARGEST_TURN / farthest
 
 
 @njit

@@ -133,6 +133,34 @@ def write_other_rows(world: Any, island: Any, joints: Any, articulation: Any, ot
 
 
 @njit
+def bend_other_rows(world: Any, island: Any, articulation: Any, others: Any) -> None:
+    """Add to the biases how the velocities of links change by the end of the substep at constant rates, h/2 J dv/dt.
+
+    Rows ask for the velocity at the end; those of core/joints.py know how their own directions change by then.
+    """
+    if others is None:
+        return
+    rows = world.scratch.rows
+    links = articulation.links
+    places = articulation.places
+    body_parameters = world.parameters.bodies
+    for r in range(island.other_rows):
+        row = rows[r]
+        if row.softness > 0.0:
+            continue
+        change = 0.0
+        if body_parameters[row.body_a].inv_mass > 0.0:
+            acceleration = links[places[row.body_a]].acceleration
+            for d in range(len(row.jacobian_a)):
+                change += row.jacobian_a[d] * acceleration[d]
+        if body_parameters[row.body_b].inv_mass > 0.0:
+            other = links[places[row.body_b]].acceleration
+            for d in range(len(row.jacobian_b)):
+                change += row.jacobian_b[d] * other[d]
+        row.bias += 0.5 * island.h * change
+
+
+@njit
 def _keep_free_velocities(world: Any, island: Any, links: Any) -> None:
     """Take the velocities of the start as free ones, for limits with restitution."""
     substep_bodies = world.scratch.substep_bodies

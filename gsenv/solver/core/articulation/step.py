@@ -25,7 +25,7 @@ from .closing import close_others
 from .dynamics import PASSES, factorise_links, respond_outward, set_free_rates, set_middle
 from .equations import clear_biases, factorise_equations
 from .links import list_links, move_links, place_links, set_base, substeps_of_links
-from .other_joints import store_other_impulses, substeps_of_others, write_other_rows
+from .other_joints import bend_other_rows, store_other_impulses, substeps_of_others, write_other_rows
 from .reactions import add_contact_impulses, keep_momenta, store_reactions
 from .rows import whiten_rows
 from .servos import add_servo_rows, count_servo_rows, keep_coordinates, store_servo_impulses
@@ -223,6 +223,7 @@ def _solve_rows(world: Any, island: Any, articulation: Any, last: Any) -> Any:
     counters = world.state.world
     move_links(island, articulation, free)
     _keep_free_velocities(world, island, articulation)
+    bend_other_rows(world, island, articulation, articulation.others)
     whiten_rows(world, island, articulation)
     factorise_equations(world, island, articulation, articulation.others)
     island.residual_scale = start_solve(world, island, articulation)
