@@ -292,10 +292,17 @@ def coordinate_of(link: Any, a: Any, b: Any, joint: Any) -> Any:
 
 
 @njit
-def turning_rate(link: Any, parameters: Any) -> Any:
-    """Return the rate in rad/s at which forces on a link change direction."""
-    off_center = abs(link.arm[0]) + abs(link.arm[1]) > OFF_CENTER * parameters.radius
-    return abs(link.velocity[2]) if link.kind != _FREE and off_center else 0.0
+def turning_rate(links: Any, k: Any, body_parameters: Any) -> Any:
+    """Return the rate in rad/s at which forces on a link and on its joint change direction."""
+    link = links[k]
+    rate = 0.0
+    if link.kind == _FREE:
+        return rate
+    if abs(link.arm[0]) + abs(link.arm[1]) > OFF_CENTER * body_parameters[link.body].radius:
+        rate = abs(link.velocity[2])
+    if link.parent >= 0 and abs(link.reach[0]) + abs(link.reach[1]) > OFF_CENTER * body_parameters[link.holder].radius:
+        rate = max(rate, abs(links[link.parent].velocity[2]))
+    return rate
 
 
 @njit

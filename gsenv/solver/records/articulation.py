@@ -107,10 +107,11 @@ def freedom_dtype(dim: int) -> np.dtype[Any]:
         [
             ("motion", "f8", (ndof,)),  # velocity of the link at the origin, per unit of the rate
             ("hold", "f8", (ndof,)),  # articulated inertia times motion
-            ("inverse", "f8"),  # of motion . hold + stiffness; 0: nothing to move
+            ("inverse", "f8"),  # of motion . hold + stiffness + armature; 0: nothing to move
             ("root", "f8"),  # its square root
             ("stiffness", "f8"),  # kg or kg m^2, by an implicit spring
             ("pull", "f8"),  # N s or N m s, by the same
+            ("armature", "f8"),  # kg or kg m^2, inertia of a rotor that turns with the coordinate alone
             ("parent", "i4"),  # the one before it on the way from the root, -1: none
             ("link", "i4"),
         ],
@@ -141,7 +142,7 @@ def articulation_scratch(dim: int, trees: Array, row_capacity: int) -> dict[str,
     freedoms = NDOF[dim] * bodies
     deepest = int(trees["depth"].max(initial=NDOF[dim]))
     values = min(row_capacity * 2 * deepest, MOST_VALUES)
-    rates = ("start", "rate", "free", "change", "whitened", "before", "conjugate", "step")
+    rates = ("start", "rate", "free", "change", "whitened", "before", "conjugate", "step", "shift")
     return {
         "links": np.zeros(bodies, link_dtype(dim)),
         "freedoms": np.zeros(freedoms, freedom_dtype(dim)),

@@ -438,12 +438,18 @@ def _set_inverse(inverse: Any, parameters: Any, rotation: Quaternion, v: Vec) ->
 
 
 @njit
-def turning_rate(link: Any, parameters: Any) -> float:
-    """Return the rate in rad/s at which forces on a link change direction."""
-    speed = norm(spin_of(link.velocity))
-    if link.kind == _FREE or norm(vec(link.arm)) <= OFF_CENTER * parameters.radius:
-        return 0.0 if is_round(parameters) else speed
-    return speed
+def turning_rate(links: Any, k: Any, body_parameters: Any) -> float:
+    """Return the rate in rad/s at which forces on a link and on its joint change direction."""
+    link = links[k]
+    parameters = body_parameters[link.body]
+    rate = 0.0 if is_round(parameters) else norm(spin_of(link.velocity))
+    if link.kind == _FREE:
+        return rate
+    if norm(vec(link.arm)) > OFF_CENTER * parameters.radius:
+        rate = norm(spin_of(link.velocity))
+    if link.parent >= 0 and norm(vec(link.reach)) > OFF_CENTER * body_parameters[link.holder].radius:
+        rate = max(rate, norm(spin_of(links[link.parent].velocity)))
+    return rate
 
 
 @njit

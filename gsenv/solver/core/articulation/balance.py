@@ -24,12 +24,13 @@ SLOWEST = 0.25  # ratio of the energies of two corrections above which they are 
 def settle_rates(world: Any, island: Any, articulation: Any) -> Any:
     """Correct the rates of a substep without rows until the momentum at its end is the one that it must be.
 
-    The momenta of all bodies at the end pose, less those at the start and what forces add, do no work on the motions
-    of the joints half a substep ahead.  This is symmetric in time and keeps the momentum of free trees and, without
-    drift, the energy; forces at the mean of old and new rates alone change the energy of fast chains.  Places the
-    links at the end of the substep; returns whether the corrections converged.
+    The momenta of all bodies and rotors at the end pose, less those at the start and what forces add, do no work on
+    the motions of the joints half a substep ahead.  This is symmetric in time and keeps the momentum of free trees
+    and, without drift, the energy; forces at the mean of old and new rates alone change the energy of fast chains.
+    Places the links at the end of the substep; returns whether the corrections converged.
     """
     freedoms = articulation.freedoms
+    start = articulation.start
     rate = articulation.rate
     change = articulation.change
     count = island.body_count
@@ -41,9 +42,11 @@ def settle_rates(world: Any, island: Any, articulation: Any) -> Any:
         rate[f] = articulation.free[f]
     for k in range(MOST_ITERATIONS):
         _end_at_rates(world, island, articulation)
-        energy = _set_imbalance(world, island, articulation)
+        energy = set_imbalance(world, island, articulation, False)
         for f in range(island.freedoms):
-            change[f] = freedoms[f].pull - freedoms[f].stiffness * rate[f]
+            rotor = freedoms[f].armature * rate[f]
+            energy += rotor * rate[f]
+            change[f] = freedoms[f].pull - freedoms[f].stiffness * rate[f] + freedoms[f].armature * start[f] - rotor
         error = respond(articulation.links, count, freedoms, change)
         if error <= (SETTLED if k < MOST_ITERATIONS - 1 else ENOUGH) * energy:
             return True
@@ -74,8 +77,11 @@ def _end_at_rates(world: Any, island: Any, articulation: Any) -> None:
 
 
 @njit
-def _set_imbalance(world: Any, island: Any, articulation: Any) -> Any:
-    """Set ``force`` of all links to the impulse that their momenta lack; returns twice the kinetic energy."""
+def set_imbalance(world: Any, island: Any, articulation: Any, touched: Any) -> Any:
+    """Set ``force`` of all links to the impulse that their momenta lack; returns twice the kinetic energy.
+
+    ``touched``: whether rows act; ``link.contact`` then has their impulses.
+    """
     links = articulation.links
     body_parameters = world.parameters.bodies
     energy = 0.0
@@ -87,6 +93,8 @@ def _set_imbalance(world: Any, island: Any, articulation: Any) -> Any:
             damping = parameters.linear_damping if d < len(link.position) else parameters.angular_damping
             energy += link.momentum[d] * link.velocity[d]
             link.response[d] = link.push[d] - (1.0 + island.h * damping) * link.momentum[d]
+            if touched:
+                link.response[d] += link.contact[d]
         carry(link)
     return energy
 

@@ -99,7 +99,12 @@ def _is_passed(row: Any) -> Any:
 @njit
 def _factorise_here(world: Any, island: Any, articulation: Any, others: Any) -> None:
     """Express the rows that were measured in joint space at the present poses of the links."""
-    island.rows, island.joint_rows, rows, joint_rows = island.other_rows, island.other_rows, island.rows, island.joint_rows
+    island.rows, island.joint_rows, rows, joint_rows = (
+        island.other_rows,
+        island.other_rows,
+        island.rows,
+        island.joint_rows,
+    )
     for f in range(island.freedoms):
         articulation.step[f] = 0.0
     _start_again(island, articulation)

@@ -62,7 +62,7 @@ def _eliminate(inertia: Any, freedom: Any, more: Any) -> None:
     """Set the factor of a degree of freedom, and if ``more`` follow, remove it from the articulated inertia."""
     motion = freedom.motion
     hold = freedom.hold
-    size = freedom.stiffness
+    size = freedom.stiffness + freedom.armature
     for d in range(len(motion)):
         x = 0.0
         for e in range(len(motion)):
@@ -86,6 +86,17 @@ def respond(links: Any, count: Any, freedoms: Any, x: Any) -> Any:
 
     Returns twice the kinetic energy of that change alone.
     """
+    energy = respond_inward(links, count, freedoms, x)
+    respond_outward(links, count, freedoms, x)
+    return energy
+
+
+@njit
+def respond_inward(links: Any, count: Any, freedoms: Any, x: Any) -> Any:
+    """Replace the impulses x and ``link.force`` by the change x of the rates without the motion of the parents.
+
+    Returns twice the kinetic energy of the change of all rates.
+    """
     energy = 0.0
     for k in range(count - 1, -1, -1):
         force = links[k].force
@@ -103,7 +114,6 @@ def respond(links: Any, count: Any, freedoms: Any, x: Any) -> Any:
             outer = links[links[k].parent].force
             for d in range(len(links[k].force)):
                 outer[d] += force[d]
-    respond_outward(links, count, freedoms, x)
     return energy
 
 

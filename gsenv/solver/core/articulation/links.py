@@ -26,6 +26,7 @@ mismatch = by_dimension("articulation", "mismatch")
 _FREE = int(LinkKind.FREE)
 _FIXED = int(LinkKind.FIXED)
 _PIVOT = int(LinkKind.PIVOT)
+_TURN = int(LinkKind.TURN)
 TURN_PER_SUBSTEP = 0.4  # rad: largest rotation of a link in a substep
 MOST_TURN = 1.0  # rad: where even the most substeps leave more, the rows of the joints are more robust
 NEAR = 0.01  # of the size of a link: joints that are farther apart are first brought together by their rows
@@ -65,7 +66,7 @@ def list_links(world: Any, island: Any, articulation: Any) -> Any:
 def _can_be_linked(world: Any, island: Any) -> Any:
     """Whether the joints in trees are such that joint coordinates describe them, and no body is swept.
 
-    Rotors, soft limits and limits with restitution need the rows of their joints.
+    Soft limits and limits with restitution need the rows of their joints.
     """
     joint_parameters = world.parameters.joints
     island_joints = part(world.scratch.island_joints, island.joint_first, island.joint_count)
@@ -74,8 +75,6 @@ def _can_be_linked(world: Any, island: Any) -> Any:
         if not is_in_tree(world, j):
             continue
         if joint_parameters[j].limit_restitution > 0.0 or joint_parameters[j].limit_frequency > 0.0:
-            return False
-        if joint_parameters[j].armature > 0.0:
             return False
     island_bodies = part(world.scratch.island_bodies, island.body_first, island.body_count)
     body_models = world.model.bodies
@@ -127,6 +126,7 @@ def _attach(world: Any, articulation: Any, k: Any, first: Any) -> Any:
         freedoms[f].link = k
         freedoms[f].stiffness = 0.0
         freedoms[f].pull = 0.0
+        freedoms[f].armature = joint_parameters[tree.joint].armature if link.kind >= _TURN else 0.0
         last = f
     link.last = last
     return True
@@ -201,7 +201,7 @@ def substeps_of_links(world: Any, island: Any, joints: Any, articulation: Any) -
     spin = 0.0
     for k in range(island.body_count):
         link = links[k]
-        spin = max(spin, turning_rate(link, body_parameters[link.body]))
+        spin = max(spin, turning_rate(links, k, body_parameters))
         if link.joint >= 0 and link.kind != _FIXED:
             model = joint_models[link.joint]
             parameters = joint_parameters[link.joint]
@@ -245,3 +245,14 @@ def move_links(island: Any, articulation: Any, rates: Any) -> None:
     links = articulation.links
     for k in range(island.body_count):
         set_motion(links, k, rates)
+
+
+@njit
+def largest_turn(world: Any, island: Any, articulation: Any) -> Any:
+    """Return the largest rotation of a link in the substep at its present velocity, rad."""
+    links = articulation.links
+    body_parameters = world.parameters.bodies
+    spin = 0.0
+    for k in range(island.body_count):
+        spin = max(spin, turning_rate(links, k, body_parameters))
+    return island.h * spin

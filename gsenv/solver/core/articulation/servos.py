@@ -8,6 +8,7 @@ from ...jit import njit
 from ...records.articulation import LinkKind
 from ..dispatch import by_dimension
 from ..joint_rows import (
+    has_armature,
     has_friction,
     has_limit,
     has_motor,
@@ -31,8 +32,9 @@ LIMIT, MOTOR, SPRING, FRICTION = 0, 1, 2, 3
 
 @njit
 def count_servo_rows(world: Any, island: Any, articulation: Any) -> Any:
-    """Return the number of rows of limits, motors and bounded springs; also whether there are springs at all."""
+    """Return the number of rows of limits, motors and bounded springs; also whether joints have any forces at all."""
     links = articulation.links
+    joint_models = world.model.joints
     joint_parameters = world.parameters.joints
     count = 0
     island.servos = 0
@@ -40,9 +42,11 @@ def count_servo_rows(world: Any, island: Any, articulation: Any) -> Any:
         if links[k].kind >= _TURN:
             parameters = joint_parameters[links[k].joint]
             sprung = has_spring(parameters)
-            count += int(has_limit(parameters)) + int(has_motor(parameters)) + int(has_friction(parameters))
+            driven = has_motor(parameters)
+            given = joint_models[links[k].joint].effort_controlled != 0
+            count += int(has_limit(parameters)) + int(driven and not given) + int(has_friction(parameters))
             count += int(sprung and parameters.spring_effort < _INFINITY)
-            if sprung:
+            if sprung or driven or has_armature(parameters):
                 island.servos = 1
     if count > 0:
         island.servos = 1
@@ -66,7 +70,7 @@ def keep_coordinates(world: Any, island: Any, articulation: Any, joints: Any) ->
 
 @njit
 def add_servo_rows(world: Any, island: Any, articulation: Any, joints: Any) -> None:
-    """Write the rows of limits, motors and bounded springs; other springs go into the factor."""
+    """Write the rows of limits, motors and bounded springs; other springs and given efforts go into the factor."""
     links = articulation.links
     row = island.other_rows
     for k in range(island.body_count):
@@ -85,6 +89,8 @@ def _add_rows(world: Any, island: Any, articulation: Any, joints: Any, k: Any, r
     parameters = joint.parameters
     h = island.h
     slot = slots(joint.state)
+    freedom = articulation.freedoms[link.first]
+    freedom.pull = 0.0
     if has_spring(parameters):
         bounded = parameters.spring_effort < _INFINITY
         made = rows[row if bounded else island.rows]  # a spring without bound needs a row only here
@@ -94,10 +100,11 @@ def _add_rows(world: Any, island: Any, articulation: Any, joints: Any, k: Any, r
             made.impulse = start_impulse(made, joint.state, island.warm_start)
             row += 1
         elif made.softness > 0.0:
-            freedom = articulation.freedoms[link.first]
             freedom.stiffness = 1.0 / made.softness
             freedom.pull = -made.bias / made.softness
-    if has_motor(parameters):
+    if joint.model.effort_controlled:
+        freedom.pull += given_impulse(joint, h)
+    elif has_motor(parameters):
         made = rows[row]
         _start_row(world, made, articulation.links, k)
         speeds = speeds_within(link.begin, 0.0, parameters, h)
@@ -120,6 +127,15 @@ def _add_rows(world: Any, island: Any, articulation: Any, joints: Any, k: Any, r
 
 
 @njit
+def given_impulse(joint: Any, h: Any) -> Any:
+    """Return the impulse in N s or N m s of a motor with a given effort, 0 for other motors."""
+    if not joint.model.effort_controlled:
+        return 0.0
+    effort = joint.parameters.motor_effort
+    return h * min(max(joint.state.effort, -effort), effort)
+
+
+@njit
 def slots(state: Any) -> Any:
     """Return the first slot after those of locked axes: 2 in 2D, 6 in 3D."""
     return len(state.reaction) if len(state.reaction) > 3 else 2
@@ -137,24 +153,41 @@ def _start_row(world: Any, row: Any, links: Any, k: Any) -> None:
 
 @njit
 def store_servo_impulses(world: Any, island: Any, articulation: Any, joints: Any) -> None:
-    """Store the impulses of limits, motors and springs for the next substep, and add them to those of the step."""
+    """Store the impulses of limits, motors, springs and rotors for the next substep, and add them to the step's."""
     rows = world.scratch.rows
     links = articulation.links
-    freedoms = articulation.freedoms
-    rate = articulation.rate
-    scale = island.stored_scale
+    joint_models = world.model.joints
+    joint_parameters = world.parameters.joints
     for r in range(island.other_rows, island.joint_rows):
         row = rows[r]
         state = joints[row.source]
         slot = -1 - row.slot if row.slot < 0 else row.slot
         impulse = -row.impulse if row.slot < 0 else row.impulse
-        state.impulse[slot] = scale * impulse
-        state.total_impulse[slot] += impulse
+        _store(state, slot, impulse, island.stored_scale)
     for k in range(island.body_count):
         if links[k].kind >= _TURN:
-            freedom = freedoms[links[k].first]
-            if freedom.stiffness > 0.0:
-                impulse = freedom.pull - freedom.stiffness * rate[links[k].first]
-                state = joints[links[k].joint]
-                state.impulse[slots(state) + SPRING] = scale * impulse
-                state.total_impulse[slots(state) + SPRING] += impulse
+            j = links[k].joint
+            _store_forces(island, articulation, links[k].first, Joint(joint_models[j], joint_parameters[j], joints[j]))
+
+
+@njit
+def _store_forces(island: Any, articulation: Any, f: Any, joint: Any) -> None:
+    """Store the impulses on a degree of freedom that have no rows."""
+    freedom = articulation.freedoms[f]
+    state = joint.state
+    rate = articulation.rate[f]
+    given = given_impulse(joint, island.h)
+    if given != 0.0:
+        _store(state, slots(state) + MOTOR, given, island.stored_scale)
+    if freedom.stiffness > 0.0:
+        _store(state, slots(state) + SPRING, freedom.pull - given - freedom.stiffness * rate, island.stored_scale)
+    if freedom.armature > 0.0:
+        impulse = freedom.armature * (articulation.start[f] - rate)
+        _store(state, len(state.impulse) - 1, impulse, island.stored_scale)
+        state.rate = rate
+
+
+@njit
+def _store(state: Any, slot: Any, impulse: Any, scale: Any) -> None:
+    state.impulse[slot] = scale * impulse
+    state.total_impulse[slot] += impulse

@@ -24,10 +24,7 @@ def start_solve(world: Any, island: Any, articulation: Any) -> Any:
     """Set z from the stored impulses; returns the scale of the squared residual, as energy.apply_warm_start does."""
     rows = world.scratch.rows
     spans = articulation.spans
-    z = articulation.whitened
     fall = island.gravity_norm * island.h
-    for f in range(island.freedoms):
-        z[f] = 0.0
     s = 1e-300
     approach = 0.0
     slip = 0.0
@@ -45,9 +42,21 @@ def start_solve(world: Any, island: Any, articulation: Any) -> Any:
         elif row.kind > DISC:
             u = min(abs(u), max((row.friction * approach) ** 2 - slip * slip, 0.0) ** 0.5)
         s += (fall * fall + u * u) * row.effective_mass
-        if row.impulse != 0.0:
-            _apply(spans[r], articulation.ways, articulation.values, z, row.impulse)
+    add_all_impulses(world, island, articulation)
     return s
+
+
+@njit
+def add_all_impulses(world: Any, island: Any, articulation: Any) -> None:
+    """Set z to the whitened rates by the impulses of all rows."""
+    rows = world.scratch.rows
+    spans = articulation.spans
+    z = articulation.whitened
+    for f in range(island.freedoms):
+        z[f] = 0.0
+    for r in range(island.rows):
+        if rows[r].impulse != 0.0:
+            _apply(spans[r], articulation.ways, articulation.values, z, rows[r].impulse)
 
 
 @njit

@@ -22,20 +22,21 @@ from ..slices import part
 from ..springs import any_sprung
 from .balance import limit_speed, settle_rates
 from .closing import close_others
-from .dynamics import PASSES, factorise_links, respond_outward, set_free_rates, set_middle
+from .contact_balance import change_of_rows, end_with_rows, rates_of_rows, settle_rows
+from .dynamics import PASSES, factorise_links, set_free_rates, set_middle
 from .equations import clear_biases, factorise_equations
-from .links import list_links, move_links, place_links, set_base, substeps_of_links
+from .links import largest_turn, list_links, move_links, place_links, set_base, substeps_of_links
 from .other_joints import bend_other_rows, store_other_impulses, substeps_of_others, write_other_rows
-from .reactions import add_contact_impulses, keep_momenta, store_reactions
+from .reactions import add_impulses, keep_momenta, store_reactions
 from .rows import whiten_rows
 from .servos import add_servo_rows, count_servo_rows, keep_coordinates, store_servo_impulses
-from .solve import correct_overlaps, limit_energy, start_solve, sweep_rows
+from .solve import add_all_impulses, correct_overlaps, limit_energy, start_solve, sweep_rows
 
 leave_link = by_dimension("articulation", "leave_link")
 enter_link = by_dimension("articulation", "enter_link")
 keep_world_frames = by_dimension("articulation", "keep_world_frames", otherwise=nothing)
 
-SLOW_TURN = 0.03  # rad in a substep: slower links need no balance of momentum where rows act
+SLOW_TURN = 0.004  # rad in a substep: slower links need no balance of momentum where rows act
 PARTS = 8  # of a substep whose rates do not settle
 
 
@@ -104,8 +105,10 @@ def _substep(world: Any, island: Any, s: Any, joints: Any, articulation: Any) ->
     if island.rows > 0:
         touched = _solve(world, island, articulation, last)
     if touched:
-        place_links(world, island, articulation)
-        move_links(island, articulation, articulation.rate)
+        if not fast and largest_turn(world, island, articulation) <= SLOW_TURN:
+            end_with_rows(world, island, articulation)
+        elif not settle_rows(world, island, articulation):
+            limit_speed(world, island, articulation)
     elif not settle_rates(world, island, articulation):
         _divide(world, island, joints, articulation)
     _leave(world, island, articulation)
@@ -159,7 +162,7 @@ def _divide(world: Any, island: Any, joints: Any, articulation: Any) -> None:
     links = articulation.links
     bodies = world.state.bodies
     whole = island.h
-    add_contact_impulses(world, island, articulation)
+    add_impulses(world, island, articulation, island.joint_rows)
     for k in range(island.body_count):
         enter_link(links[k], bodies[links[k].body])
         links[k].coordinate = links[k].begin
@@ -193,20 +196,19 @@ def _keep_start_velocities(world: Any, island: Any, articulation: Any) -> None:
 
 @njit
 def _solve(world: Any, island: Any, articulation: Any, last: Any) -> Any:
-    """Make all rows true; sets ``rate`` to the new rates and ``step`` to the displacement that is left.
+    """Make all rows true; sets ``rate`` to the new rates and ``shift`` to the displacement that corrects overlaps.
 
     Returns whether any row had to act.
     """
-    rate = articulation.rate
-    step = articulation.step
-    start = articulation.start
+    shift = articulation.shift
     change = articulation.change
-    h = island.h
-    corrected = _solve_rows(world, island, articulation, last)
+    _solve_rows(world, island, articulation, last)
+    corrected = correct_overlaps(world, island, articulation)
+    if corrected:
+        change_of_rows(island, articulation)
+        add_all_impulses(world, island, articulation)
     for f in range(island.freedoms):
-        step[f] = h * (rate[f] + 0.5 * island.smooth * (start[f] - rate[f]) - 0.5 * start[f])
-        if corrected:
-            step[f] += h * change[f]
+        shift[f] = island.h * change[f] if corrected else 0.0
     rows = world.scratch.rows
     for r in range(island.rows):
         if rows[r].impulse != 0.0:
@@ -215,13 +217,10 @@ def _solve(world: Any, island: Any, articulation: Any, last: Any) -> Any:
 
 
 @njit
-def _solve_rows(world: Any, island: Any, articulation: Any, last: Any) -> Any:
-    """Solve the rows; sets ``rate``, and ``change`` to the pseudo-rates of the position pass if it returns True."""
-    rate = articulation.rate
-    free = articulation.free
-    change = articulation.change
+def _solve_rows(world: Any, island: Any, articulation: Any, last: Any) -> None:
+    """Solve the rows at the middle of the substep; sets ``rate``."""
     counters = world.state.world
-    move_links(island, articulation, free)
+    move_links(island, articulation, articulation.free)
     _keep_free_velocities(world, island, articulation)
     bend_other_rows(world, island, articulation, articulation.others)
     whiten_rows(world, island, articulation)
@@ -238,29 +237,12 @@ def _solve_rows(world: Any, island: Any, articulation: Any, last: Any) -> Any:
         counters.unconverged += 1
         if not island.driven and not island.has_springs:
             limit_energy(world, island, articulation)
-    _change_rates(island, articulation)
-    for f in range(island.freedoms):
-        rate[f] = free[f] + change[f]
-    move_links(island, articulation, rate)
+    rates_of_rows(island, articulation)
+    move_links(island, articulation, articulation.rate)
     _keep_velocities(world, island, articulation)
     if last:
         island.error_sum, island.velocity_sum, island.impulse_sum = natural_residual(world, island)
     island.smooth = smooth_fraction(world, island)
-    if correct_overlaps(world, island, articulation):
-        _change_rates(island, articulation)
-        return True
-    return False
-
-
-@njit
-def _change_rates(island: Any, articulation: Any) -> None:
-    """Set ``change`` to the change of the rates that the whitened rates mean."""
-    freedoms = articulation.freedoms
-    change = articulation.change
-    z = articulation.whitened
-    for f in range(island.freedoms):
-        change[f] = z[f] * freedoms[f].root
-    respond_outward(articulation.links, island.body_count, freedoms, change)
 
 
 @njit
@@ -298,7 +280,7 @@ def _leave(world: Any, island: Any, articulation: Any) -> None:
 @njit
 def _store(world: Any, island: Any, last: Any, joints: Any, articulation: Any) -> None:
     """Store impulses and reactions."""
-    add_contact_impulses(world, island, articulation)
+    add_impulses(world, island, articulation, island.joint_rows)
     store_reactions(world, island, articulation, joints)
     store_other_impulses(world, island, joints, articulation.others)
     store_contact_impulses(world, island, last)

@@ -217,7 +217,7 @@ def test_a_snapshot_continues_bit_for_bit() -> None:
 
 
 def test_what_is_not_covered_takes_the_rows_of_its_joints() -> None:
-    """A loop, a soft weld, a rotor and a soft limit give the same bits with and without the option."""
+    """A loop, a soft weld and a soft limit give the same bits with and without the option."""
 
     def loop() -> Scene:
         scene = rods(3, degrees=60.0)
@@ -236,13 +236,10 @@ def test_what_is_not_covered_takes_the_rows_of_its_joints() -> None:
         scene.add_joint("end", Revolute("rod_0", "weight", anchor=(1.0, 0.0), **joint))
         return scene
 
-    def rotor() -> Scene:
-        return hung(armature=0.3)
-
     def soft_limit() -> Scene:
         return hung(limits=(-0.1, 0.1), limit_frequency=4.0)
 
-    for scene in (loop, soft, rotor, soft_limit):
+    for scene in (loop, soft, soft_limit):
         worlds = [World(scene(), options=Options(articulated=on)) for on in (False, True)]
         for world in worlds:
             world.step(30)
