@@ -84,23 +84,26 @@ def add_joint_rows(world: Any, island: Any, joints: Any, linked: Any, scale: Any
     """
     if joints is None:
         return
-    rows = world.scratch.rows
-    joint_models = world.model.joints
-    joint_parameters = world.parameters.joints
     island_joints = part(world.scratch.island_joints, island.joint_first, island.joint_count)
     row = 0
     for k in range(len(island_joints)):
-        j = island_joints[k]
-        joint = Joint(joint_models[j], joint_parameters[j], joints[j])
-        end = row + joint_row_count(joint.model, joint.parameters)
-        for r in range(row, end):
-            rows[r].body_a = joint.model.body_a
-            rows[r].body_b = joint.model.body_b
-            rows[r].source = j
-        _add_rows(world, row, joint, linked, island.h)
-        for r in range(row, end):
-            rows[r].impulse = start_impulse(rows[r], joint.state, scale)
-        row = end
+        row = write_joint_rows(world, island_joints[k], row, joints, linked, scale, island.h)
+
+
+@njit
+def write_joint_rows(world: Any, j: Any, row: Any, joints: Any, linked: Any, scale: Any, h: Any) -> Any:
+    """Write the rows of joint j from ``rows[row]`` on; returns the place after them. See ``add_joint_rows``."""
+    rows = world.scratch.rows
+    joint = Joint(world.model.joints[j], world.parameters.joints[j], joints[j])
+    end = row + joint_row_count(joint.model, joint.parameters)
+    for r in range(row, end):
+        rows[r].body_a = joint.model.body_a
+        rows[r].body_b = joint.model.body_b
+        rows[r].source = j
+    _add_rows(world, row, joint, linked, h)
+    for r in range(row, end):
+        rows[r].impulse = start_impulse(rows[r], joint.state, scale)
+    return end
 
 
 @njit
@@ -269,7 +272,7 @@ def substeps_for(world: Any, island: Any, joints: Any) -> Any:
     The tension T is that of the last step.
 
     A link under tension swings at omega^2 = T (r_a / I_a + r_b / I_b); the explicit step follows it for
-    omega h < 2.  Rods and ropes: see ``_rod_swing``.
+    omega h < 2.  Rods and ropes: see ``rod_swing``.
     """
     joint_models = world.model.joints
     joint_parameters = world.parameters.joints
@@ -279,7 +282,7 @@ def substeps_for(world: Any, island: Any, joints: Any) -> Any:
     dt = world.options.timestep
     least = island.substeps
     most = world.options.max_substeps
-    fastest = _rod_swing(world, island_joints, joints, dt)
+    fastest = rod_swing(world, island_joints, joints, dt)
     spin = 0.0
     nutation = 0.0
     for k in range(len(island_joints)):
@@ -307,7 +310,7 @@ def substeps_for(world: Any, island: Any, joints: Any) -> Any:
 
 
 @njit
-def _rod_swing(world: Any, island_joints: Any, joints: Any, dt: Any) -> Any:
+def rod_swing(world: Any, island_joints: Any, joints: Any, dt: Any) -> Any:
     """Return a bound of the squared frequency, 1/s^2, at which taut rods and ropes swing; 0 without any.
 
     With the sum of ``swing`` over all joints of a body, the largest frequency of the whole is at most that of two

@@ -70,7 +70,7 @@ def _first_sweep(world: Any, island: Any, exact: Any) -> Any:
         if row.correction == BILATERAL:
             row.previous = rate * row.error
             if exact:
-                displacement = _displacement_rate(row, bodies, substep_bodies, island.smooth, h)
+                displacement = displacement_rate(row, bodies, substep_bodies, island.smooth, h)
                 row.previous = row.error / h + displacement + row.drive
         elif row.correction == UNILATERAL and r < island.joint_rows:
             row.previous = rate * min(row.error, 0.0)
@@ -88,7 +88,7 @@ def _first_sweep(world: Any, island: Any, exact: Any) -> Any:
 
 
 @njit
-def _displacement_rate(row: Any, bodies: Any, substep_bodies: Any, smooth: Any, h: Any) -> Any:
+def displacement_rate(row: Any, bodies: Any, substep_bodies: Any, smooth: Any, h: Any) -> Any:
     """Return J times the displacement of the coming substep, divided by h."""
     s = 0.0
     for side in range(2):

@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from .model import NDOF, ROTATION_SIZE, Array, JointKind
+from .model import NDOF, ROTATION_SIZE, ROWS_PER_JOINT, Array, JointKind
 
+MOST_EQUATIONS = 160  # of joints in no tree; an island with more is solved in body space
 MOST_VALUES = 2_000_000  # of all rows in joint space; an island that needs more is solved in body space
 
 
@@ -135,7 +136,7 @@ def span_dtype(dim: int) -> np.dtype[Any]:
     )
 
 
-def articulation_scratch(dim: int, trees: Array, row_capacity: int) -> dict[str, Array]:
+def articulation_scratch(dim: int, trees: Array, row_capacity: int) -> dict[str, Any]:
     """Return the scratch of islands in joint coordinates: the fields of ``world.scratch.articulation``."""
     bodies = len(trees)
     freedoms = NDOF[dim] * bodies
@@ -149,5 +150,29 @@ def articulation_scratch(dim: int, trees: Array, row_capacity: int) -> dict[str,
         "spans": np.zeros(row_capacity, span_dtype(dim)),
         "ways": np.zeros(values + 2 * deepest, np.int32),
         "values": np.zeros(values + 2 * deepest),
+        "others": None,
         **{name: np.zeros(freedoms) for name in rates},
+    }
+
+
+def other_joints(joints: Array, trees: Array) -> int:
+    """Return the number of joints that are in no tree, so that joint coordinates need their rows."""
+    mains = np.where(joints["kind"] == JointKind.AXIS, joints["joint_a"], np.arange(len(joints)))
+    in_trees = np.isin(mains, trees["joint"])
+    return int(len(joints) - in_trees.sum())
+
+
+def others_scratch(dim: int, joints: Array, trees: Array) -> dict[str, Array]:
+    """Return the scratch of the rows of joints in no tree: the fields of ``world.scratch.articulation.others``."""
+    rows = ROWS_PER_JOINT[dim] * other_joints(joints, trees)
+    equations = min(rows, MOST_EQUATIONS)
+    return {
+        "slots": np.zeros(rows, np.int32),  # of each row, as it was solved
+        "mass": np.zeros(rows),  # kg or kg m^2, its effective mass in joint space
+        "moved": np.zeros(rows),  # m kg or rad kg m^2 in 1/s: impulses that closed the joints
+        "order": np.zeros(equations, np.int32),  # row of each equation
+        "give": np.zeros(equations),  # its softness
+        "side": np.zeros(equations),
+        "matrix": np.zeros((equations, equations)),  # Delassus matrix, then its Cholesky factor
+        "dense": np.zeros(NDOF[dim] * len(trees)),  # one row in joint space; 0 between its uses
     }

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from ..core.broadphase import BRUTE_FORCE_COUNT, broadphase_scratch
 from ..core.rows import row_dtype, solver_body_dtype
 from ..dimension import dimension
 from ..methods.cholesky import BLOCKS_PER_BODY, PLAN_DTYPE, block_dtype, factor_dtype
-from .articulation import articulation_scratch
+from .articulation import articulation_scratch, other_joints, others_scratch
 from .bundle import Bundle
 from .kernel_variants import KernelVariant
 from .model import CONTACT_ROWS, ROWS_PER_JOINT, Array, Model, contact_dtype
@@ -63,13 +65,16 @@ class Scratch:
         joint_rows = ROWS_PER_JOINT[dim] * len(self._model.joints)
         self.rows = np.zeros(CONTACT_ROWS[dim] * capacity + joint_rows, row_dtype(dim))
         self.edges = np.zeros(4 * len(self.rows), np.int32)
-        self._articulation: dict[str, Array] | None = None
+        self._articulation: dict[str, Any] | None = None
 
     def bundle(self, articulated: bool = False) -> Bundle:
         """Return all arrays as a bundle for kernels; parts that the scene does not need are None."""
         dim = self._model.dim
         if articulated and self._articulation is None:
             self._articulation = articulation_scratch(dim, self._model.trees, len(self.rows))
+            if other_joints(self._model.joints, self._model.trees) > 0:
+                others = others_scratch(dim, self._model.joints, self._model.trees)
+                self._articulation["others"] = Bundle("Others", dim, **others)
         narrowphase = Bundle("Narrowphase", dim, **self._narrowphase) if self._narrowphase else None
         return Bundle(
             "Scratch",

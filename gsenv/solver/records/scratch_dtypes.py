@@ -128,6 +128,8 @@ ISLAND_STEP_DTYPE = np.dtype(
         ("substeps", "i8"),
         ("freedoms", "i8"),  # degrees of freedom, in joint coordinates
         ("joint_rows", "i8"),  # number of joint rows, which come before those of contacts
+        ("other_rows", "i8"),  # rows of joints that are not of trees, in joint coordinates; they come first
+        ("equations", "i8"),  # those among them that are solved together
         ("rows", "i8"),  # all rows
         ("h", "f8"),  # s, one substep
         ("swing", "f8"),  # 1/s^2, squared frequency at which taut joints swing

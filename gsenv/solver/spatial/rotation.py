@@ -245,3 +245,42 @@ def rotate_body(body: Any, rotation: Any, turn: Vec) -> None:
     q = normalised(multiply(turn_of(turn), quaternion(rotation)))
     for d in range(4):
         body.rotation[d] = q[d]
+
+
+@njit
+def enter_link_frames(world: Any, island: Any) -> None:
+    """In joint coordinates: take the principal axes of the present poses of all links as the frames of their bodies.
+
+    Their inertia is diagonal there.  ``rotated_frame`` stays 0, since the rates of links contain the free rotation.
+    """
+    links = world.scratch.articulation.links
+    body_parameters = world.parameters.bodies
+    substep_bodies = world.scratch.substep_bodies
+    for k in range(island.body_count):
+        i = links[k].body
+        substep_body = substep_bodies[i]
+        axes = multiply(quaternion(links[k].rotation), quaternion(body_parameters[i].axes))
+        own = pose_of((0.0, 0.0, 0.0), axes)
+        for d in range(3):
+            substep_body.frame[0, d] = own.x[d]
+            substep_body.frame[1, d] = own.y[d]
+            substep_body.frame[2, d] = own.z[d]
+            substep_body.inverse[3 + d] = body_parameters[i].inv_inertia[d]
+        set_spin(substep_body.start_velocity, in_frame(substep_body, spin_of(substep_body.start_velocity)))
+
+
+@njit
+def leave_link_frames(world: Any, island: Any) -> None:
+    """Express the Jacobians of rows of joints in no tree, and the velocities, in the world again."""
+    rows = world.scratch.rows
+    links = world.scratch.articulation.links
+    substep_bodies = world.scratch.substep_bodies
+    for r in range(island.other_rows):
+        row = rows[r]
+        set_spin(row.jacobian_a, in_world(substep_bodies[row.body_a], spin_of(row.jacobian_a)))
+        set_spin(row.jacobian_b, in_world(substep_bodies[row.body_b], spin_of(row.jacobian_b)))
+    for k in range(island.body_count):
+        substep_body = substep_bodies[links[k].body]
+        set_spin(substep_body.start_velocity, in_world(substep_body, spin_of(substep_body.start_velocity)))
+        set_spin(substep_body.free_velocity, in_world(substep_body, spin_of(substep_body.free_velocity)))
+        _set_world_frame(substep_body)

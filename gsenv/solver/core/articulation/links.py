@@ -8,11 +8,10 @@ import numpy as np
 
 from ...jit import njit
 from ...records.articulation import LinkKind
-from ...records.model import JointKind
 from ..dispatch import by_dimension
 from ..joints import SWING_PER_SUBSTEP
 from ..slices import part
-from ..springs import has_spring
+from .other_joints import count_other_rows, is_in_tree, is_soft
 
 enter_link = by_dimension("articulation", "enter_link")
 enter_joint = by_dimension("articulation", "enter_joint")
@@ -28,7 +27,6 @@ _FREE = int(LinkKind.FREE)
 _FIXED = int(LinkKind.FIXED)
 _PIVOT = int(LinkKind.PIVOT)
 _TURN = int(LinkKind.TURN)
-_WELD = int(JointKind.WELD)
 TURN_PER_SUBSTEP = 0.4  # rad: largest rotation of a link in a substep
 MOST_TURN = 1.0  # rad: where even the most substeps leave more, the rows of the joints are more robust
 NEAR = 0.01  # of the size of a link: joints that are farther apart are first brought together by their rows
@@ -38,7 +36,7 @@ JUMP = 0.05  # of a link's speed: anchors that separate faster are first brought
 @njit
 def list_links(world: Any, island: Any, articulation: Any) -> Any:
     """Fill ``links`` with the bodies of the island, parents first; False where it needs the rows of its joints."""
-    if not _all_in_trees(world, island):
+    if not _can_be_linked(world, island) or not count_other_rows(world, island, articulation.others):
         return False
     trees = world.model.trees
     links = articulation.links
@@ -65,26 +63,17 @@ def list_links(world: Any, island: Any, articulation: Any) -> Any:
 
 
 @njit
-def _all_in_trees(world: Any, island: Any) -> Any:
-    """Whether the island has joints, all of them rigid and in trees, and no body that is swept.
+def _can_be_linked(world: Any, island: Any) -> Any:
+    """Whether the joints in trees are such that joint coordinates describe them, and no body is swept.
 
     Soft limits and limits with restitution need the rows of their joints.
     """
-    trees = world.model.trees
-    joint_models = world.model.joints
     joint_parameters = world.parameters.joints
-    body_parameters = world.parameters.bodies
     island_joints = part(world.scratch.island_joints, island.joint_first, island.joint_count)
-    if len(island_joints) == 0:
-        return False
     for k in range(len(island_joints)):
         j = island_joints[k]
-        model = joint_models[j]
-        child = model.body_a if trees[model.body_a].joint == j else model.body_b
-        if trees[child].joint != j or not body_parameters[child].inv_mass > 0.0:
-            return False
-        if model.kind == _WELD and has_spring(joint_parameters[j]):
-            return False
+        if not is_in_tree(world, j):
+            continue
         if joint_parameters[j].limit_restitution > 0.0 or joint_parameters[j].limit_frequency > 0.0:
             return False
     island_bodies = part(world.scratch.island_bodies, island.body_first, island.body_count)
@@ -111,7 +100,7 @@ def _attach(world: Any, articulation: Any, k: Any, first: Any) -> Any:
     link.tree = k
     link.coordinate = 0.0
     last = -1
-    if tree.joint >= 0 and joint_parameters[tree.joint].enabled != 0:
+    if tree.joint >= 0 and joint_parameters[tree.joint].enabled != 0 and not is_soft(world, tree.joint):
         link.joint = tree.joint
         link.kind = tree.kind
         link.holder = tree.parent
@@ -157,7 +146,7 @@ def _fits(island: Any, articulation: Any, ndof: Any) -> Any:
                 depth += 1
                 f = freedoms[f].parent
         deepest = max(deepest, depth)
-    rows = ndof * island.contact_count + 4 * island.joint_count
+    rows = ndof * island.contact_count + 4 * island.joint_count + island.other_rows
     return 2 * deepest * rows <= len(articulation.values)
 
 

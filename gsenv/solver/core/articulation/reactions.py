@@ -78,7 +78,10 @@ def _store_locked(link: Any, state: Any, dim: Any, scale: Any) -> None:
 
 @njit
 def add_impulses(world: Any, island: Any, articulation: Any, first: Any) -> None:
-    """Set the impulses by the rows from ``first`` on on each link, about its centre of mass."""
+    """Set the impulses by rows on each link, about its centre of mass: of contacts and of joints in no tree.
+
+    ``first``: first row that is not of a joint in no tree, 0 for all rows.
+    """
     rows = world.scratch.rows
     places = articulation.places
     links = articulation.links
@@ -86,9 +89,9 @@ def add_impulses(world: Any, island: Any, articulation: Any, first: Any) -> None
     for k in range(island.body_count):
         for d in range(len(links[k].contact)):
             links[k].contact[d] = 0.0
-    for r in range(first, island.rows):
+    for r in range(island.rows):
         row = rows[r]
-        if row.impulse == 0.0:
+        if row.impulse == 0.0 or (r >= island.other_rows and r < first):
             continue
         if body_parameters[row.body_a].inv_mass > 0.0:
             contact = links[places[row.body_a]].contact

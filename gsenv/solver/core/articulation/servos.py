@@ -72,7 +72,7 @@ def keep_coordinates(world: Any, island: Any, articulation: Any, joints: Any) ->
 def add_servo_rows(world: Any, island: Any, articulation: Any, joints: Any) -> None:
     """Write the rows of limits, motors and bounded springs; other springs and given efforts go into the factor."""
     links = articulation.links
-    row = 0
+    row = island.other_rows
     for k in range(island.body_count):
         if links[k].kind >= _TURN:
             row = _add_rows(world, island, articulation, joints, k, row)
@@ -158,7 +158,7 @@ def store_servo_impulses(world: Any, island: Any, articulation: Any, joints: Any
     links = articulation.links
     joint_models = world.model.joints
     joint_parameters = world.parameters.joints
-    for r in range(island.joint_rows):
+    for r in range(island.other_rows, island.joint_rows):
         row = rows[r]
         state = joints[row.source]
         slot = -1 - row.slot if row.slot < 0 else row.slot

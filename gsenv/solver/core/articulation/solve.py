@@ -14,6 +14,7 @@ from ...jit import njit
 from ...methods.disc import minimise_on_disc
 from ...records.options import SolverKind
 from ..rows import DISC, EQUATION, FRICTION, UNILATERAL, push_row
+from .equations import correct_others, start_corrections, sweep_others
 
 _PGS = int(SolverKind.PGS)
 
@@ -77,15 +78,15 @@ def _dot(span: Any, ways: Any, values: Any, z: Any) -> Any:
 
 
 @njit
-def _sweep(rows: Any, count: Any, articulation: Any, push: Any) -> Any:
-    """Take one sweep over ``rows[:count]``; returns sum d^2 A_rr.  ``push`` as in methods/pgs.sweep."""
+def _sweep(rows: Any, first: Any, count: Any, articulation: Any, push: Any) -> Any:
+    """Take one sweep over ``rows[first:count]``; returns sum d^2 A_rr.  ``push`` as in methods/pgs.sweep."""
     spans = articulation.spans
     ways = articulation.ways
     values = articulation.values
     z = articulation.whitened
     change = 0.0
     normal = 0.0
-    r = 0
+    r = first
     while r < count:
         row = rows[r]
         span = spans[r]
@@ -220,7 +221,8 @@ def sweep_rows(world: Any, island: Any, articulation: Any) -> Any:
             conjugate[f] = d + z[f] - before[f] if keep else d
             z[f] += d
             before[f] = z[f]
-        change = _sweep(rows, count, articulation, (beta, keep))
+        change = _sweep(rows, int64(island.other_rows), count, articulation, (beta, keep))
+        change += sweep_others(world, island, articulation, articulation.others, (beta, keep))
         if change <= goal:
             return int64(k + 1), (change / island.residual_scale) ** 0.5
     return int64(options.sweeps), (change / island.residual_scale) ** 0.5
@@ -259,8 +261,9 @@ def correct_overlaps(world: Any, island: Any, articulation: Any) -> Any:
     z = articulation.whitened
     options = world.options
     rate = options.correction_rate / island.h
-    busy = False
-    for r in range(island.rows):
+    others = articulation.others
+    busy = start_corrections(world, island, others)
+    for r in range(island.other_rows, island.rows):
         row = rows[r]
         row.position_impulse = 0.0
         row.previous = 0.0
@@ -280,7 +283,7 @@ def correct_overlaps(world: Any, island: Any, articulation: Any) -> Any:
     for f in range(island.freedoms):
         z[f] = 0.0
     for _ in range(options.position_sweeps):
-        for r in range(island.rows):
+        for r in range(island.other_rows, island.rows):
             row = rows[r]
             one_sided = row.correction == UNILATERAL
             if (one_sided and row.error > 0.0) or (not one_sided and row.previous == 0.0):
@@ -293,4 +296,5 @@ def correct_overlaps(world: Any, island: Any, articulation: Any) -> Any:
             row.position_impulse = new
             if d != 0.0:
                 _apply(spans[r], articulation.ways, articulation.values, z, d)
+        correct_others(world, island, articulation, others)
     return options.position_sweeps > 0

@@ -21,9 +21,12 @@ from ..position_pass import smooth_fraction
 from ..slices import part
 from ..springs import any_sprung
 from .balance import limit_speed, settle_rates
+from .closing import close_others
 from .contact_balance import change_of_rows, end_with_rows, rates_of_rows, settle_rows
 from .dynamics import PASSES, factorise_links, set_free_rates, set_middle
+from .equations import clear_biases, factorise_equations
 from .links import largest_turn, list_links, move_links, place_links, set_base, substeps_of_links
+from .other_joints import bend_other_rows, store_other_impulses, substeps_of_others, write_other_rows
 from .reactions import add_impulses, keep_momenta, store_reactions
 from .rows import whiten_rows
 from .servos import add_servo_rows, count_servo_rows, keep_coordinates, store_servo_impulses
@@ -53,11 +56,14 @@ def step_articulated(world: Any, island: Any, joints: Any, articulation: Any) ->
     if not list_links(world, island, articulation):
         return False
     island.substeps = substeps_of_links(world, island, joints, articulation)
+    if island.substeps > 0:
+        island.substeps = substeps_of_others(world, island, joints, articulation.others)
     if island.substeps == 0:
         return False
     _start(world, island, joints, articulation)
     for s in range(island.substeps):
         _substep(world, island, s, joints, articulation)
+        close_others(world, island, s, joints, articulation, articulation.others)
     return True
 
 
@@ -76,7 +82,7 @@ def _start(world: Any, island: Any, joints: Any, articulation: Any) -> None:
     island.residual = 0.0
     clear_totals(island_joints, joints)
     keep_world_frames(world, island)
-    island.joint_rows = count_servo_rows(world, island, articulation)
+    island.joint_rows = island.other_rows + count_servo_rows(world, island, articulation)
     island.rows = add_contact_rows(world, island)
     world.state.world.row_count += island.rows
 
@@ -138,6 +144,7 @@ def _enter_middle(world: Any, island: Any, joints: Any, articulation: Any) -> No
     set_middle(world, island, articulation)
     move_links(island, articulation, start)
     _keep_start_velocities(world, island, articulation)
+    write_other_rows(world, island, joints, articulation, articulation.others)
     if island.servos:
         add_servo_rows(world, island, articulation, joints)
     factorise_links(articulation.links, island.body_count, articulation.freedoms)
@@ -215,10 +222,15 @@ def _solve_rows(world: Any, island: Any, articulation: Any, last: Any) -> None:
     counters = world.state.world
     move_links(island, articulation, articulation.free)
     _keep_free_velocities(world, island, articulation)
+    bend_other_rows(world, island, articulation, articulation.others)
     whiten_rows(world, island, articulation)
+    factorise_equations(world, island, articulation, articulation.others)
     island.residual_scale = start_solve(world, island, articulation)
     sweeps, residual = sweep_rows(world, island, articulation)
     counters.sweeps += sweeps
+    if residual <= world.options.tolerance and clear_biases(world, island, articulation, articulation.others):
+        sweeps, residual = sweep_rows(world, island, articulation)
+        counters.sweeps += sweeps
     island.residual = residual
     counters.residual = max(counters.residual, residual)
     if residual > world.options.tolerance:
@@ -270,6 +282,7 @@ def _store(world: Any, island: Any, last: Any, joints: Any, articulation: Any) -
     """Store impulses and reactions."""
     add_impulses(world, island, articulation, island.joint_rows)
     store_reactions(world, island, articulation, joints)
+    store_other_impulses(world, island, joints, articulation.others)
     store_contact_impulses(world, island, last)
     if island.activity == KINEMATIC_CONTACT and island.residual > world.options.tolerance:
         forget_contact_impulses(world, island)

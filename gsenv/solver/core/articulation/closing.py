@@ -1,0 +1,207 @@
+"""Closing of joints in no tree: Newton's method on the poses at the end of a substep, in joint coordinates.
+
+The position pass corrects a linear prediction of each error.  Where a direction changes by a large angle within the
+substep, an error remains.  It is measured after the links have moved, and the links are moved by the least
+displacement, weighted by their masses, that removes it, first with the factor of the middle of the substep, then
+with that of the present poses.  See core/joint_closing.py, which does the same in body space.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ...jit import njit
+from ..dispatch import by_dimension
+from ..integrate import move_kinematic
+from ..joints import write_joint_rows
+from ..rows import BILATERAL, UNILATERAL
+from ..slices import part
+from .dynamics import factorise_links, respond_outward, set_middle
+from .equations import bound_correction, correct_others, factorise_equations, size_of
+from .links import move_links, place_links, set_base
+from .other_joints import has_position, is_in_tree
+from .rows import whiten_rows
+
+leave_link = by_dimension("articulation", "leave_link")
+
+LOOSE = 1e-5  # of a body's size, or rad: smaller errors are left to the next substep
+MOST_CLOSINGS = 12
+CHORDS = 4  # of them with the factor of the middle of the substep
+LARGEST_TURN = 0.3  # rad: largest rotation of a link in one iteration
+_NOW = 1e-9  # of the substep: time ahead for which rows are made
+_SWEEPS = 3
+
+
+@njit
+def close_others(world: Any, island: Any, s: Any, joints: Any, articulation: Any, others: Any) -> None:
+    """Move the links after substep ``s`` to where the joints in no tree hold."""
+    if others is None or island.other_rows == 0:
+        return
+    if island.kinematic:
+        move_kinematic(world, (s + 1) * island.h)
+    for f in range(island.freedoms):
+        articulation.before[f] = 0.0
+        articulation.conjugate[f] = 0.0
+    for r in range(island.other_rows):
+        others.moved[r] = 0.0
+    closed = False
+    for k in range(MOST_CLOSINGS):
+        if _measure(world, island, joints, others) <= LOOSE:
+            break
+        if k >= CHORDS:
+            _factorise_here(world, island, articulation, others)
+        _take_step(world, island, articulation, others)
+        closed = True
+    if closed:
+        _slow_links(world, island, articulation, others)
+
+
+@njit
+def _measure(world: Any, island: Any, joints: Any, others: Any) -> Any:
+    """Write the rows at the present poses; sets ``previous`` to the rates that remove the errors, returns the largest."""
+    rows = world.scratch.rows
+    joint_models = world.model.joints
+    joint_parameters = world.parameters.joints
+    island_joints = part(world.scratch.island_joints, island.joint_first, island.joint_count)
+    linked = world.scratch.joint_factor
+    largest = 0.0
+    row = 0
+    for k in range(len(island_joints)):
+        j = island_joints[k]
+        if is_in_tree(world, j):
+            continue
+        first = row
+        measured = has_position(joint_models[j], joint_parameters[j])
+        if measured:
+            row = write_joint_rows(world, j, row, joints, linked, 0.0, _NOW * island.h)
+        else:
+            while row < island.other_rows and rows[row].source == j:
+                row += 1
+        for r in range(first, row):
+            rows[r].previous = 0.0
+            rows[r].position_impulse = 0.0
+            same = rows[r].slot == others.slots[r]
+            if measured and same and (rows[r].correction == BILATERAL or _is_passed(rows[r])):
+                rows[r].previous = rows[r].error / island.h
+                size = size_of(world, rows[r])
+                largest = max(largest, abs(rows[r].error) / size)
+                bound_correction(rows[r], size, island.h)
+            elif rows[r].correction == UNILATERAL:
+                rows[r].error = 1.0  # not to be corrected
+    return largest
+
+
+@njit
+def _is_passed(row: Any) -> Any:
+    return row.correction == UNILATERAL and row.error < 0.0
+
+
+@njit
+def _factorise_here(world: Any, island: Any, articulation: Any, others: Any) -> None:
+    """Express the rows that were measured in joint space at the present poses of the links."""
+    island.rows, island.joint_rows, rows, joint_rows = (
+        island.other_rows,
+        island.other_rows,
+        island.rows,
+        island.joint_rows,
+    )
+    for f in range(island.freedoms):
+        articulation.step[f] = 0.0
+    _start_again(island, articulation)
+    place_links(world, island, articulation)
+    set_middle(world, island, articulation)
+    factorise_links(articulation.links, island.body_count, articulation.freedoms)
+    whiten_rows(world, island, articulation)
+    factorise_equations(world, island, articulation, others)
+    island.rows, island.joint_rows = rows, joint_rows
+
+
+@njit
+def _take_step(world: Any, island: Any, articulation: Any, others: Any) -> None:
+    """Take one step of Newton's method with the factor of the rows."""
+    rows = world.scratch.rows
+    freedoms = articulation.freedoms
+    z = articulation.whitened
+    change = articulation.change
+    step = articulation.step
+    for f in range(island.freedoms):
+        z[f] = 0.0
+    for _ in range(_SWEEPS):
+        correct_others(world, island, articulation, others)
+    for f in range(island.freedoms):
+        change[f] = z[f] * freedoms[f].root
+    respond_outward(articulation.links, island.body_count, freedoms, change)
+    share = _largest_share(island, articulation)
+    for f in range(island.freedoms):
+        step[f] = share * island.h * change[f]
+        articulation.before[f] += share * change[f]
+        articulation.conjugate[f] += share * z[f]
+    for r in range(island.other_rows):
+        others.moved[r] += share * rows[r].position_impulse
+    _start_again(island, articulation)
+    place_links(world, island, articulation)
+    _leave(world, island, articulation)
+
+
+@njit
+def _largest_share(island: Any, articulation: Any) -> Any:
+    """Return the share of the displacement ``change`` by which no link turns so far that directions change much."""
+    links = articulation.links
+    move_links(island, articulation, articulation.change)
+    farthest = LARGEST_TURN
+    for k in range(island.body_count):
+        turn = 0.0
+        for d in range(len(links[k].position), len(links[k].velocity)):
+            turn += abs(links[k].velocity[d])
+        farthest = max(farthest, island.h * turn)
+    return LARGEST_TURN / farthest
+
+
+@njit
+def _start_again(island: Any, articulation: Any) -> None:
+    """Count displacements from the present poses."""
+    links = articulation.links
+    for k in range(island.body_count):
+        set_base(links[k])
+        for d in range(len(links[k].position)):
+            links[k].start[d] = links[k].position[d]
+        for d in range(len(links[k].turn)):
+            links[k].half[d] = 0.0
+
+
+@njit
+def _leave(world: Any, island: Any, articulation: Any) -> None:
+    links = articulation.links
+    bodies = world.state.bodies
+    substep_bodies = world.scratch.substep_bodies
+    for k in range(island.body_count):
+        leave_link(links[k], bodies[links[k].body], substep_bodies[links[k].body])
+
+
+@njit
+def _slow_links(world: Any, island: Any, articulation: Any, others: Any) -> None:
+    """Add the share of the displacement over h to the rates that leaves least energy; see joint_closing.py."""
+    rows = world.scratch.rows
+    bodies = world.state.bodies
+    rate = articulation.rate
+    z = articulation.conjugate
+    slope = 0.0
+    curve = 0.0
+    for r in range(island.other_rows):
+        if others.moved[r] != 0.0:
+            a = bodies[rows[r].body_a].velocity
+            b = bodies[rows[r].body_b].velocity
+            u = 0.0
+            for d in range(len(rows[r].jacobian_a)):
+                u += rows[r].jacobian_a[d] * a[d] + rows[r].jacobian_b[d] * b[d]
+            slope += others.moved[r] * u
+    for f in range(island.freedoms):
+        curve += z[f] * z[f]
+    share = min(max(-slope / curve, 0.0), 1.0) if curve > 0.0 else 0.0
+    for f in range(island.freedoms):
+        rate[f] += share * articulation.before[f]
+        articulation.step[f] = 0.0
+    _start_again(island, articulation)
+    place_links(world, island, articulation)
+    move_links(island, articulation, rate)
+    _leave(world, island, articulation)

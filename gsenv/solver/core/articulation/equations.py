@@ -1,0 +1,299 @@
+"""Equations among the rows of joints that are in no tree: solved together, by a factor of their Delassus matrix.
+
+A loop closes with few equations once its tree joints are eliminated, so that their Delassus matrix is small and
+dense.  Redundant equations, such as those of a planar linkage in 3D, are left out of its Cholesky factor.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ...jit import njit
+from ..energy import ROTATION_GAIN
+from ..position_pass import displacement_rate
+from ..rows import BILATERAL, EQUATION, NO_CORRECTION, UNILATERAL, push_row
+
+REDUNDANT = 1e-9  # of a row's diagonal: pivots below are those of redundant equations
+REACH = 0.1  # rad, and of a body's size: largest error of a joint that is corrected at once
+_ENOUGH = 1e-6  # of what the sweeps aim at: a smaller residual of the equations is not solved again
+
+
+@njit
+def factorise_equations(world: Any, island: Any, articulation: Any, others: Any) -> None:
+    """List the equations among the first rows, which are whitened, and factorise their Delassus matrix."""
+    if others is None:
+        return
+    rows = world.scratch.rows
+    order = others.order
+    give = others.give
+    n = 0
+    for r in range(island.other_rows):
+        others.mass[r] = rows[r].effective_mass
+        if rows[r].kind == EQUATION and rows[r].diagonal > 0.0:
+            order[n] = r
+            give[n] = rows[r].softness
+            n += 1
+    island.equations = n
+    _fill(n, articulation, others)
+    _factorise(n, others.matrix)
+    for i in range(n):
+        if others.matrix[i, i] == 0.0:
+            rows[order[i]].impulse = 0.0
+
+
+@njit
+def _fill(n: Any, articulation: Any, others: Any) -> None:
+    """Fill the lower triangle of the Delassus matrix."""
+    spans = articulation.spans
+    ways = articulation.ways
+    values = articulation.values
+    order = others.order
+    dense = others.dense
+    matrix = others.matrix
+    for i in range(n):
+        span = spans[order[i]]
+        at = span.values
+        for p in range(span.places, span.places + span.count):
+            dense[ways[p]] = values[at]
+            at += span.stride
+        for j in range(i + 1):
+            matrix[i, j] = dot_with(spans[order[j]], ways, values, dense)
+        matrix[i, i] += others.give[i]
+        for p in range(span.places, span.places + span.count):
+            dense[ways[p]] = 0.0
+
+
+@njit
+def _factorise(n: Any, matrix: Any) -> None:
+    """Replace the lower triangle by its Cholesky factor, with zeros for redundant rows."""
+    for i in range(n):
+        size = matrix[i, i]
+        for j in range(i):
+            x = matrix[i, j]
+            for k in range(j):
+                x -= matrix[i, k] * matrix[j, k]
+            x = x / matrix[j, j] if matrix[j, j] > 0.0 else 0.0
+            matrix[i, j] = x
+            size -= x * x
+        matrix[i, i] = size**0.5 if size > REDUNDANT * (size + _square(matrix, i)) else 0.0
+
+
+@njit
+def _square(matrix: Any, i: Any) -> Any:
+    s = 0.0
+    for j in range(i):
+        s += matrix[i, j] * matrix[i, j]
+    return s
+
+
+@njit
+def _substitute(n: Any, matrix: Any, x: Any) -> None:
+    """Solve L L^T x = x; the entries of redundant rows become 0."""
+    for i in range(n):
+        s = x[i]
+        for j in range(i):
+            s -= matrix[i, j] * x[j]
+        x[i] = s / matrix[i, i] if matrix[i, i] > 0.0 else 0.0
+    for i in range(n - 1, -1, -1):
+        s = x[i]
+        for j in range(i + 1, n):
+            s -= matrix[j, i] * x[j]
+        x[i] = s / matrix[i, i] if matrix[i, i] > 0.0 else 0.0
+
+
+@njit
+def dot_with(span: Any, ways: Any, values: Any, z: Any) -> Any:
+    """Return y . z of a row."""
+    s = 0.0
+    i = span.values
+    for p in range(span.places, span.places + span.count):
+        s += values[i] * z[ways[p]]
+        i += span.stride
+    return s
+
+
+@njit
+def add_to(span: Any, ways: Any, values: Any, z: Any, impulse: Any) -> None:
+    """Add y times an impulse to z."""
+    i = span.values
+    for p in range(span.places, span.places + span.count):
+        z[ways[p]] += values[i] * impulse
+        i += span.stride
+
+
+@njit
+def sweep_others(world: Any, island: Any, articulation: Any, others: Any, push: Any) -> Any:
+    """Take one sweep over the rows of joints in no tree, their equations last; returns sum d^2 A_rr.
+
+    ``push`` as in methods/pgs.sweep.  The change of the equations is measured by the velocities before.
+    """
+    if others is None or island.other_rows == 0:
+        return 0.0
+    rows = world.scratch.rows
+    spans = articulation.spans
+    ways = articulation.ways
+    values = articulation.values
+    z = articulation.whitened
+    change = 0.0
+    for r in range(island.other_rows):
+        row = rows[r]
+        if row.kind == EQUATION:
+            continue
+        push_row(row, push)
+        old = row.impulse
+        w = spans[r].free + row.softness * old + dot_with(spans[r], ways, values, z)
+        new = min(max(old - row.effective_mass * w, row.lower), row.upper)
+        row.impulse = new
+        if new != old:
+            add_to(spans[r], ways, values, z, new - old)
+        change += (new - old) * (new - old) * row.diagonal
+    return change + _solve_equations(world, island, articulation, others, push)
+
+
+@njit
+def _solve_equations(world: Any, island: Any, articulation: Any, others: Any, push: Any) -> Any:
+    """Solve the equations at the present impulses of all other rows; returns sum w^2 / A_rr before."""
+    rows = world.scratch.rows
+    spans = articulation.spans
+    ways = articulation.ways
+    values = articulation.values
+    z = articulation.whitened
+    order = others.order
+    side = others.side
+    n = island.equations
+    change = 0.0
+    for i in range(n):
+        r = order[i]
+        row = rows[r]
+        if others.matrix[i, i] == 0.0:
+            side[i] = 0.0
+            continue
+        push_row(row, push)
+        w = spans[r].free + row.softness * row.impulse + dot_with(spans[r], ways, values, z)
+        side[i] = -w
+        change += w * w * row.effective_mass
+    goal = world.options.tolerance * world.options.tolerance * island.residual_scale
+    if change <= _ENOUGH * goal:
+        return change
+    _substitute(n, others.matrix, side)
+    for i in range(n):
+        rows[order[i]].impulse += side[i]
+        add_to(spans[order[i]], ways, values, z, side[i])
+    return change
+
+
+@njit
+def clear_biases(world: Any, island: Any, articulation: Any, others: Any) -> Any:
+    """Set the biases of the equations to 0 where their impulses add more energy than rotation does; True if so.
+
+    Without biases their solution is a projection, which cannot; see energy.gains_energy.
+    """
+    if others is None or island.equations == 0 or island.driven or island.has_springs:
+        return False
+    rows = world.scratch.rows
+    spans = articulation.spans
+    z = articulation.whitened
+    gain = 0.0
+    for f in range(island.freedoms):
+        gain += z[f] * z[f]
+    for r in range(island.rows):
+        gain += 2.0 * rows[r].impulse * (spans[r].free - rows[r].bias)
+    if not gain > ROTATION_GAIN * island.kinetic:
+        return False
+    for r in range(island.other_rows):
+        if rows[r].kind == EQUATION:
+            spans[r].free -= rows[r].bias
+            rows[r].bias = 0.0
+    return True
+
+
+@njit
+def start_corrections(world: Any, island: Any, others: Any) -> Any:
+    """Set ``previous`` of the rows of joints in no tree to the rate at which their errors at the end of the substep
+    are removed, and ``position_impulse`` to 0; returns whether there are any.
+
+    The displacement is that of velocities that are known; see position_pass.correct_positions.
+    """
+    if others is None or island.other_rows == 0:
+        return False
+    rows = world.scratch.rows
+    bodies = world.state.bodies
+    substep_bodies = world.scratch.substep_bodies
+    rate = world.options.correction_rate / island.h
+    busy = False
+    for r in range(island.other_rows):
+        row = rows[r]
+        row.position_impulse = 0.0
+        row.previous = 0.0
+        if row.correction == BILATERAL:
+            moved = displacement_rate(row, bodies, substep_bodies, island.smooth, island.h)
+            row.previous = row.error / island.h + moved + row.drive
+        elif row.correction == UNILATERAL:
+            row.previous = rate * min(row.error, 0.0)
+        if row.previous != 0.0:
+            bound_correction(row, size_of(world, row), island.h)
+        busy = busy or row.previous != 0.0
+    return busy
+
+
+@njit
+def size_of(world: Any, row: Any) -> Any:
+    """Return the length that the error of a row is compared with: twice the larger radius of gyration; 1 of angles."""
+    body_parameters = world.parameters.bodies
+    substep_bodies = world.scratch.substep_bodies
+    linear = (len(row.jacobian_a) + 1) // 2
+    turns = True
+    for d in range(linear):
+        turns = turns and row.jacobian_a[d] == 0.0 and row.jacobian_b[d] == 0.0
+    if turns:
+        return 1.0
+    square = 0.0
+    for side in range(2):
+        i = row.body_a if side == 0 else row.body_b
+        if body_parameters[i].inv_mass > 0.0:
+            least = substep_bodies[i].inverse[linear]
+            for d in range(linear + 1, len(row.jacobian_a)):
+                least = min(least, substep_bodies[i].inverse[d])
+            square = max(square, body_parameters[i].inv_mass / max(least, 1e-300))
+    return 2.0 * max(square, 1e-300) ** 0.5
+
+
+@njit
+def bound_correction(row: Any, size: Any, h: Any) -> None:
+    """Limit the error that is corrected at once to where directions are nearly constant."""
+    most = REACH * size / h
+    row.previous = min(max(row.previous, -most), most)
+
+
+@njit
+def correct_others(world: Any, island: Any, articulation: Any, others: Any) -> None:
+    """Take one sweep of the position pass over the rows of joints in no tree, their equations last."""
+    if others is None or island.other_rows == 0:
+        return
+    rows = world.scratch.rows
+    spans = articulation.spans
+    ways = articulation.ways
+    values = articulation.values
+    z = articulation.whitened
+    order = others.order
+    side = others.side
+    n = island.equations
+    for r in range(island.other_rows):
+        row = rows[r]
+        if row.correction != UNILATERAL or row.error > 0.0:
+            continue
+        w = row.previous + dot_with(spans[r], ways, values, z)
+        new = max(row.position_impulse - others.mass[r] * w, 0.0)
+        add_to(spans[r], ways, values, z, new - row.position_impulse)
+        row.position_impulse = new
+    for i in range(n):
+        r = order[i]
+        side[i] = 0.0
+        # slow springs are no equations; stiff ones resist corrections
+        if rows[r].correction != NO_CORRECTION or others.give[i] > 0.0:
+            w = rows[r].previous + others.give[i] * rows[r].position_impulse
+            side[i] = -w - dot_with(spans[r], ways, values, z)
+    _substitute(n, others.matrix, side)
+    for i in range(n):
+        rows[order[i]].position_impulse += side[i]
+        add_to(spans[order[i]], ways, values, z, side[i])
