@@ -7,13 +7,13 @@ from typing import Any
 from ...jit import njit
 from ..contact_rows import (
     add_contact_rows,
-    any_restitution,
     forget_contact_impulses,
     refresh_contact_rows,
     store_contact_impulses,
 )
 from ..dispatch import by_dimension, nothing
 from ..energy import natural_residual
+from ..impacts import expects_impact
 from ..integrate import move_kinematic
 from ..islands import AWAKE, KINEMATIC_CONTACT
 from ..joints import any_driven, clear_totals
@@ -50,9 +50,6 @@ def step_articulated(world: Any, island: Any, joints: Any, articulation: Any) ->
         return False
     if world.variant.soft is not None:
         return False
-    if world.variant.restitution is not None:
-        if any_restitution(world, island):
-            return False
     if not list_links(world, island, articulation):
         return False
     island.substeps = substeps_of_links(world, island, joints, articulation)
@@ -61,6 +58,10 @@ def step_articulated(world: Any, island: Any, joints: Any, articulation: Any) ->
     if island.substeps == 0:
         return False
     _start(world, island, joints, articulation)
+    if world.variant.restitution is not None:
+        if expects_impact(world, island):  # bounces propagate through the rows of joints
+            world.state.world.row_count -= island.rows
+            return False
     for s in range(island.substeps):
         _substep(world, island, s, joints, articulation)
         close_others(world, island, s, joints, articulation, articulation.others)
