@@ -30,7 +30,6 @@ def settle_rates(world: Any, island: Any, articulation: Any) -> Any:
     Places the links at the end of the substep; returns whether the corrections converged.
     """
     freedoms = articulation.freedoms
-    start = articulation.start
     rate = articulation.rate
     change = articulation.change
     count = island.body_count
@@ -43,10 +42,7 @@ def settle_rates(world: Any, island: Any, articulation: Any) -> Any:
     for k in range(MOST_ITERATIONS):
         _end_at_rates(world, island, articulation)
         energy = set_imbalance(world, island, articulation, False)
-        for f in range(island.freedoms):
-            rotor = freedoms[f].armature * rate[f]
-            energy += rotor * rate[f]
-            change[f] = freedoms[f].pull - freedoms[f].stiffness * rate[f] + freedoms[f].armature * start[f] - rotor
+        energy += set_joint_imbalance(island, articulation)
         error = respond(articulation.links, count, freedoms, change)
         if error <= (SETTLED if k < MOST_ITERATIONS - 1 else ENOUGH) * energy:
             return True
@@ -100,6 +96,24 @@ def set_imbalance(world: Any, island: Any, articulation: Any, touched: Any) -> A
 
 
 @njit
+def set_joint_imbalance(island: Any, articulation: Any) -> Any:
+    """Set ``change`` to the impulses of springs, efforts and rotors at the present rates.
+
+    Returns twice the kinetic energy of the rotors.
+    """
+    freedoms = articulation.freedoms
+    start = articulation.start
+    rate = articulation.rate
+    change = articulation.change
+    energy = 0.0
+    for f in range(island.freedoms):
+        rotor = freedoms[f].armature * rate[f]
+        energy += rotor * rate[f]
+        change[f] = freedoms[f].pull - freedoms[f].stiffness * rate[f] + freedoms[f].armature * start[f] - rotor
+    return energy
+
+
+@njit
 def limit_speed(world: Any, island: Any, articulation: Any) -> None:
     """Slow the links of a substep that did not settle down to where forces have done the work.
 
@@ -125,6 +139,10 @@ def limit_speed(world: Any, island: Any, articulation: Any) -> None:
         for d in range(len(gravity)):
             weight = parameters.mass * parameters.gravity_scale * gravity[d]
             allowed += 2.0 * weight * (link.position[d] - link.start[d])
+    for f in range(island.freedoms):
+        rotor = articulation.freedoms[f].armature
+        energy += rotor * rate[f] * rate[f]
+        allowed += rotor * articulation.start[f] * articulation.start[f]
     if energy > allowed:
         scale = (max(allowed, 0.0) / energy) ** 0.5
         for f in range(island.freedoms):

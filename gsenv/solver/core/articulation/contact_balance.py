@@ -10,7 +10,7 @@ from __future__ import annotations
 from typing import Any
 
 from ...jit import njit
-from .balance import RELAXED, set_imbalance
+from .balance import RELAXED, set_imbalance, set_joint_imbalance
 from .dynamics import respond_inward, respond_outward
 from .links import move_links, place_links
 from .reactions import add_impulses
@@ -37,8 +37,7 @@ def settle_rows(world: Any, island: Any, articulation: Any) -> Any:
         end_with_rows(world, island, articulation)
         add_impulses(world, island, articulation, 0)
         energy = set_imbalance(world, island, articulation, True)
-        for f in range(island.freedoms):
-            change[f] = freedoms[f].pull - freedoms[f].stiffness * rate[f]
+        energy += set_joint_imbalance(island, articulation)
         error = respond_inward(articulation.links, island.body_count, freedoms, change)
         if error <= SETTLED * energy:
             respond_outward(articulation.links, island.body_count, freedoms, change)
