@@ -58,7 +58,7 @@ def close_others(world: Any, island: Any, s: Any, joints: Any, articulation: Any
 
 @njit
 def _measure(world: Any, island: Any, joints: Any, others: Any) -> Any:
-    """Write the rows at the present poses; sets ``previous`` to the rates that remove the errors, returns the largest."""
+    """Write the rows at the present poses, with the rates that remove their errors; returns the largest error."""
     rows = world.scratch.rows
     joint_models = world.model.joints
     joint_parameters = world.parameters.joints
