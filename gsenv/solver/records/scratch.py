@@ -69,7 +69,7 @@ class Scratch:
         """Return all arrays as a bundle for kernels; parts that the scene does not need are None."""
         dim = self._model.dim
         if articulated and self._articulation is None:
-            self._articulation = articulation_scratch(dim, self._model.trees, len(self.rows))
+            self._articulation = articulation_scratch(dim, self._model.trees, len(self._model.joints), len(self.rows))
         narrowphase = Bundle("Narrowphase", dim, **self._narrowphase) if self._narrowphase else None
         return Bundle(
             "Scratch",

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ...jit import njit
-from ...records.articulation import LinkKind
+from ...records.articulation import SLIDES, LinkKind
 from ...records.model import JointKind
 from ..dispatch import by_dimension
 from ..joints import SWING_PER_SUBSTEP
@@ -25,9 +25,8 @@ tension_of = by_dimension("joints", "tension_of")
 mismatch = by_dimension("articulation", "mismatch")
 
 _FREE = int(LinkKind.FREE)
-_FIXED = int(LinkKind.FIXED)
-_PIVOT = int(LinkKind.PIVOT)
-_TURN = int(LinkKind.TURN)
+_AXES = int(LinkKind.AXES)
+_AXIS = int(JointKind.AXIS)
 _WELD = int(JointKind.WELD)
 TURN_PER_SUBSTEP = 0.4  # rad: largest rotation of a link in a substep
 MOST_TURN = 1.0  # rad: where even the most substeps leave more, the rows of the joints are more robust
@@ -66,10 +65,7 @@ def list_links(world: Any, island: Any, articulation: Any) -> Any:
 
 @njit
 def _all_in_trees(world: Any, island: Any) -> Any:
-    """Whether the island has joints, all of them rigid and in trees, and no body that is swept.
-
-    Soft limits and limits with restitution need the rows of their joints.
-    """
+    """Whether the island has joints, all of them rigid and in trees, and no body that is swept."""
     trees = world.model.trees
     joint_models = world.model.joints
     joint_parameters = world.parameters.joints
@@ -78,14 +74,12 @@ def _all_in_trees(world: Any, island: Any) -> Any:
     if len(island_joints) == 0:
         return False
     for k in range(len(island_joints)):
-        j = island_joints[k]
+        j = main_joint(joint_models, island_joints[k])
         model = joint_models[j]
         child = model.body_a if trees[model.body_a].joint == j else model.body_b
         if trees[child].joint != j or not body_parameters[child].inv_mass > 0.0:
             return False
         if model.kind == _WELD and has_spring(joint_parameters[j]):
-            return False
-        if joint_parameters[j].limit_restitution > 0.0 or joint_parameters[j].limit_frequency > 0.0:
             return False
     island_bodies = part(world.scratch.island_bodies, island.body_first, island.body_count)
     body_models = world.model.bodies
@@ -93,6 +87,12 @@ def _all_in_trees(world: Any, island: Any) -> Any:
         if body_models[island_bodies[k]].continuous != 0:
             return False
     return True
+
+
+@njit
+def main_joint(joint_models: Any, j: Any) -> Any:
+    """Return the joint that a coordinate belongs to, and other joints as they are."""
+    return joint_models[j].joint_a if joint_models[j].kind == _AXIS else j
 
 
 @njit
@@ -109,7 +109,6 @@ def _attach(world: Any, articulation: Any, k: Any, first: Any) -> Any:
     link.kind = _FREE
     link.flipped = tree.flipped
     link.tree = k
-    link.coordinate = 0.0
     last = -1
     if tree.joint >= 0 and joint_parameters[tree.joint].enabled != 0:
         link.joint = tree.joint
@@ -125,19 +124,20 @@ def _attach(world: Any, articulation: Any, k: Any, first: Any) -> Any:
                 if velocity[d] != 0.0:
                     return False
     link.first = first
-    link.count = 1
+    link.count = tree.count
+    link.slides = 0
     if link.kind == _FREE:
         link.count = len(link.velocity)
-    elif link.kind == _FIXED:
-        link.count = 0
-    elif link.kind == _PIVOT:
-        link.count = 3
+    for i in range(min(link.count, len(link.numbers))):
+        link.numbers[i] = tree.numbers[i]
+        if link.kind != _FREE and 0 <= tree.numbers[i] < SLIDES:
+            link.slides += 1
     for f in range(first, first + link.count):
         freedoms[f].parent = last
         freedoms[f].link = k
         freedoms[f].stiffness = 0.0
         freedoms[f].pull = 0.0
-        freedoms[f].armature = joint_parameters[tree.joint].armature if link.kind >= _TURN else 0.0
+        freedoms[f].armature = 0.0
         last = f
     link.last = last
     return True
@@ -157,13 +157,13 @@ def _fits(island: Any, articulation: Any, ndof: Any) -> Any:
                 depth += 1
                 f = freedoms[f].parent
         deepest = max(deepest, depth)
-    rows = ndof * island.contact_count + 4 * island.joint_count
+    rows = ndof * island.contact_count + 5 * island.joint_count
     return 2 * deepest * rows <= len(articulation.values)
 
 
 @njit
 def _enter(world: Any, island: Any, articulation: Any) -> Any:
-    """Set poses and rates from the bodies; False where a joint does not hold, so that its rows must act first."""
+    """Set poses and rates from the bodies; False where rows must act: a joint does not hold, or is nearly singular."""
     links = articulation.links
     start = articulation.start
     step = articulation.step
@@ -178,8 +178,8 @@ def _enter(world: Any, island: Any, articulation: Any) -> Any:
         enter_link(link, body)
         for d in range(len(link.turn)):
             link.turn[d] = 0.0
-        if link.joint >= 0:
-            enter_joint(links, k, bodies, body_parameters, joint_parameters[link.joint])
+        if link.joint >= 0 and not enter_joint(links, k, bodies, body_parameters, joint_parameters[link.joint]):
+            return False
         set_base(link)
         if link.joint >= 0:
             place_link(links, k, step, bodies, body_parameters, joint_parameters[link.joint])
@@ -213,7 +213,7 @@ def substeps_of_links(world: Any, island: Any, joints: Any, articulation: Any) -
     for k in range(island.body_count):
         link = links[k]
         spin = max(spin, turning_rate(link, body_parameters[link.body]))
-        if link.joint >= 0 and link.kind != _FIXED:
+        if link.joint >= 0 and link.count > 0:
             model = joint_models[link.joint]
             parameters = joint_parameters[link.joint]
             a, _, _ = swing_of_side(bodies[model.body_a], body_parameters[model.body_a], parameters.anchor_a)
@@ -235,7 +235,10 @@ def set_base(link: Any) -> None:
     for d in range(len(link.rotation)):
         link.base_rotation[d] = link.rotation[d]
     link.base_angle = link.angle
-    link.base_coordinate = link.coordinate
+    for i in range(link.count if link.kind == _AXES else 0):
+        link.base_coordinates[i] = link.coordinates[i]
+        for d in range(len(link.position)):
+            link.base_directions[i, d] = link.directions[i, d]
 
 
 @njit
