@@ -1,4 +1,4 @@
-"""Links in 2D: poses, velocities, forces and inertias along a tree of joints; spatial/articulation.py explains them."""
+"""Links in 2D: poses, velocities, forces and inertias along a tree of joints; spatial/articulation/ explains them."""
 
 from __future__ import annotations
 
@@ -6,13 +6,16 @@ from typing import Any
 
 from ..core.joints import OFF_CENTER
 from ..jit import inline_njit, njit
-from ..records.articulation import LinkKind
+from ..records.articulation import SLIDES, LinkKind
+from ..records.model import JointKind
 from .joints.angle import unwrapped_angle
 from .math import cross, rotate, turn
 
 _FREE = int(LinkKind.FREE)
-_TURN = int(LinkKind.TURN)
-_SLIDE = int(LinkKind.SLIDE)
+_REVOLUTE = int(JointKind.REVOLUTE)
+_PRISMATIC = int(JointKind.PRISMATIC)
+_WHEEL = int(JointKind.WHEEL)
+_TURN = SLIDES  # number of a rotation
 Wrench = tuple[float, float, float]
 
 
@@ -46,11 +49,11 @@ def _holder_pose(links: Any, link: Any, bodies: Any) -> Any:
 
 
 @njit
-def enter_joint(links: Any, k: Any, bodies: Any, body_parameters: Any, joint: Any) -> None:
-    """Set the coordinate of a slide from the poses of the bodies."""
+def enter_joint(links: Any, k: Any, bodies: Any, body_parameters: Any, joint: Any) -> bool:
+    """Set the coordinate of a slide from the poses of the bodies; False where coordinates are singular: never."""
     link = links[k]
-    if link.kind != _SLIDE:
-        return
+    if link.kind == _FREE:
+        return True
     ox, oy, ix, iy = _anchors(link, joint, body_parameters)
     p = bodies[link.holder]
     b = bodies[link.body]
@@ -59,7 +62,11 @@ def enter_joint(links: Any, k: Any, bodies: Any, body_parameters: Any, joint: An
     own = b if link.flipped else p
     ux, uy = rotate(own.rotation[0], own.rotation[1], joint.axis[0], joint.axis[1])
     apart = ux * (b.position[0] + ix - p.position[0] - ox) + uy * (b.position[1] + iy - p.position[1] - oy)
-    link.coordinate = -apart if link.flipped else apart
+    for i in range(link.count):
+        link.coordinates[i] = 0.0
+        if link.numbers[i] < _TURN:
+            link.coordinates[i] = -apart if link.flipped else apart
+    return True
 
 
 @njit
@@ -85,27 +92,31 @@ def place_link(links: Any, k: Any, step: Any, bodies: Any, body_parameters: Any,
         return
     px, py, c, s, angle = _holder_pose(links, link, bodies)
     ox, oy, ix, iy = _anchors(link, joint, body_parameters)
-    turned = links[link.parent].turn[0] if link.parent >= 0 else 0.0
     rx, ry = rotate(c, s, ox, oy)
-    if link.kind == _TURN:
-        link.direction[2] = -1.0 if link.flipped else 1.0
-        _turn(link, turned + link.direction[2] * step[i])
+    ax, ay = 0.0, 0.0
+    turned = links[link.parent].turn[0] if link.parent >= 0 else 0.0
+    if link.count > link.slides:
+        moved = step[i if link.flipped else i + link.slides]
+        _turn(link, turned - moved if link.flipped else turned + moved)
     else:
         link.turn[0] = turned
         sine = -joint.reference[1] if link.flipped else joint.reference[1]
         link.rotation[0], link.rotation[1] = rotate(c, s, joint.reference[0], sine)
         link.angle = angle - joint.reference_angle if link.flipped else angle + joint.reference_angle
-    if link.kind == _SLIDE:
+    if link.slides > 0:
+        n = link.count - 1 if link.flipped else 0
+        link.coordinates[n] = link.base_coordinates[n] + step[i + n]
         if link.flipped:
-            c, s = link.rotation[0], link.rotation[1]
-        ux, uy = rotate(c, s, joint.axis[0], joint.axis[1])
-        sign = -1.0 if link.flipped else 1.0
-        link.coordinate = link.base_coordinate + step[i]
-        link.direction[0] = sign * ux
-        link.direction[1] = sign * uy
-        rx += link.coordinate * ux * sign
-        ry += link.coordinate * uy * sign
-    ax, ay = rotate(link.rotation[0], link.rotation[1], -ix, -iy)
+            ux, uy = rotate(link.rotation[0], link.rotation[1], -joint.axis[0], -joint.axis[1])
+            ax, ay = link.coordinates[n] * ux, link.coordinates[n] * uy
+        else:
+            ux, uy = rotate(c, s, joint.axis[0], joint.axis[1])
+            rx += link.coordinates[n] * ux
+            ry += link.coordinates[n] * uy
+        link.directions[n, 0], link.directions[n, 1] = ux, uy
+    ix, iy = rotate(link.rotation[0], link.rotation[1], ix, iy)
+    ax -= ix
+    ay -= iy
     link.reach[0], link.reach[1] = rx, ry
     link.arm[0], link.arm[1] = ax, ay
     link.pin[0], link.pin[1] = px + rx, py + ry
@@ -130,12 +141,13 @@ def start_rates(links: Any, k: Any, bodies: Any, rates: Any) -> None:
             rates[i + d] = v[d]
         return
     u = bodies[link.holder].velocity
-    if link.kind == _TURN:
-        rates[i] = link.direction[2] * (v[2] - u[2])
-    elif link.kind == _SLIDE:
-        x = v[0] + v[2] * link.arm[1] - u[0] + u[2] * link.reach[1]
-        y = v[1] - v[2] * link.arm[0] - u[1] - u[2] * link.reach[0]
-        rates[i] = x * link.direction[0] + y * link.direction[1]
+    x = v[0] + v[2] * link.arm[1] - u[0] + u[2] * link.reach[1]
+    y = v[1] - v[2] * link.arm[0] - u[1] - u[2] * link.reach[0]
+    for n in range(link.count):
+        if link.numbers[n] < _TURN:
+            rates[i + n] = x * link.directions[n, 0] + y * link.directions[n, 1]
+        else:
+            rates[i + n] = u[2] - v[2] if link.flipped else v[2] - u[2]
 
 
 @njit
@@ -155,11 +167,12 @@ def set_motion(links: Any, k: Any, rates: Any) -> None:
         w = u[2]
         x = u[0] - w * link.reach[1]
         y = u[1] + w * link.reach[0]
-    if link.kind == _TURN:
-        w += link.direction[2] * rates[i]
-    elif link.kind == _SLIDE:
-        x += rates[i] * link.direction[0]
-        y += rates[i] * link.direction[1]
+    for n in range(link.count):
+        if link.numbers[n] < _TURN:
+            x += rates[i + n] * link.directions[n, 0]
+            y += rates[i + n] * link.directions[n, 1]
+        else:
+            w += -rates[i + n] if link.flipped else rates[i + n]
     link.velocity[0] = x - w * link.arm[1]
     link.velocity[1] = y + w * link.arm[0]
     link.velocity[2] = w
@@ -173,14 +186,17 @@ def set_force(links: Any, k: Any, rates: Any, mass: Any, h: Any) -> None:
     x = 0.0
     y = 0.0
     if link.kind != _FREE:
+        spin = 0.0
         if link.parent >= 0:
             parent = links[link.parent]
             spin = parent.velocity[2]
             x = parent.acceleration[0] - spin * spin * link.reach[0]
             y = parent.acceleration[1] - spin * spin * link.reach[1]
-            if link.kind == _SLIDE:
-                x -= 2.0 * spin * rates[link.first] * link.direction[1]
-                y += 2.0 * spin * rates[link.first] * link.direction[0]
+        if link.slides > 0:
+            n = link.count - 1 if link.flipped else 0
+            bend = 2.0 * rates[link.first + n] * (w if link.flipped else spin)
+            x -= bend * link.directions[n, 1]
+            y += bend * link.directions[n, 0]
         x -= w * w * link.arm[0]
         y -= w * w * link.arm[1]
     link.acceleration[0] = x
@@ -236,15 +252,14 @@ def set_motions(link: Any, freedoms: Any) -> None:
                 freedoms[i + k].motion[d] = 1.0 if d == k else 0.0
         freedoms[i + 2].motion[0] = link.center[1]
         freedoms[i + 2].motion[1] = -link.center[0]
-    elif link.kind == _TURN:
-        sign = link.direction[2]
-        freedoms[i].motion[0] = sign * link.anchor[1]
-        freedoms[i].motion[1] = -sign * link.anchor[0]
-        freedoms[i].motion[2] = sign
-    elif link.kind == _SLIDE:
-        freedoms[i].motion[0] = link.direction[0]
-        freedoms[i].motion[1] = link.direction[1]
-        freedoms[i].motion[2] = 0.0
+        return
+    sign = -1.0 if link.flipped else 1.0
+    for n in range(link.count):
+        motion = freedoms[i + n].motion
+        slides = link.numbers[n] < _TURN
+        motion[0] = link.directions[n, 0] if slides else sign * link.anchor[1]
+        motion[1] = link.directions[n, 1] if slides else -sign * link.anchor[0]
+        motion[2] = 0.0 if slides else sign
 
 
 @inline_njit
@@ -284,11 +299,27 @@ def carry(link: Any) -> None:
 
 
 @njit
-def coordinate_of(link: Any, a: Any, b: Any, joint: Any) -> Any:
-    """Return the coordinate of a turn or slide, rad or m."""
-    if link.kind == _TURN:
-        return unwrapped_angle(a, b, joint.parameters)
-    return link.coordinate
+def numbers_of(model: Any, parameters: Any) -> tuple[int, int]:
+    """Return the numbers of the coordinates of limit and spring, and of the motor; -1: none."""
+    if model.kind == _REVOLUTE:
+        return _TURN, _TURN
+    if model.kind == _PRISMATIC:
+        return 0, 0
+    return (0, _TURN) if model.kind == _WHEEL else (-1, -1)
+
+
+@njit
+def coordinate_of(link: Any, servo: Any, bodies: Any, joint: Any) -> Any:
+    """Return the coordinate of a joint at the start of the substep, rad or m."""
+    if servo.number < _TURN:
+        return link.coordinates[servo.place]
+    return unwrapped_angle(bodies[joint.model.body_a], bodies[joint.model.body_b], joint.parameters)
+
+
+@njit
+def set_pivot_direction(world: Any, row: Any, links: Any, k: Any, joint: Any, number: Any, h: Any) -> float:
+    """2D has no balls."""
+    return 0.0
 
 
 @njit
@@ -306,31 +337,29 @@ def turning_rate(links: Any, k: Any, body_parameters: Any) -> Any:
 
 
 @njit
-def set_servo_direction(row: Any, links: Any, k: Any, bodies: Any, body_parameters: Any, substep_bodies: Any) -> None:
+def set_servo_direction(
+    row: Any, links: Any, k: Any, place: Any, bodies: Any, body_parameters: Any, substep_bodies: Any
+) -> None:
     """Set the Jacobian of J v = rate of a turn or slide."""
     link = links[k]
     inner = row.jacobian_a if link.flipped else row.jacobian_b
     outer = row.jacobian_b if link.flipped else row.jacobian_a
-    x, y = link.direction[0], link.direction[1]
-    turns = link.kind == _TURN
+    x, y = link.directions[place, 0], link.directions[place, 1]
+    turns = link.numbers[place] == _TURN
+    sign = -1.0 if link.flipped else 1.0
     inner[0] = 0.0 if turns else x
     inner[1] = 0.0 if turns else y
-    inner[2] = link.direction[2] if turns else cross(x, y, link.arm[0], link.arm[1])
+    inner[2] = sign if turns else cross(x, y, link.arm[0], link.arm[1])
     outer[0] = -inner[0]
     outer[1] = -inner[1]
-    outer[2] = -link.direction[2] if turns else cross(x, y, link.reach[0], link.reach[1])
+    outer[2] = -sign if turns else cross(x, y, link.reach[0], link.reach[1])
 
 
 @njit
 def add_reaction(link: Any, reaction: Any) -> None:
     """Add the impulse of a joint on its body b, which ``link.force`` has about the origin, about b's anchor."""
     x, y = link.anchor[0], link.anchor[1]
-    sign = 1.0
-    if link.flipped:
-        sign = -1.0
-        if link.kind == _SLIDE:
-            x -= link.coordinate * link.direction[0]
-            y -= link.coordinate * link.direction[1]
+    sign = -1.0 if link.flipped else 1.0
     reaction[0] += sign * link.force[0]
     reaction[1] += sign * link.force[1]
     reaction[2] += sign * (link.force[2] - cross(x, y, link.force[0], link.force[1]))

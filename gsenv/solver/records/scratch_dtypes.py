@@ -124,7 +124,8 @@ ISLAND_STEP_DTYPE = np.dtype(
         ("has_springs", "i4"),  # 1: a joint has a spring, which may release energy
         ("has_restitution", "i4"),  # 1: a contact has a restitution
         ("rotated_frame", "i4"),  # 1: one of its bodies has a rotated frame (3D)
-        ("servos", "i4"),  # 1: joints of trees have limits, motors or springs
+        ("servos", "i4"),  # 1: joints of trees have limits, motors, springs or rotors
+        ("coordinates", "i4"),  # those of joints of trees
         ("substeps", "i8"),
         ("freedoms", "i8"),  # degrees of freedom, in joint coordinates
         ("joint_rows", "i8"),  # number of joint rows, which come before those of contacts

@@ -29,11 +29,12 @@ from .links import largest_turn, list_links, move_links, place_links, set_base, 
 from .other_joints import bend_other_rows, store_other_impulses, substeps_of_others, write_other_rows
 from .reactions import add_impulses, keep_momenta, store_reactions
 from .rows import whiten_rows
-from .servos import add_servo_rows, count_servo_rows, keep_coordinates, store_servo_impulses
+from .servos import add_joint_forces, add_servo_rows, keep_coordinates, list_servos, store_servo_impulses
 from .solve import add_all_impulses, correct_overlaps, limit_energy, start_solve, sweep_rows
 
 leave_link = by_dimension("articulation", "leave_link")
 enter_link = by_dimension("articulation", "enter_link")
+enter_joint = by_dimension("articulation", "enter_joint")
 keep_world_frames = by_dimension("articulation", "keep_world_frames", otherwise=nothing)
 
 SLOW_TURN = 0.004  # rad in a substep: slower links need no balance of momentum where rows act
@@ -83,7 +84,7 @@ def _start(world: Any, island: Any, joints: Any, articulation: Any) -> None:
     island.residual = 0.0
     clear_totals(island_joints, joints)
     keep_world_frames(world, island)
-    island.joint_rows = island.other_rows + count_servo_rows(world, island, articulation)
+    island.joint_rows = island.other_rows + list_servos(world, island, articulation)
     island.rows = add_contact_rows(world, island)
     world.state.world.row_count += island.rows
 
@@ -147,7 +148,7 @@ def _enter_middle(world: Any, island: Any, joints: Any, articulation: Any) -> No
     _keep_start_velocities(world, island, articulation)
     write_other_rows(world, island, joints, articulation, articulation.others)
     if island.servos:
-        add_servo_rows(world, island, articulation, joints)
+        add_joint_forces(world, island, articulation, joints)
     factorise_links(articulation.links, island.body_count, articulation.freedoms)
 
 
@@ -162,11 +163,12 @@ def _divide(world: Any, island: Any, joints: Any, articulation: Any) -> None:
         return
     links = articulation.links
     bodies = world.state.bodies
+    joint_parameters = world.parameters.joints
     whole = island.h
     add_impulses(world, island, articulation, island.joint_rows)
     for k in range(island.body_count):
         enter_link(links[k], bodies[links[k].body])
-        links[k].coordinate = links[k].begin
+        enter_joint(links, k, bodies, world.parameters.bodies, joint_parameters[max(links[k].joint, 0)])
         set_base(links[k])
     for f in range(island.freedoms):
         articulation.step[f] = 0.0
@@ -224,6 +226,8 @@ def _solve_rows(world: Any, island: Any, articulation: Any, last: Any) -> None:
     move_links(island, articulation, articulation.free)
     _keep_free_velocities(world, island, articulation)
     bend_other_rows(world, island, articulation, articulation.others)
+    if island.joint_rows > island.other_rows:
+        add_servo_rows(world, island, articulation, world.state.joints)
     whiten_rows(world, island, articulation)
     factorise_equations(world, island, articulation, articulation.others)
     island.residual_scale = start_solve(world, island, articulation)
