@@ -16,7 +16,6 @@ from .links import move_links, set_base
 set_moment = by_dimension("articulation", "set_moment")
 set_inertia = by_dimension("articulation", "set_inertia")
 set_motions = by_dimension("articulation", "set_motions")
-set_motion = by_dimension("articulation", "set_motion")
 set_force = by_dimension("articulation", "set_force")
 set_applied = by_dimension("articulation", "set_applied")
 

@@ -16,8 +16,8 @@ from .other_joints import count_other_rows, is_soft
 enter_link = by_dimension("articulation", "enter_link")
 enter_joint = by_dimension("articulation", "enter_joint")
 place_link = by_dimension("articulation", "place_link")
-start_rates = by_dimension("articulation", "start_rates")
-set_motion = by_dimension("articulation", "set_motion")
+start_joint_rates = by_dimension("articulation", "start_joint_rates")
+set_joint_motion = by_dimension("articulation", "set_joint_motion")
 turning_rate = by_dimension("articulation", "turning_rate")
 swing_of_side = by_dimension("joints", "swing_of_side")
 tension_of = by_dimension("joints", "tension_of")
@@ -215,6 +215,28 @@ def set_base(link: Any) -> None:
         link.base_coordinates[i] = link.coordinates[i]
         for d in range(len(link.position)):
             link.base_directions[i, d] = link.directions[i, d]
+
+
+@njit
+def start_rates(links: Any, k: Any, bodies: Any, rates: Any) -> None:
+    """Set the rates of link k from the velocities of the bodies."""
+    link = links[k]
+    if link.kind != _FREE:
+        start_joint_rates(links, k, bodies, rates)
+        return
+    for d in range(len(link.velocity)):
+        rates[link.first + d] = bodies[link.body].velocity[d]
+
+
+@njit
+def set_motion(links: Any, k: Any, rates: Any) -> None:
+    """Set the velocity of link k by the rates; that of its parent is set."""
+    link = links[k]
+    if link.kind != _FREE:
+        set_joint_motion(links, k, rates)
+        return
+    for d in range(len(link.velocity)):
+        link.velocity[d] = rates[link.first + d]
 
 
 @njit

@@ -225,15 +225,11 @@ def _set_rotation(link: Any, q: Quaternion) -> None:
 
 
 @njit
-def start_rates(links: Any, k: Any, bodies: Any, rates: Any) -> None:
-    """Set the rates of link k from the velocities of the bodies."""
+def start_joint_rates(links: Any, k: Any, bodies: Any, rates: Any) -> None:
+    """Set the rates of link k, which is on a joint, from the velocities of the bodies."""
     link = links[k]
     v = bodies[link.body].velocity
     i = link.first
-    if link.kind == _FREE:
-        for d in range(6):
-            rates[i + d] = v[d]
-        return
     u = bodies[link.holder].velocity
     spin = sub(spin_of(v), spin_of(u))
     if link.kind == _PIVOT:
@@ -255,14 +251,10 @@ def _holder_motion(links: Any, link: Any) -> tuple[Vec, Vec]:
 
 
 @njit
-def set_motion(links: Any, k: Any, rates: Any) -> None:
-    """Set the velocity of link k by the rates; that of its parent is set."""
+def set_joint_motion(links: Any, k: Any, rates: Any) -> None:
+    """Set the velocity of link k, which is on a joint, by the rates; that of its parent is set."""
     link = links[k]
     i = link.first
-    if link.kind == _FREE:
-        for d in range(6):
-            link.velocity[d] = rates[i + d]
-        return
     v, w = _holder_motion(links, link)
     v = add(v, cross(w, vec(link.reach)))
     if link.kind == _PIVOT:

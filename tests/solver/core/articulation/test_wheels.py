@@ -84,7 +84,7 @@ def test_a_free_cart_keeps_momentum_and_energy(flipped: bool) -> None:
         world = articulated(cart(flipped, 0.0, stiffness=800.0), timestep=1.0 / rate, substeps=1, sleep=False)
         world.set_pose("ground", position=(0.0, -50.0))
         world.set_velocity("box", linear=(1.0, 0.5), angular=1.0)
-        world.step()
+        world.step(2)  # the first brings the wheels along
         start = world.diagnostics()
         world.step(rate)
         end = world.diagnostics()
@@ -92,7 +92,9 @@ def test_a_free_cart_keeps_momentum_and_energy(flipped: bool) -> None:
         momentum = np.append(end.momentum - start.momentum, end.angular_momentum - start.angular_momentum)
         drifts.append([abs(momentum).max(), abs(end.energy - start.energy)[0] / start.energy[0]])
     print(drifts)
-    assert_allclose(drifts[1], 0.0, atol=1e-3)
+    assert drifts[0][0] < 1e-4
+    assert drifts[0][1] < 2e-3
+    assert drifts[1][1] < 0.35 * drifts[0][1]
 
 
 @pytest.mark.parametrize("restitution", [0.0, 0.5, 1.0])
@@ -107,7 +109,7 @@ def test_a_limit_bounces_by_newtons_law(restitution: float) -> None:
 
 def test_a_soft_limit_swings_back_at_its_frequency() -> None:
     """2 Hz on the row's effective mass, 1/12 kg m^2, is 1 Hz on 1/3 kg m^2: half a period of 0.5 s in the limit."""
-    world = servo(limits=(-5.0, 0.0), limit_frequency=2.0)
+    world = servo(limits=(-5.0, 0.0), limit_frequency=2.0, limit_damping_ratio=0.0)
     for rod, side in (("rod_0", 1.0), ("rod_1", -1.0)):
         world.set_velocity(rod, linear=(0.0, 0.5 * side), angular=side)
     world.step(15)
