@@ -11,6 +11,7 @@ from ..records.model import Array, JointKind, Model
 from ..records.state import State
 from ..specification import check
 from ..specification.handles import Reference, find
+from .joint_poses import Move, bodies_beyond, move_bodies
 from .parameters import Parameters
 
 
@@ -166,6 +167,42 @@ class Actions:
             raise ValueError(f"{where}: it has no spring.")
         for name, values in checked.items():
             self.state.joints[name][chosen, j] = values
+        self._wake(chosen)
+
+    def set_joint(self, joint: Reference, *, coordinate: Any = None, rate: Any = None, worlds: Any = None) -> None:
+        """Set the coordinate of a joint, its rate or both; all bodies beyond the joint move with it.
+
+        The coordinates and rates of all other joints stay; what is not given does not change. Which body is beyond
+        the joint: the one that is farther from the fixed bodies, or from the first body of a free tree.
+
+        Args:
+            joint: revolute, hinge, prismatic or slider, in no loop.
+            coordinate: rad or m, as ``World.joint_coordinate``, one number or (chosen world,); limits do not bound it.
+            rate: rad/s or m/s, likewise.
+            worlds: None for all, an int, ints or a bool mask.
+
+        Raises:
+            ValueError: a joint of another kind, in a loop or disabled; numbers that are not finite.
+        """
+        j = self._joint(joint, "set_joint")
+        where = f"set_joint of joint {self.model.joint_names[j]!r}"
+        chosen = check.worlds(worlds, self.world_count)
+        given = {
+            word: check.values(value, (len(chosen),), f"{where}: {word}")
+            for word, value in (("coordinate", coordinate), ("rate", rate))
+            if value is not None
+        }
+        enabled = self.parameters.joints["enabled"][chosen]
+        groups = [(row, np.flatnonzero((enabled == row).all(1))) for row in np.unique(enabled, axis=0)]
+        beyond = [bodies_beyond(self.model, row, j) for row, _ in groups]
+        for (_, members), bodies in zip(groups, beyond, strict=True):
+            change = [np.zeros(len(members))] * 2
+            readings = self._dimension.joint_readings
+            for k, (word, read) in enumerate((("coordinate", readings.coordinate), ("rate", readings.rate))):
+                if word in given:
+                    change[k] = given[word][members] - read(self.model, self.parameters, self.state, j)[chosen[members]]
+            move = Move(j, chosen[members], bodies, *change)
+            move_bodies(self._dimension, self.model, self.parameters, self.state, move)
         self._wake(chosen)
 
     def set_target(

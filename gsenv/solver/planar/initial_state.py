@@ -41,3 +41,21 @@ def fill_reference(a: Any, b: Any, parameters: Any, state: Any) -> None:
     parameters["reference"] = rotation_of(b.angle - a.angle)
     parameters["reference_angle"] = b.angle - a.angle
     state["target_angle"] = b.angle
+
+
+def turn_about(axis: Array, angle: Array) -> Array:
+    """Return rotations (world, 3), cos, sin and angle, by angles (world,) in rad; the axis is that of the plane."""
+    return np.array([(*rotation_of(one), one) for one in angle]).reshape(-1, 3)
+
+
+def turned_vectors(turn: Array, v: Array) -> Array:
+    """Rotate vectors (world, 2)."""
+    c, s = turn[:, 0], turn[:, 1]
+    return np.stack([c * v[:, 0] - s * v[:, 1], s * v[:, 0] + c * v[:, 1]], -1)
+
+
+def turn_bodies(bodies: Array, turn: Array, pivot: Array) -> None:
+    """Rotate bodies, state records (world,), about points (world, 2)."""
+    bodies["position"] = pivot + turned_vectors(turn, bodies["position"] - pivot)
+    bodies["angle"] += turn[:, 2]
+    bodies["rotation"] = np.array([rotation_of(one) for one in bodies["angle"]]).reshape(-1, 2)

@@ -6,11 +6,13 @@ from typing import Any
 
 import numpy as np
 
+from ..core.trig import sin_cos
 from ..records.model import Array
 from .math import Quaternion, conjugate, multiply, normalised
 
 _multiply = getattr(multiply, "py_func", multiply)
 _conjugate = getattr(conjugate, "py_func", conjugate)
+_sin_cos = getattr(sin_cos, "py_func", sin_cos)
 _normalised = getattr(normalised, "py_func", normalised)
 
 
@@ -91,3 +93,21 @@ def fill_reference(a: Any, b: Any, parameters: Any, state: Any) -> None:
     one, other = rotation_of(a.orientation), rotation_of(b.orientation)
     parameters["reference"] = _normalised(_multiply(_conjugate(one), other))
     state["target_rotation"] = other
+
+
+def turn_about(axis: Array, angle: Array) -> Array:
+    """Return the quaternions (world, 4) of rotations by angles (world,) in rad about unit axes (world, 3)."""
+    half = 0.5 * np.asarray(angle)
+    cosine, sine = np.array([_sin_cos(float(one)) for one in half]).reshape(-1, 2).T
+    return np.concatenate([cosine[:, None], sine[:, None] * axis], -1)
+
+
+def turned_vectors(turn: Array, v: Array) -> Array:
+    """Rotate vectors (world, 3)."""
+    return turned_by(turn, v)
+
+
+def turn_bodies(bodies: Array, turn: Array, pivot: Array) -> None:
+    """Rotate bodies, state records (world,), about points (world, 3)."""
+    bodies["position"] = pivot + turned_by(turn, bodies["position"] - pivot)
+    bodies["rotation"] = [rotation_of(one) for one in multiplied(turn, bodies["rotation"])]

@@ -115,7 +115,14 @@ def set_joint_imbalance(island: Any, articulation: Any) -> Any:
 
 @njit
 def limit_speed(world: Any, island: Any, articulation: Any) -> None:
-    """Slow the links of a substep that did not settle down to where forces have done the work.
+    """Slow the links of a substep that did not settle down to where forces have done the work."""
+    world.state.world.unconverged += 1
+    hold_energy(world, island, articulation, 1.0)
+
+
+@njit
+def hold_energy(world: Any, island: Any, articulation: Any, margin: Any) -> None:
+    """Slow the links down to ``margin`` times the kinetic energy at which forces have done the work.
 
     Without springs and motors the kinetic energy grows by the work of gravity and applied forces alone.
     """
@@ -124,7 +131,6 @@ def limit_speed(world: Any, island: Any, articulation: Any) -> None:
     bodies = world.state.bodies
     body_parameters = world.parameters.bodies
     gravity = world.parameters.world.gravity
-    world.state.world.unconverged += 1
     if island.driven or island.has_springs:
         return
     allowed = island.kinetic
@@ -143,6 +149,7 @@ def limit_speed(world: Any, island: Any, articulation: Any) -> None:
         rotor = articulation.freedoms[f].armature
         energy += rotor * rate[f] * rate[f]
         allowed += rotor * articulation.start[f] * articulation.start[f]
+    allowed *= margin
     if energy > allowed:
         scale = (max(allowed, 0.0) / energy) ** 0.5
         for f in range(island.freedoms):

@@ -16,6 +16,7 @@ from ..integrate import move_kinematic
 from ..joints import write_joint_rows
 from ..rows import BILATERAL, UNILATERAL
 from ..slices import part
+from .balance import hold_energy
 from .dynamics import factorise_links, respond_outward, set_middle
 from .equations import bound_correction, correct_others, factorise_equations, size_of
 from .links import move_links, place_links, set_base
@@ -28,6 +29,7 @@ LOOSE = 1e-5  # of a body's size, or rad: smaller errors are left to the next su
 MOST_CLOSINGS = 12
 CHORDS = 4  # of them with the factor of the middle of the substep
 LARGEST_TURN = 0.3  # rad: largest rotation of a link in one iteration
+GAIN = 2e-3  # of the kinetic energy: largest gain in one substep, which smooth motion takes back
 _NOW = 1e-9  # of the substep: time ahead for which rows are made
 _SWEEPS = 3
 
@@ -54,6 +56,16 @@ def close_others(world: Any, island: Any, s: Any, joints: Any, articulation: Any
         closed = True
     if closed:
         _slow_links(world, island, articulation, others)
+    hold_energy(world, island, articulation, 1.0 + GAIN)
+    _leave_velocities(world, island, articulation.links)
+
+
+@njit
+def _leave_velocities(world: Any, island: Any, links: Any) -> None:
+    bodies = world.state.bodies
+    for k in range(island.body_count):
+        for d in range(len(links[k].velocity)):
+            bodies[links[k].body].velocity[d] = links[k].velocity[d]
 
 
 @njit
@@ -99,15 +111,12 @@ def _is_passed(row: Any) -> Any:
 @njit
 def _factorise_here(world: Any, island: Any, articulation: Any, others: Any) -> None:
     """Express the rows that were measured in joint space at the present poses of the links."""
-    island.rows, island.joint_rows, rows, joint_rows = (
-        island.other_rows,
-        island.other_rows,
-        island.rows,
-        island.joint_rows,
-    )
+    rows, joint_rows = island.rows, island.joint_rows
+    island.rows = island.other_rows
+    island.joint_rows = island.other_rows
     for f in range(island.freedoms):
         articulation.step[f] = 0.0
-    _start_again(island, articulation)
+    _start_again(world, island, articulation)
     place_links(world, island, articulation)
     set_middle(world, island, articulation)
     factorise_links(articulation.links, island.body_count, articulation.freedoms)
@@ -138,7 +147,7 @@ def _take_step(world: Any, island: Any, articulation: Any, others: Any) -> None:
         articulation.conjugate[f] += share * z[f]
     for r in range(island.other_rows):
         others.moved[r] += share * rows[r].position_impulse
-    _start_again(island, articulation)
+    _start_again(world, island, articulation)
     place_links(world, island, articulation)
     _leave(world, island, articulation)
 
@@ -158,10 +167,16 @@ def _largest_share(island: Any, articulation: Any) -> Any:
 
 
 @njit
-def _start_again(island: Any, articulation: Any) -> None:
-    """Count displacements from the present poses."""
+def _start_again(world: Any, island: Any, articulation: Any) -> None:
+    """Count displacements from the present poses, after the work of gravity up to these."""
     links = articulation.links
+    body_parameters = world.parameters.bodies
+    gravity = world.parameters.world.gravity
     for k in range(island.body_count):
+        parameters = body_parameters[links[k].body]
+        for d in range(len(gravity)):
+            weight = parameters.mass * parameters.gravity_scale * gravity[d]
+            island.kinetic += 2.0 * weight * (links[k].position[d] - links[k].start[d])
         set_base(links[k])
         for d in range(len(links[k].position)):
             links[k].start[d] = links[k].position[d]
@@ -201,7 +216,7 @@ def _slow_links(world: Any, island: Any, articulation: Any, others: Any) -> None
     for f in range(island.freedoms):
         rate[f] += share * articulation.before[f]
         articulation.step[f] = 0.0
-    _start_again(island, articulation)
+    _start_again(world, island, articulation)
     place_links(world, island, articulation)
     move_links(island, articulation, rate)
     _leave(world, island, articulation)

@@ -1,0 +1,115 @@
+"""Closed loops in joint coordinates: linkages against Lagrange's equation, a closed chain, breaking, snapshots."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+from gsenv.solver import Options, Scene, World
+from tests.solver.bits import everything
+from tests.solver.core.articulation.linkages import (
+    PINS,
+    G,
+    four_bar,
+    four_bar_poses,
+    ring,
+    slider_crank,
+    slider_crank_poses,
+    turn_after,
+)
+from tests.solver.core.articulation.opened import articulated
+
+Array = np.ndarray[Any, Any]
+BARS = np.linalg.norm(np.diff(PINS, axis=0), axis=1) ** 2 / 12.0  # kg m^2
+LINKAGES = [
+    (four_bar, four_bar_poses, BARS),
+    (slider_crank, slider_crank_poses, np.array([0.3**2 / 12.0, 1.0 / 12.0, 1.0])),
+]
+
+
+@pytest.mark.parametrize("build, poses, inertias", LINKAGES, ids=["four-bar", "slider-crank"])
+def test_a_linkage_converges_with_second_order(
+    build: Callable[[], Scene], poses: Callable[[float], Array], inertias: Array
+) -> None:
+    exact = turn_after(poses, inertias, 1.5, 3000)
+    errors = []
+    for rate in (120, 240, 480):
+        world = articulated(build(), timestep=1.0 / rate, substeps=1, sleep=False)
+        world.step(rate * 3 // 2)
+        errors.append(abs(world.angle[0, 1] - poses(0.0)[0, 2] - exact))
+        diagnostics = world.diagnostics()
+        assert diagnostics.rows[0] == 2
+        assert diagnostics.relative_joint_error[0] < 1e-4
+    assert errors[-1] < 2e-3
+    assert errors[0] / errors[-1] > 9.0  # 16 at second order
+
+
+@pytest.mark.parametrize("build", [four_bar, slider_crank, ring])
+def test_a_loop_stays_closed_and_gains_no_energy(build: Callable[[], Scene]) -> None:
+    world = articulated(build(), sleep=False)
+    start = world.diagnostics()
+    most = worst = 0.0
+    kinetic = 0.0
+    for _ in range(600):
+        world.step()
+        now = world.diagnostics()
+        most = max(most, now.energy[0] - start.energy[0])
+        kinetic = max(kinetic, now.kinetic_energy[0])
+        worst = max(worst, now.relative_joint_error[0])
+    assert worst < 1e-3
+    assert most < 5e-3 * kinetic
+    if build is not ring:  # whose bars jerk as it collapses
+        assert now.energy[0] - start.energy[0] > -0.05 * kinetic
+
+
+def test_the_reactions_of_a_loop_carry_its_weight() -> None:
+    scene = ring(12)
+    world = articulated(scene)
+    for body in range(1, 13):
+        world.parameters.set(f"bar_{body - 1}", linear_damping=3.0, angular_damping=3.0)
+    world.step(1200)
+    assert world.joint_reaction("top")[0, 1] == pytest.approx(12 * 0.1 * G, rel=1e-3)
+    assert world.diagnostics().relative_joint_error[0] < 1e-3
+
+
+def test_a_loop_that_is_cut_is_a_chain() -> None:
+    cut, chain = articulated(four_bar(), sleep=False), articulated(four_bar(), sleep=False)
+    chain.parameters.set("c", enabled=False)
+    cut.step(10)
+    assert cut.diagnostics().rows[0] == 2
+    cut.parameters.set("c", enabled=False)
+    for name in ("bodies", "joints"):
+        getattr(chain.state, name)[:] = getattr(cut.state, name)
+    for world in (cut, chain):
+        world.step(30)
+        assert world.diagnostics().rows[0] == 0
+    assert_allclose(cut.position, chain.position, rtol=0.0, atol=1e-12)
+
+
+def test_worlds_and_threads_do_not_matter() -> None:
+    batch = World(four_bar(), 3, threads=2, options=Options(articulated=True))
+    one = [articulated(four_bar()) for _ in range(3)]
+    for w, world in enumerate(one):
+        for target in (world, batch):
+            target.parameters.set("coupler", mass=1.0 + w, worlds=None if target is world else w)
+    for world in [*one, batch]:
+        world.step(60)
+    for w, world in enumerate(one):
+        assert_array_equal(batch.state.bodies[w], world.state.bodies[0])
+        assert_array_equal(batch.state.joints[w], world.state.joints[0])
+    assert batch.angle[0, 1] != batch.angle[1, 1]
+
+
+def test_a_snapshot_continues_bit_for_bit() -> None:
+    world = articulated(ring())
+    world.step(20)
+    saved = world.save()
+    world.step(20)
+    again = articulated(ring())
+    again.restore(saved)
+    again.step(20)
+    assert everything(again) == everything(world)
