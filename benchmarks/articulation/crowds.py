@@ -76,7 +76,7 @@ def measure_car(quick: bool) -> dict[str, float]:
     for on in (False, True):
         env = CarVectorEnv(1)
         env.reset(seed=0)
-        world = env.world
+        world = env.task.world
         world.options = dataclasses.replace(world.options, articulated=on, sleep=False)
         world.step(100)
         found["joint coordinates" if on else "rows"] = 1e6 * step_time(world, 100 if quick else 500)
