@@ -264,7 +264,11 @@ def _satisfy_joints(rows: Any, bodies: Any, joint_factor: Any) -> None:
     """Project the velocities onto the joints' equations: an impact would take a violation for approach."""
     plan = joint_factor.plan
     for r in range(plan.row_end):
-        rows[r].bias *= -1.0  # at the start of the substep instead of its end
+        row = rows[r]
+        if row.softness > 0.0:  # a rotor resists the change from its present rate
+            row.bias = -relative_velocity(row, bodies[row.body_a], bodies[row.body_b])
+        else:
+            row.bias *= -1.0  # at the start of the substep instead of its end
     solve_equations(rows, plan.row_end, bodies, plan.size, joint_factor.entries, joint_factor.blocks, 0.0, None)
 
 
