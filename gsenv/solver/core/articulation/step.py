@@ -22,9 +22,10 @@ from ..slices import part
 from ..springs import any_sprung
 from .balance import limit_speed, settle_rates
 from .dynamics import PASSES, factorise_links, respond_outward, set_free_rates, set_middle
-from .links import list_links, move_links, place_links, set_base, substeps_of_links
+from .links import list_links, measure_motion, move_links, place_links, set_base, substeps_of_links
 from .reactions import add_contact_impulses, keep_momenta, store_reactions
 from .rows import whiten_rows
+from .runge_kutta import swing, swings
 from .servos import add_servo_rows, count_servo_rows, keep_coordinates, store_servo_impulses
 from .solve import correct_overlaps, limit_energy, start_solve, sweep_rows
 
@@ -51,7 +52,13 @@ def step_articulated(world: Any, island: Any, joints: Any, articulation: Any) ->
             return False
     if not list_links(world, island, articulation):
         return False
-    island.substeps = substeps_of_links(world, island, joints, articulation)
+    measure_motion(world, island, joints, articulation)
+    if swings(world, island, articulation):
+        island.substeps = world.options.substeps
+        _start(world, island, joints, articulation)
+        swing(world, island, joints, articulation)
+        return True
+    island.substeps = substeps_of_links(world, island)
     if island.substeps == 0:
         return False
     _start(world, island, joints, articulation)
