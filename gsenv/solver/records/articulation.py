@@ -84,6 +84,7 @@ def link_dtype(dim: int) -> np.dtype[Any]:
             ("anchor", "f8", (dim,)),  # m, pin from the origin, half a substep ahead
             ("half", "f8", (spin,)),  # rad, displacement in the first half of the substep
             ("start", "f8", (dim,)),  # m, centre of mass at the start of the substep
+            ("start_pin", "f8", (dim,)),  # m, pin at the same time, in steps of Runge-Kutta
             ("velocity", "f8", (ndof,)),  # m/s and rad/s, of the centre of mass
             ("acceleration", "f8", (ndof,)),
             ("moment", "f8", (1 if dim == 2 else 6,)),  # kg m^2 about the centre of mass: I, or xx xy xz yy yz zz
@@ -159,6 +160,7 @@ def articulation_scratch(dim: int, trees: Array, joint_count: int, row_capacity:
     deepest = int(trees["depth"].max(initial=NDOF[dim]))
     values = min(row_capacity * 2 * deepest, MOST_VALUES)
     rates = ("start", "rate", "free", "change", "whitened", "before", "conjugate", "step", "shift")
+    runge_kutta = ("path", "slope", "start_slope", "start_acceleration", "path_sum", "rate_sum")
     return {
         "links": np.zeros(bodies, link_dtype(dim)),
         "freedoms": np.zeros(freedoms, freedom_dtype(dim)),
@@ -168,7 +170,7 @@ def articulation_scratch(dim: int, trees: Array, joint_count: int, row_capacity:
         "ways": np.zeros(values + 2 * deepest, np.int32),
         "values": np.zeros(values + 2 * deepest),
         "others": None,
-        **{name: np.zeros(freedoms) for name in rates},
+        **{name: np.zeros(freedoms) for name in (*rates, *runge_kutta)},
     }
 
 

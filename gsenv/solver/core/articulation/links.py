@@ -173,8 +173,8 @@ def _enter(world: Any, island: Any, articulation: Any) -> Any:
 
 
 @njit
-def substeps_of_links(world: Any, island: Any, joints: Any, articulation: Any) -> Any:
-    """Return the number of substeps that keeps taut links stable and rotating ones accurate; 0 if there is none.
+def measure_motion(world: Any, island: Any, joints: Any, articulation: Any) -> None:
+    """Set ``spin``, the fastest rotation of a link in rad/s, and ``swing``, the squared frequency of taut links.
 
     See ``joints.substeps_for`` for taut links.
     """
@@ -184,22 +184,28 @@ def substeps_of_links(world: Any, island: Any, joints: Any, articulation: Any) -
     bodies = world.state.bodies
     body_parameters = world.parameters.bodies
     dt = world.options.timestep
-    fastest = 0.0
-    spin = 0.0
+    island.swing = 0.0
+    island.spin = 0.0
     for k in range(island.body_count):
         link = links[k]
-        spin = max(spin, turning_rate(links, k, body_parameters))
+        island.spin = max(island.spin, turning_rate(links, k, body_parameters))
         if link.joint >= 0 and link.count > 0:
             model = joint_models[link.joint]
             parameters = joint_parameters[link.joint]
             a, _, _ = swing_of_side(bodies[model.body_a], body_parameters[model.body_a], parameters.anchor_a)
             b, _, _ = swing_of_side(bodies[model.body_b], body_parameters[model.body_b], parameters.anchor_b)
-            fastest = max(fastest, tension_of(joints[link.joint]) / dt * (a + b))
+            island.swing = max(island.swing, tension_of(joints[link.joint]) / dt * (a + b))
+
+
+@njit
+def substeps_of_links(world: Any, island: Any) -> Any:
+    """Return the number of substeps that keeps taut links stable and rotating ones accurate; 0 if there is none."""
+    dt = world.options.timestep
     least = world.options.substeps
     most = max(least, world.options.max_substeps)
-    needed = max(dt * fastest**0.5 / SWING_PER_SUBSTEP, dt * spin / TURN_PER_SUBSTEP)
+    needed = max(dt * island.swing**0.5 / SWING_PER_SUBSTEP, dt * island.spin / TURN_PER_SUBSTEP)
     count = min(max(least, int(np.ceil(min(needed, 1e6)))), most)
-    island.turning = dt * spin / count
+    island.turning = dt * island.spin / count
     return count if island.turning <= MOST_TURN else 0
 
 

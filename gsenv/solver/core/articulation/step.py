@@ -25,10 +25,11 @@ from .closing import close_others
 from .contact_balance import change_of_rows, end_with_rows, rates_of_rows, settle_rows
 from .dynamics import PASSES, factorise_links, set_free_rates, set_middle
 from .equations import clear_biases, factorise_equations
-from .links import largest_turn, list_links, move_links, place_links, set_base, substeps_of_links
+from .links import largest_turn, list_links, measure_motion, move_links, place_links, set_base, substeps_of_links
 from .other_joints import bend_other_rows, store_other_impulses, substeps_of_others, write_other_rows
 from .reactions import add_impulses, keep_momenta, store_reactions
 from .rows import whiten_rows
+from .runge_kutta import swing, swings
 from .servos import add_joint_forces, add_servo_rows, keep_coordinates, list_servos, store_servo_impulses
 from .solve import add_all_impulses, correct_overlaps, limit_energy, start_solve, sweep_rows
 
@@ -53,7 +54,13 @@ def step_articulated(world: Any, island: Any, joints: Any, articulation: Any) ->
         return False
     if not list_links(world, island, articulation):
         return False
-    island.substeps = substeps_of_links(world, island, joints, articulation)
+    measure_motion(world, island, joints, articulation)
+    if swings(world, island, articulation):
+        island.substeps = world.options.substeps
+        _start(world, island, joints, articulation)
+        swing(world, island, joints, articulation)
+        return True
+    island.substeps = substeps_of_links(world, island)
     if island.substeps > 0:
         island.substeps = substeps_of_others(world, island, joints, articulation.others)
     if island.substeps == 0:
