@@ -40,7 +40,7 @@ COLORS = {
 }  # fmt: skip
 # stiffness in N m/rad and damping in N m s/rad of the drives
 GAINS = {
-    "abdomen": (1500.0, 100.0),
+    "abdomen": (300.0, 20.0),
     "hip": (1500.0, 60.0),
     "knee": (2000.0, 60.0),
     "": (60.0, 5.0),
@@ -89,7 +89,16 @@ class Take:
             warnings.simplefilter("ignore")
             scene, self.names = build_scene(self.model)
         self.world = World(scene, options=Options(timestep=TIMESTEP, sleep=False))
+        self.paint()
         self.start = np.array([0.0, 0.0, 1.4, 1.0, 0.0, 0.0, 0.0, *[0.0] * 17])
+
+    def paint(self) -> None:
+        """Give each shape its own colour; a scene has one for each body."""
+        model = self.world.model
+        assert model.shape_colors is not None
+        for geom in self.model.geoms:
+            if geom.name in model.shape_names:
+                model.shape_colors[model.shape_names.index(geom.name)] = (255.0 * geom.rgba[:3]).round()
 
     def coordinate(self, joint: str) -> int:
         """Return the index in qpos of a joint."""
@@ -106,10 +115,15 @@ def film(out: VideoWriter, take: Take, camera: SpatialCamera, seconds: float, ac
     """Film a take; ``act`` gets the time before each step and returns the caption."""
     renderer = SpatialRenderer(take.world, *SIZE, camera=camera)
     every = round(1.0 / (FPS * TIMESTEP))
+    seen = np.asarray(camera.target, float)
+    lag = np.array([1.5, 1.5, 0.7]) / FPS  # the camera follows within a second
     for step in range(round(seconds / TIMESTEP)):
         caption = act(step * TIMESTEP)
         take.world.step()
         if step % every == 0:
+            pelvis = take.world.center_of_mass[0, take.body("pelvis")]
+            seen = seen + lag * (np.clip(pelvis, (-np.inf, -np.inf, 0.4), (np.inf, np.inf, 0.76)) - seen)
+            renderer.camera = camera.following(seen)
             out.write(renderer.render(0, [caption] if caption else []))
 
 
@@ -117,20 +131,20 @@ def fall(out: VideoWriter) -> None:
     """Drop the humanoid without drives; push it twice when it lies."""
     take = Take(False)
     start = take.start.copy()
-    start[2] = 2.0
+    start[2] = 1.75
     start[3:7] = np.array([0.985, 0.10, 0.14, 0.0]) / np.linalg.norm([0.985, 0.10, 0.14, 0.0])
     set_coordinates(take.world, take.model, take.names, start)
 
     def act(time: float) -> str:
         if 3.0 <= time < 3.25:
-            take.push("torso", (0.0, 260.0, 160.0))
-            return "pushed: 260 N sideways, 160 N up"
+            take.push("torso", (0.0, 420.0, 250.0))
+            return "pushed: 420 N sideways, 250 N up"
         if 5.0 <= time < 5.25:
-            take.push("pelvis", (-350.0, 0.0, 200.0))
-            return "pushed: 350 N along, 200 N up"
+            take.push("pelvis", (-500.0, 0.0, 330.0))
+            return "pushed: 500 N along, 330 N up"
         return "Gymnasium's humanoid.xml, no drives"
 
-    camera = SpatialCamera((3.6, -3.4, 1.9), (0.25, 0.0, 0.62), fov=np.radians(38.0), width=SIZE[0], height=SIZE[1])
+    camera = SpatialCamera((2.9, -2.7, 1.75), (0.1, 0.0, 0.95), fov=np.radians(36.0), width=SIZE[0], height=SIZE[1])
     film(out, take, camera, 7.0, act)
 
 
@@ -143,8 +157,8 @@ def stand(out: VideoWriter) -> None:
         take.world.control[0, take.world.model.actuator_names.index(name)] = angle
     start[2] = STANDING
     set_coordinates(take.world, take.model, take.names, start)
-    pushes = {1.5: ((45.0, 0.0, 0.0), "from behind"), 3.5: ((-45.0, 0.0, 0.0), "from the front"),
-              5.5: ((0.0, 45.0, 0.0), "from its right")}  # fmt: skip
+    pushes = {1.5: ((60.0, 0.0, 0.0), "from behind"), 3.5: ((-55.0, 0.0, 0.0), "from the front"),
+              5.5: ((0.0, 80.0, 0.0), "from its right")}  # fmt: skip
 
     def act(time: float) -> str:
         for begin, (force, side) in pushes.items():
@@ -153,7 +167,7 @@ def stand(out: VideoWriter) -> None:
                 return f"pushed {side}: {max(map(abs, force)):g} N for 0.2 s"
         return "standing on position drives"
 
-    camera = SpatialCamera((3.0, -2.5, 1.45), (0.0, 0.0, 0.76), fov=np.radians(38.0), width=SIZE[0], height=SIZE[1])
+    camera = SpatialCamera((2.7, -2.1, 1.35), (0.0, 0.0, 0.76), fov=np.radians(36.0), width=SIZE[0], height=SIZE[1])
     film(out, take, camera, 8.0, act)
 
 

@@ -102,7 +102,7 @@ class Theirs:
     def penetration(self) -> float:
         mujoco.mj_kinematics(self.model, self.data)
         mujoco.mj_collision(self.model, self.data)
-        return -min((float(d) for d in self.data.contact.dist), default=0.0)
+        return max((-float(d) for d in self.data.contact.dist if d < 0.0), default=0.0)
 
 
 def machine(engine: str, source: Any, timestep: float, **options: Any) -> Machine:
