@@ -113,7 +113,6 @@ def _attach(world: Any, articulation: Any, k: Any, first: Any) -> Any:
         freedoms[f].link = k
         freedoms[f].stiffness = 0.0
         freedoms[f].pull = 0.0
-        freedoms[f].armature = 0.0
         last = f
     link.last = last
     return True

@@ -54,6 +54,8 @@ def list_servos(world: Any, island: Any, articulation: Any) -> Any:
     island_joints = part(world.scratch.island_joints, island.joint_first, island.joint_count)
     island.coordinates = 0
     island.servos = 0
+    for f in range(island.freedoms):
+        articulation.freedoms[f].armature = 0.0
     rows = 0
     for n in range(len(island_joints)):
         j = island_joints[n]
