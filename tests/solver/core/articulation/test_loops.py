@@ -31,7 +31,7 @@ LINKAGES = [
 ]
 
 
-@pytest.mark.parametrize("build, poses, inertias", LINKAGES, ids=["four-bar", "slider-crank"])
+@pytest.mark.parametrize(("build", "poses", "inertias"), LINKAGES, ids=["four-bar", "slider-crank"])
 def test_a_linkage_converges_with_second_order(
     build: Callable[[], Scene], poses: Callable[[float], Array], inertias: Array
 ) -> None:
