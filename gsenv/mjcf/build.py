@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 import os
 import warnings
 from collections.abc import Collection
@@ -25,12 +26,11 @@ from .inertia import rigid_inertias, rigid_roots
 from .model import Body, Equality, Joint, MjcfModel
 from .parse import parse_mjcf
 from .scene_joints import LETTERS, Axes, Coordinate, axes_of, beside, orientation, servo
-from .scene_sensors import add_sensors
+from .scene_sensors import Reading, add_sensors
 from .scene_shapes import shape_of
 
 BETWEEN = 1e-5  # mass of a body between joints, in that of the body itself
 CHAINED = "its joints cross at an angle or apart, so bodies of 1/100,000 of its mass are put between them"
-BALL_RANGE = "the range of a ball joint is ignored"
 FREE_DAMPING = "damping, armature, stiffness and frictionloss of a free joint are ignored"
 WELD_POSE = "a weld keeps the initial pose of its bodies, not another relpose"
 GEARS = "the polynomial between these two joints is not supported"
@@ -44,11 +44,15 @@ class Names:
         bodies: of each body, the name of the scene's body, and its pose in that.
         joints: of each slide and hinge, by index, its coordinate in the scene.
         actuators: of each supported actuator, by index, its name in the scene.
+        sensors: of each supported sensor, by index, where it is in the scene.
+        holders: of each body on joints, by index, the scene's joints between it and its parent.
     """
 
     bodies: list[tuple[str, Pose]] = field(default_factory=list)
     joints: dict[int, Coordinate] = field(default_factory=dict)
     actuators: dict[int, str] = field(default_factory=dict)
+    sensors: dict[int, Reading] = field(default_factory=dict)
+    holders: dict[int, list[str]] = field(default_factory=dict)
 
 
 def load_mjcf(source: str | os.PathLike[str]) -> Scene:
@@ -195,11 +199,12 @@ class _Builder:
         parent, child = self._parent(body), self.names.bodies[body][0]
         pair = {"body_a": parent, "body_b": child, "collide": self._meets_parent(body)}
         if len(joints) == 1:
-            self._add_single(numbers[0], first, pair, pose)
+            holder = self._add_single(numbers[0], first, pair, pose)
         elif axes is not None:
-            self._add_six_axis(body, numbers, axes, pair)
+            holder = self._add_six_axis(body, numbers, axes, pair)
         else:
-            self._add_chain(body, numbers, pair)
+            holder = self._add_chain(body, numbers, pair)
+        self.names.holders[body] = [holder]
         for number, joint in zip(numbers, joints, strict=True):
             own = axes_of([joint], pose) if axes is None or len(joints) == 1 else axes
             for drive in self.drives.get(number, Drives()).beside:
@@ -213,26 +218,28 @@ class _Builder:
         parent = self.model.bodies[body].parent
         return self._is_fixed(parent) or not self.model.simulation.parent_filter
 
-    def _add_single(self, number: int, joint: Joint, pair: dict[str, Any], pose: Pose) -> None:
+    def _add_single(self, number: int, joint: Joint, pair: dict[str, Any], pose: Pose) -> str:
+        """Add a joint with one coordinate, or a ball; returns its name."""
         name = self._joint_name(joint.name or f"joint {number}")
         arguments = {**pair, "anchor": pose.point(joint.position)}
         if joint.kind == "ball":
-            if joint.limits is not None:
-                self.notes.add(BALL_RANGE, _title(joint))
             spring: dict[str, Any] = {
                 "stiffness": joint.stiffness,
                 "damping": joint.damping,
                 "friction_effort": joint.friction_loss,
             }
+            if joint.limits is not None and self.model.simulation.limits and joint.limits[1] < math.pi:
+                spring["angle"] = joint.limits[1]
             self.scene.add_joint(name, Ball(**arguments, **spring, armature=joint.armature))
-            return
+            return name
         kind = Hinge if joint.kind == "hinge" else Slider
         options = servo(joint, 1.0, self.drives.get(number, Drives()), self.model.simulation.limits)
         self.scene.add_joint(name, kind(**arguments, axis=pose.axes @ joint.axis, **options))
         self._record(number, name, 1.0)
+        return name
 
-    def _add_six_axis(self, body: int, numbers: list[int], axes: Axes, pair: dict[str, Any]) -> None:
-        """Add one joint with several coordinates."""
+    def _add_six_axis(self, body: int, numbers: list[int], axes: Axes, pair: dict[str, Any]) -> str:
+        """Add one joint with several coordinates; returns its name."""
         name = self._joint_name(self.names.bodies[body][0])
         options: dict[str, Any] = {}
         for number, (axis, sign) in zip(numbers, axes.places, strict=True):
@@ -242,6 +249,7 @@ class _Builder:
             options[word] = Axis(**servo(joint, sign, drives, self.model.simulation.limits))
             self._record(number, f"{name}/{word}", sign)
         self.scene.add_joint(name, SixAxis(**pair, **self._frame(body, numbers, axes), **options))
+        return name
 
     def _frame(self, body: int, numbers: list[int], axes: Axes) -> dict[str, Any]:
         """Return anchor, orientation and order of a six-axis joint: the anchor is that of the hinges."""
@@ -249,13 +257,13 @@ class _Builder:
         pose = self.model.bodies[body].world_pose
         return {"anchor": pose.point(anchor), "orientation": orientation(axes.frame), "order": axes.order}
 
-    def _add_chain(self, body: int, numbers: list[int], pair: dict[str, Any]) -> None:
-        """Add a joint for each, with small bodies between them."""
+    def _add_chain(self, body: int, numbers: list[int], pair: dict[str, Any]) -> str:
+        """Add a joint for each, with small bodies between them; returns the name of the last."""
         model = self.model
         one = model.bodies[body]
         self.notes.add(CHAINED, f"{one.place}: body {one.name!r}")
         inertia = self.inertias[body]
-        last = pair["body_a"]
+        last, name = pair["body_a"], ""
         for number in numbers:
             joint = model.joints[number]
             target = pair["body_b"]
@@ -268,10 +276,11 @@ class _Builder:
                     position=one.world_pose.point(joint.position),
                     gravity_scale=0.0,
                 )
-            self._add_single(number, joint, {"body_a": last, "body_b": target}, one.world_pose)
+            name = self._add_single(number, joint, {"body_a": last, "body_b": target}, one.world_pose)
             last = target
         if not pair["collide"]:
             self.scene.exclude(pair["body_a"], pair["body_b"])
+        return name
 
     def _add_beside(
         self, drive: Drive, number: int, joint: Joint, axes: Axes | None, numbers: list[int], pair: dict[str, Any]
@@ -288,6 +297,7 @@ class _Builder:
         name = self._joint_name(f"{drive.name} drive")
         self.scene.add_joint(name, SixAxis(**{**pair, "collide": True}, **frame, **(free | {word: beside(drive)})))
         self.driven[drive.name] = (f"{name}/{word}", sign, joint.reference, drive)
+        self.names.holders[joint.body].append(name)
 
     def _joint_name(self, name: str) -> str:
         return _unused(name, self.scene.joints)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..solver.records.model import Array
+from ..solver.spatial.initial_state import multiplied, turned_by
 from .build import Names
 from .inertia import rigid_inertias, rigid_roots
 from .kinematics import motions
@@ -14,6 +16,8 @@ from .model import MjcfModel
 
 if TYPE_CHECKING:
     from ..solver.api.world import World
+
+BACK = np.array([1.0, -1.0, -1.0, -1.0])  # q * BACK is the opposite rotation
 
 
 def set_coordinates(
@@ -49,12 +53,9 @@ def set_coordinates(
 
 
 def coordinates(world: World, model: MjcfModel, names: Names) -> tuple[Array, Array]:
-    """Return qpos (world, coordinate) and qvel (world, rate) of all worlds.
-
-    Those of a ball joint, whose coordinates a World does not have, are NaN.
-    """
-    qpos = np.full((world.world_count, model.coordinate_count), np.nan)
-    qvel = np.full((world.world_count, model.rate_count), np.nan)
+    """Return qpos (world, coordinate) and qvel (world, rate) of all worlds."""
+    qpos = np.zeros((world.world_count, model.coordinate_count))
+    qvel = np.zeros((world.world_count, model.rate_count))
     for number, joint in enumerate(model.joints):
         q, v = joint.coordinate, joint.rate
         if number in names.joints:
@@ -62,6 +63,56 @@ def coordinates(world: World, model: MjcfModel, names: Names) -> tuple[Array, Ar
             qpos[:, q] = at.reference + at.sign * world.joint_coordinate(at.joint)
             qvel[:, v] = at.sign * world.joint_rate(at.joint)
         elif joint.kind == "free":
-            body = world.model.body_names.index(names.bodies[joint.body][0])
-            qpos[:, q : q + 3], qpos[:, q + 3 : q + 7] = world.position[:, body], world.orientation[:, body]
+            motion = body_motion(world, names, joint.body)
+            qpos[:, q : q + 3], qpos[:, q + 3 : q + 7] = motion.position, motion.orientation
+            qvel[:, v : v + 3] = motion.velocity
+            qvel[:, v + 3 : v + 6] = turned_by(motion.orientation * BACK, motion.spin)
+        else:
+            parent, own = (body_motion(world, names, k) for k in (model.bodies[joint.body].parent, joint.body))
+            rest = multiplied(parent.orientation, model.bodies[joint.body].pose.orientation)
+            turn = multiplied(rest * BACK, own.orientation)
+            qpos[:, q : q + 4] = np.where(turn[:, :1] < 0.0, -turn, turn)
+            qvel[:, v : v + 3] = turned_by(own.orientation * BACK, own.spin - parent.spin)
     return qpos, qvel
+
+
+@dataclass(frozen=True, eq=False)
+class BodyMotion:
+    """Position (world, 3) m, orientation (world, 4), velocity of the origin m/s and angular velocity rad/s."""
+
+    position: Array
+    orientation: Array
+    velocity: Array
+    spin: Array
+
+
+def body_motion(world: World, names: Names, index: int) -> BodyMotion:
+    """Return the motion of a body of the model in all worlds, also of one that is part of another in the scene."""
+    name, pose = names.bodies[index]
+    body = world.model.body_names.index(name)
+    carrier, spin = world.orientation[:, body], world.angular_velocity[:, body]
+    position = world.position[:, body] + turned_by(carrier, pose.position)
+    velocity = world.linear_velocity[:, body] + np.cross(spin, position - world.center_of_mass[:, body])
+    return BodyMotion(position, multiplied(carrier, pose.orientation), velocity, spin)
+
+
+def set_keyframe(world: World, model: MjcfModel, names: Names, key: str | int = 0, worlds: Any = None) -> None:
+    """Set poses, velocities and controls to those of a keyframe.
+
+    Args:
+        names: from ``build_scene(model)``, whose scene the world has.
+        key: name or index of the keyframe.
+        worlds: None for all, an int, ints or a bool mask.
+
+    Raises:
+        ValueError: there is no such keyframe.
+    """
+    keys = [frame.name or k for k, frame in enumerate(model.keyframes)]
+    index = keys.index(key) if key in keys else key
+    if isinstance(index, str) or not 0 <= index < len(keys):
+        raise ValueError(f"set_keyframe: there is no keyframe {key!r}, the file has {keys}.")
+    frame = model.keyframes[index]
+    set_coordinates(world, model, names, frame.coordinates, frame.rates, worlds)
+    chosen = slice(None) if worlds is None else worlds
+    for k, name in names.actuators.items():
+        world.control[chosen, world.model.actuator_names.index(name)] = frame.controls[k]

@@ -126,3 +126,51 @@ def spatial_product(p: Any, q: Any) -> Any:
             *(p[0] * q[1:] + q[0] * p[1:] + np.cross(p[1:], q[1:])),
         ]
     )
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("restitution", [0.0, 0.6, 1.0])
+def test_impact_on_a_slide_moves_its_rotor(dim: int, restitution: float) -> None:
+    """A ball against a sphere on a slide with a rotor, which is as heavy as both masses together."""
+    ball, speed = 0.7, 2.0
+    pad = (0.0,) * (dim - 1)
+    scene = Scene(dim=dim, gravity=[0.0] * dim)
+    scene.add_body("base", "static")
+    for name, x, mass in (("it", 0.0, MASS), ("ball", -0.5, ball)):
+        shape: Any = (planar.Circle if dim == 2 else spatial.Sphere)(0.1, restitution=restitution, friction=0.0)
+        scene.add_body(
+            name, shapes=[shape], mass=mass, position=(x, *pad), linear_velocity=(speed if mass == ball else 0.0, *pad)
+        )
+    kind: Any = planar.Prismatic if dim == 2 else spatial.Slider
+    scene.add_joint("joint", kind("base", "it", axis=(1.0, *pad), armature=ARMATURE))
+    world = World(scene, options=Options(timestep=H, sleep=False))
+    world.step(STEPS)
+    rate = (1.0 + restitution) * ball * speed / (ball + MASS + ARMATURE)
+    np.testing.assert_allclose(world.joint_rate("joint"), rate, rtol=1e-6)
+    np.testing.assert_allclose(world.linear_velocity[0, 2, 0], rate - restitution * speed, atol=1e-6)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_impact_on_an_arm_turns_its_rotor(dim: int) -> None:
+    ball, speed, length = 0.7, 2.0, 0.8
+    scene = Scene(dim=dim, gravity=[0.0] * dim)
+    scene.add_body("base", "static")
+    at = (length, 0.0) if dim == 2 else (length, 0.0, 0.0)
+    start = (length, -0.3) if dim == 2 else (length, -0.3, 0.0)
+    round_shape: Any = planar.Circle if dim == 2 else spatial.Sphere
+    inertia = INERTIA if dim == 2 else (0.3, 0.4, INERTIA)
+    shape = round_shape(0.1, restitution=1.0, friction=0.0)
+    scene.add_body("it", shapes=[shape], mass=MASS, inertia=inertia, position=at)
+    velocity = (0.0, speed) if dim == 2 else (0.0, speed, 0.0)
+    shape = round_shape(0.1, restitution=1.0, friction=0.0)
+    scene.add_body("ball", shapes=[shape], mass=ball, position=start, linear_velocity=velocity)
+    anchor = (0.0,) * dim
+    joint: Any = planar.Revolute("base", "it", anchor=anchor, armature=ARMATURE)
+    if dim == 3:
+        joint = spatial.Hinge("base", "it", anchor=anchor, axis=(0.0, 0.0, 1.0), armature=ARMATURE)
+    scene.add_joint("joint", joint)
+    world = World(scene, options=Options(timestep=1e-3, sleep=False))
+    world.step(60)
+    whole = INERTIA + MASS * length**2 + ARMATURE
+    rate = 2.0 * ball * length * speed / (whole + ball * length**2)
+    np.testing.assert_allclose(world.joint_rate("joint"), rate, rtol=1e-3)

@@ -117,6 +117,26 @@ def _impact_time(row: Any, contacts: Any, bodies: Any, substep_bodies: Any, grav
 
 
 @njit
+def expects_impact(world: Any, island: Any) -> Any:
+    """Whether a contact of the island may bounce within the timestep, by the velocities at its start and gravity."""
+    rows = world.scratch.rows
+    contacts = world.state.contacts
+    bodies = world.state.bodies
+    gravity = island.gravity_norm
+    for r in range(island.joint_rows, island.rows):
+        contact = contacts[rows[r].source]
+        if rows[r].correction != UNILATERAL or contact.restitution <= 0.0:
+            continue
+        u = relative_velocity(rows[r], bodies[rows[r].body_a], bodies[rows[r].body_b])
+        time = meeting_time(contact.separation, u, -gravity, 0.0)
+        if time <= world.options.timestep:
+            speed = gravity * time - u
+            if speed > 0.0 and not _comes_to_rest(speed, contact.restitution, gravity, island.h):
+                return True
+    return False
+
+
+@njit
 def _respond(row: Any, joint_factor: Any, impulse: Any) -> None:
     """Set x of the joint factor to the changes of the velocities of jointed bodies by an impulse on a row."""
     entries = joint_factor.entries
@@ -244,7 +264,11 @@ def _satisfy_joints(rows: Any, bodies: Any, joint_factor: Any) -> None:
     """Project the velocities onto the joints' equations: an impact would take a violation for approach."""
     plan = joint_factor.plan
     for r in range(plan.row_end):
-        rows[r].bias *= -1.0  # at the start of the substep instead of its end
+        row = rows[r]
+        if row.softness > 0.0:  # a rotor resists the change from its present rate
+            row.bias = -relative_velocity(row, bodies[row.body_a], bodies[row.body_b])
+        else:
+            row.bias *= -1.0  # at the start of the substep instead of its end
     solve_equations(rows, plan.row_end, bodies, plan.size, joint_factor.entries, joint_factor.blocks, 0.0, None)
 
 

@@ -155,11 +155,17 @@ def _exact_step(square: Any, rate: Any, h: Any) -> Any:
 
 
 @njit
-def release_springs(rows: Any, end: Any) -> None:
-    """Exclude stiff springs from the factor of an impact, which takes no time."""
+def release_springs(rows: Any, end: Any, rotor_slot: Any) -> None:
+    """Exclude stiff springs from the factor of an impact, which takes no time; the inertia of rotors stays in it.
+
+    The bias of a rotor's row is set to 0, so that it asks for no acceleration.
+    """
     for r in range(end):
         if rows[r].softness > 0.0 and rows[r].kind == EQUATION:
-            rows[r].kind = BOUNDED
+            if rows[r].slot == rotor_slot:
+                rows[r].bias = 0.0
+            else:
+                rows[r].kind = BOUNDED
 
 
 @njit

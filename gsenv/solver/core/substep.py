@@ -189,7 +189,7 @@ def factorise_for_impacts(world: Any, island: Any, joints: Any, joint_factor: An
     island_bodies = part(world.scratch.island_bodies, island.body_first, island.body_count)
     keep_velocities(island_bodies, world.state.bodies, world.scratch.substep_bodies)
     add_joint_rows(world, island, joints, joint_factor, 0.0)
-    release_springs(world.scratch.rows, island.joint_rows)
+    release_springs(world.scratch.rows, island.joint_rows, len(joints[0].impulse) - 1)  # rotors have the last slot
     factorise_joints(world, island, joint_factor, None)
     set_constrained_accelerations(world, island, joint_factor)
 

@@ -13,30 +13,26 @@ MOST_EQUATIONS = 160  # of joints in no tree; an island with more is solved in b
 MOST_VALUES = 2_000_000  # of all rows in joint space; an island that needs more is solved in body space
 
 
+MOST_AXES = {2: 2, 3: 6}  # of a joint
+SLIDES = 3  # coordinates with lower numbers are translations, as in spatial/joints/axes.py
+TURN = 3  # 2D: the number of the rotation
+
+
 class LinkKind(IntEnum):
     """How a link moves relative to its parent."""
 
     FREE = 0  # no joint: the root of a tree
-    FIXED = 1  # weld
-    PIVOT = 2  # 3D ball
-    TURN = 3  # revolute, hinge
-    SLIDE = 4  # prismatic, slider
+    PIVOT = 1  # 3D ball
+    AXES = 2  # all other rigid joints: any number of slides and turns, of a weld none
 
-
-LINK_KINDS = {
-    JointKind.WELD: LinkKind.FIXED,
-    JointKind.BALL: LinkKind.PIVOT,
-    JointKind.REVOLUTE: LinkKind.TURN,
-    JointKind.PRISMATIC: LinkKind.SLIDE,
-    JointKind.HINGE: LinkKind.TURN,
-    JointKind.SLIDER: LinkKind.SLIDE,
-}
 
 TREE_DTYPE = np.dtype(
     [
         ("parent", "i4"),  # body that it hangs on, fixed or not; -1: the root of a tree
         ("joint", "i4"),  # -1: none
         ("kind", "i4"),  # LinkKind
+        ("count", "i4"),  # degrees of freedom
+        ("numbers", "i4", (6,)),  # of their coordinates (spatial/joints/axes.py), from the parent outward; -1: no axis
         ("flipped", "i4"),  # 1: the body is body_a of its joint
         ("rank", "i4"),  # place in an order in which parents come first
         ("depth", "i4"),  # most degrees of freedom between it and a fixed body, its own included
@@ -46,15 +42,11 @@ TREE_DTYPE = np.dtype(
 """The place of a body in the forest of all rigid joints without loops."""
 
 
-def freedom(kind: int, dim: int) -> int:
-    """Return the number of degrees of freedom of a link."""
-    return {LinkKind.FREE: NDOF[dim], LinkKind.FIXED: 0, LinkKind.PIVOT: 3}.get(LinkKind(kind), 1)
-
-
 def link_dtype(dim: int) -> np.dtype[Any]:
     """Return the dtype of a body of the island in joint coordinates. Vectors are in the axes of the world."""
     ndof = NDOF[dim]
     spin = ndof - dim
+    most = MOST_AXES[dim]
     return np.dtype(
         [
             ("body", "i4"),
@@ -65,6 +57,8 @@ def link_dtype(dim: int) -> np.dtype[Any]:
             ("flipped", "i4"),
             ("first", "i4"),  # its degrees of freedom
             ("count", "i4"),
+            ("slides", "i4"),  # those among them that are translations
+            ("numbers", "i4", (most,)),  # of their coordinates
             ("last", "i4"),  # last degree of freedom on the way to it, -1: none
             ("tree", "i4"),  # link that is the root of its tree
             ("position", "f8", (dim,)),  # m, centre of mass
@@ -73,18 +67,24 @@ def link_dtype(dim: int) -> np.dtype[Any]:
             ("base_position", "f8", (dim,)),  # pose from which displacements are counted
             ("base_rotation", "f8", (ROTATION_SIZE[dim],)),
             ("base_angle", "f8"),
-            ("base_coordinate", "f8"),
-            ("coordinate", "f8"),  # rad or m, of a turn or slide
-            ("begin", "f8"),  # the same at the start of the substep, unwrapped
-            ("pin", "f8", (dim,)),  # m, anchor of the joint on the link
+            ("base_coordinates", "f8", (most,)),
+            ("base_directions", "f8", (most, dim)),
+            ("coordinates", "f8", (most,)),  # rad or m, of turns and slides
+            ("axes", "f8", (most, dim)),  # unit, of turns and slides, in the frame of body a
+            (
+                "directions",
+                "f8",
+                (most, dim),
+            ),  # unit, the same in the world and outward; not of 2D turns
+            ("pin", "f8", (dim,)),  # m, anchor of the joint on body b
             ("reach", "f8", (dim,)),  # m, from the parent's centre of mass to the pin
             ("arm", "f8", (dim,)),  # m, from the pin to the link's centre of mass
-            ("direction", "f8", (3,)),  # unit, of a turn or slide
             ("turn", "f8", (spin,)),  # rad, of the last displacement
             ("center", "f8", (dim,)),  # m, centre of mass from the origin, half a substep ahead
             ("anchor", "f8", (dim,)),  # m, pin from the origin, half a substep ahead
             ("half", "f8", (spin,)),  # rad, displacement in the first half of the substep
             ("start", "f8", (dim,)),  # m, centre of mass at the start of the substep
+            ("start_pin", "f8", (dim,)),  # m, pin at the same time, in steps of Runge-Kutta
             ("velocity", "f8", (ndof,)),  # m/s and rad/s, of the centre of mass
             ("acceleration", "f8", (ndof,)),
             ("moment", "f8", (1 if dim == 2 else 6,)),  # kg m^2 about the centre of mass: I, or xx xy xz yy yz zz
@@ -119,6 +119,23 @@ def freedom_dtype(dim: int) -> np.dtype[Any]:
     )
 
 
+SERVO_DTYPE = np.dtype(
+    [
+        ("joint", "i4"),
+        ("link", "i4"),
+        ("place", "i4"),  # of the coordinate among the degrees of freedom of the link, -1: not one of them
+        ("driven", "i4"),  # the same of the coordinate of motor, friction and armature
+        ("number", "i4"),  # of the coordinate
+        ("turning", "i4"),  # of that of the motor
+        ("begin", "f8"),  # rad or m, coordinate at the start of the substep
+        ("stiffness", "f8"),  # kg or kg m^2, part of the spring in that of the degree of freedom
+        ("pull", "f8"),  # N s or N m s, the same
+    ],
+    align=True,
+)
+"""A coordinate of a joint of a tree, with its limit, motor and spring."""
+
+
 def span_dtype(dim: int) -> np.dtype[Any]:
     """Return the dtype of a row in joint space: y = D^-1/2 L^-T J^T along the ways from its bodies to the root."""
     return np.dtype(
@@ -136,22 +153,24 @@ def span_dtype(dim: int) -> np.dtype[Any]:
     )
 
 
-def articulation_scratch(dim: int, trees: Array, row_capacity: int) -> dict[str, Any]:
+def articulation_scratch(dim: int, trees: Array, joint_count: int, row_capacity: int) -> dict[str, Any]:
     """Return the scratch of islands in joint coordinates: the fields of ``world.scratch.articulation``."""
     bodies = len(trees)
     freedoms = NDOF[dim] * bodies
     deepest = int(trees["depth"].max(initial=NDOF[dim]))
     values = min(row_capacity * 2 * deepest, MOST_VALUES)
     rates = ("start", "rate", "free", "change", "whitened", "before", "conjugate", "step", "shift")
+    runge_kutta = ("path", "slope", "start_slope", "start_acceleration", "path_sum", "rate_sum")
     return {
         "links": np.zeros(bodies, link_dtype(dim)),
         "freedoms": np.zeros(freedoms, freedom_dtype(dim)),
         "places": np.zeros(bodies, np.int32),  # link of each body
+        "servos": np.zeros(joint_count, SERVO_DTYPE),
         "spans": np.zeros(row_capacity, span_dtype(dim)),
         "ways": np.zeros(values + 2 * deepest, np.int32),
         "values": np.zeros(values + 2 * deepest),
         "others": None,
-        **{name: np.zeros(freedoms) for name in rates},
+        **{name: np.zeros(freedoms) for name in (*rates, *runge_kutta)},
     }
 
 

@@ -71,9 +71,10 @@ class Scratch:
         """Return all arrays as a bundle for kernels; parts that the scene does not need are None."""
         dim = self._model.dim
         if articulated and self._articulation is None:
-            self._articulation = articulation_scratch(dim, self._model.trees, len(self.rows))
-            if other_joints(self._model.joints, self._model.trees) > 0:
-                others = others_scratch(dim, self._model.joints, self._model.trees)
+            joints = self._model.joints
+            self._articulation = articulation_scratch(dim, self._model.trees, len(joints), len(self.rows))
+            if other_joints(joints, self._model.trees) > 0:
+                others = others_scratch(dim, joints, self._model.trees)
                 self._articulation["others"] = Bundle("Others", dim, **others)
         narrowphase = Bundle("Narrowphase", dim, **self._narrowphase) if self._narrowphase else None
         return Bundle(

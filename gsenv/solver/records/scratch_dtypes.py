@@ -124,7 +124,8 @@ ISLAND_STEP_DTYPE = np.dtype(
         ("has_springs", "i4"),  # 1: a joint has a spring, which may release energy
         ("has_restitution", "i4"),  # 1: a contact has a restitution
         ("rotated_frame", "i4"),  # 1: one of its bodies has a rotated frame (3D)
-        ("servos", "i4"),  # 1: joints of trees have limits, motors or springs
+        ("servos", "i4"),  # 1: joints of trees have limits, motors, springs or rotors
+        ("coordinates", "i4"),  # those of joints of trees
         ("substeps", "i8"),
         ("freedoms", "i8"),  # degrees of freedom, in joint coordinates
         ("joint_rows", "i8"),  # number of joint rows, which come before those of contacts
@@ -139,6 +140,7 @@ ISLAND_STEP_DTYPE = np.dtype(
         ("residual_scale", "f8"),  # of the squared residual in this substep
         ("residual", "f8"),  # of this substep's solve
         ("kinetic", "f8"),  # J, twice the kinetic energy at the start of the substep, in joint coordinates
+        ("spin", "f8"),  # rad/s, fastest rotation of a link, in joint coordinates
         ("turning", "f8"),  # rad, fastest rotation of a link in a substep, in joint coordinates
         ("smooth", "f8"),  # 1: no velocity jumped in this substep, else 0
         ("error_sum", "f8"),  # J; sums |e|^2, |q/s|^2, |s r|^2 of the last substep, see natural_residual

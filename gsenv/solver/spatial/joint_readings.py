@@ -13,6 +13,7 @@ from ..records.parameters import ParameterArrays
 from ..records.state import State
 from .initial_state import multiplied, rotation_from, turned_by
 from .joints.axes import (
+    BALL_ANGLE,
     BALL_TURN,
     FIRST_TURN,
     LAST_TURN,
@@ -151,7 +152,8 @@ def turn_coordinates(number: int, a: Array, b: Array) -> Array:
         sine = _dot(b[:, 0] - half * _dot(b[:, 0], half)[:, None] / np.maximum(whole, 1e-300), a[:, 1])
         cosine = _dot(b[:, 0] - half * _dot(b[:, 0], half)[:, None] / np.maximum(whole, 1e-300), a[:, 0])
         return np.arctan2(sine, cosine)
-    return _rotation_vectors(a, b)[:, number - BALL_TURN]
+    vectors = _rotation_vectors(a, b)
+    return np.sqrt((vectors**2).sum(-1)) if number == BALL_ANGLE else vectors[:, number - BALL_TURN]
 
 
 def _rotation_vectors(a: Array, b: Array) -> Array:
@@ -170,6 +172,10 @@ def _rotation_vector(m: Array) -> Array:
 def turn_directions(number: int, a: Array, b: Array) -> Array:
     """Return ``axes.turn_direction`` of many frames (world, 3, 3)."""
     first, last = a[:, 0], b[:, 2]
+    if number == BALL_ANGLE:
+        vectors = _rotation_vectors(a, b)
+        axis = vectors / np.maximum(np.sqrt((vectors**2).sum(-1, keepdims=True)), 1e-300)
+        return np.asarray(np.einsum("wi,wij->wj", axis, a))
     if number >= BALL_TURN:
         return a[:, number - BALL_TURN]
     if number == TWIST:

@@ -20,6 +20,7 @@ from .math import (
     add,
     conjugate,
     cross,
+    dot,
     multiply,
     normalised,
     pose_of,
@@ -172,6 +173,19 @@ def spin_change(substep_body: Any, parameters: Any) -> Vec:
     i = parameters.inertia
     turning = cross((i[0] * w[0], i[1] * w[1], i[2] * w[2]), w)
     return turning[0] / i[0], turning[1] / i[1], turning[2] / i[2]
+
+
+@njit
+def expected_spin(substep_body: Any, velocity: Any) -> Vec:
+    """Return the spin in the body's frame after the impulses of the last substep, for terms that are quadratic in it.
+
+    Where that differs from the spin at the start by more than the spin itself, as after an impact on a limit or where a
+    motor has changed its direction, the last impulses tell nothing, and the spin at the start is returned.
+    """
+    spin = spin_of(velocity)
+    start = spin_of(substep_body.start_velocity)
+    change = sub(spin, start)
+    return spin if dot(change, change) <= dot(start, start) else start
 
 
 @njit

@@ -20,7 +20,7 @@ from .joints import Ball, Wheel
 from .specs import JointSpec
 
 # numbers of coordinates, as in spatial/joints/axes.py
-FIRST_TURN, NODE_TURN, LAST_TURN, SWING, TWIST, BALL_TURN = 3, 4, 5, 6, 7, 8
+FIRST_TURN, NODE_TURN, LAST_TURN, SWING, TWIST, BALL_TURN, BALL_ANGLE = 3, 4, 5, 6, 7, 8, 11
 OF_EACH_TURN = (  # arguments of a ball for each of its three rotations
     "frequency", "damping_ratio", "stiffness", "damping", "rest", "spring_effort", "motor_speed", "motor_effort",
     "motor_gain", "friction_effort", "armature",
@@ -197,20 +197,19 @@ def _first_axis(turns: list[Axis | None]) -> int:
 
 def _add_ball(spec: JointSpec, joint: Ball, what: str) -> None:
     if joint.limits is not None:
-        raise ValueError(f"{what}: a ball has no limits; give cone or twist.")
+        raise ValueError(f"{what}: a ball has no limits; give cone, twist or angle.")
     soft = {name: getattr(joint, name) for name in ("limit_restitution", "limit_frequency", "limit_damping_ratio")}
     if joint.cone is not None or joint.twist is not None:
         spec.orientation = _frame(unit(joint.axis, 3, f"{what}: axis, which cone and twist need,"), 2)
     if joint.cone is not None:
-        cone = check.positive(joint.cone, f"{what}: cone")
-        if cone >= math.pi:
-            raise ValueError(f"{what}: cone must be below pi, got {joint.cone!r}.")
-        _part(spec, "swing", SWING, Axis(limits=(-np.inf, cone), **soft))
+        _part(spec, "swing", SWING, Axis(limits=(-np.inf, _below_pi(joint.cone, f"{what}: cone")), **soft))
     if joint.twist is not None:
         lower, upper = limits_of(joint.twist, f"{what}: twist")
         if not -math.pi < lower <= upper < math.pi:
             raise ValueError(f"{what}: twist must be within (-pi, pi), got {joint.twist!r}.")
         _part(spec, "twist", TWIST, Axis(limits=(lower, upper), **soft))
+    if joint.angle is not None:
+        _part(spec, "angle", BALL_ANGLE, Axis(limits=(-np.inf, _below_pi(joint.angle, f"{what}: angle")), **soft))
     axis = Axis(**{name: getattr(joint, name) for name in OF_EACH_TURN})
     if axis != Axis():
         frame = spec.orientation
@@ -218,6 +217,13 @@ def _add_ball(spec: JointSpec, joint: Ball, what: str) -> None:
         for k in range(3):
             _part(spec, f"turn_{_LETTERS[k]}", BALL_TURN + k, axis)
         spec.orientation = frame
+
+
+def _below_pi(value: Any, what: str) -> float:
+    angle = check.positive(value, what)
+    if angle >= math.pi:
+        raise ValueError(f"{what} must be below pi, got {value!r}.")
+    return angle
 
 
 def _frame(axis: Array, k: int) -> Array:

@@ -37,12 +37,12 @@ class Weld(Sprung, PairJoint):
 
 @dataclass(frozen=True)
 class Ball(Axis, PairJoint):
-    """3D: body_b rotates about a point of body_a, freely or within a cone and a range of twist.
+    """3D: body_b rotates about a point of body_a, freely or within a cone, a twist or an angle.
 
     A spring, motor or friction acts about each of three axes fixed in body_a, which are those of the world at the
     initial poses. Then ``"<name>/turn_x"``, ``/turn_y`` and ``/turn_z`` name their coordinates for actuators, readings
     and ``Parameters.set``: the components in rad of the rotation vector of body_b relative to its initial pose. The
-    limits are ``"<name>/swing"`` and ``"<name>/twist"``.
+    limits are ``"<name>/swing"``, ``"<name>/twist"`` and ``"<name>/angle"``.
 
     Args:
         anchor: m, world point at the initial poses; or anchor_a and anchor_b, m, in the bodies' own frames.
@@ -50,7 +50,8 @@ class Ball(Axis, PairJoint):
         axis: direction in the world at the initial poses, fixed in both bodies from then on; needed for cone and twist.
         cone: rad, largest angle between the axis of body_b and that of body_a, below pi. Default: none.
         twist: rad, (lower, upper) of the rotation of body_b about the axis, within (-pi, pi). Default: none.
-        limit_restitution: of cone and twist, 0 to 1, default 0; limit_frequency: Hz, and limit_damping_ratio: of soft
+        angle: rad, largest angle of rotation from the initial pose about any axis, below pi. Default: none.
+        limit_restitution: of these, 0 to 1, default 0; limit_frequency: Hz, and limit_damping_ratio: of soft
             limits, default 0: rigid.
         frequency: Hz, of a spring on the effective inertia of the joint, and damping_ratio (default 1); or
             stiffness, N m/rad, and damping, N m s/rad. Default 0: no spring.
@@ -71,6 +72,7 @@ class Ball(Axis, PairJoint):
     axis: Vector | None = None
     cone: float | None = None
     twist: tuple[float, float] | None = None
+    angle: float | None = None
 
 
 @dataclass(frozen=True)

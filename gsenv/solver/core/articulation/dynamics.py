@@ -16,7 +16,6 @@ from .links import move_links, set_base
 set_moment = by_dimension("articulation", "set_moment")
 set_inertia = by_dimension("articulation", "set_inertia")
 set_motions = by_dimension("articulation", "set_motions")
-set_motion = by_dimension("articulation", "set_motion")
 set_force = by_dimension("articulation", "set_force")
 set_applied = by_dimension("articulation", "set_applied")
 
@@ -25,7 +24,18 @@ PASSES = 2  # evaluations of the forces that depend on the rates
 
 @njit
 def set_middle(world: Any, island: Any, articulation: Any) -> None:
-    """Set origin, inertias and motions of all links at their present pose, half a substep ahead."""
+    """Set the bases of all links, and origin, inertias and motions, at their present pose, half a substep ahead."""
+    links = articulation.links
+    for k in range(island.body_count):
+        for d in range(len(links[k].turn)):
+            links[k].half[d] = links[k].turn[d]
+        set_base(links[k])
+    set_inertias(world, island, articulation)
+
+
+@njit
+def set_inertias(world: Any, island: Any, articulation: Any) -> None:
+    """Set origin, inertias and motions of all links at their present pose."""
     links = articulation.links
     freedoms = articulation.freedoms
     body_parameters = world.parameters.bodies
@@ -35,9 +45,6 @@ def set_middle(world: Any, island: Any, articulation: Any) -> None:
         for d in range(len(link.center)):
             link.center[d] = link.position[d] - root.position[d]
             link.anchor[d] = link.pin[d] - root.position[d]
-        for d in range(len(link.turn)):
-            link.half[d] = link.turn[d]
-        set_base(link)
         set_moment(link, body_parameters[link.body])
         set_inertia(link, body_parameters[link.body], island.h)
         set_motions(link, freedoms)
@@ -134,6 +141,28 @@ def respond_outward(links: Any, count: Any, freedoms: Any, x: Any) -> None:
             x[f] = u
             for d in range(len(freedom.motion)):
                 response[d] += u * freedom.motion[d]
+
+
+@njit
+def kinetic_energy(links: Any, count: Any, freedoms: Any, x: Any) -> Any:
+    """Return twice the kinetic energy of the rates x at the pose of the factor; changes ``link.response``."""
+    energy = 0.0
+    for k in range(count):
+        response = links[k].response
+        parent = links[k].parent
+        for d in range(len(links[k].response)):
+            response[d] = links[parent].response[d] if parent >= 0 else 0.0
+        for f in range(links[k].first, links[k].first + links[k].count):
+            freedom = freedoms[f]
+            if not freedom.inverse > 0.0:
+                continue
+            u = 0.0
+            for d in range(len(freedom.motion)):
+                u += freedom.hold[d] * response[d]
+                response[d] += x[f] * freedom.motion[d]
+            u = u * freedom.inverse + x[f]
+            energy += u * u / freedom.inverse
+    return energy
 
 
 @njit

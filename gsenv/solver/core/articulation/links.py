@@ -7,26 +7,24 @@ from typing import Any
 import numpy as np
 
 from ...jit import njit
-from ...records.articulation import LinkKind
+from ...records.articulation import SLIDES, LinkKind
 from ..dispatch import by_dimension
 from ..joints import SWING_PER_SUBSTEP
 from ..slices import part
-from .other_joints import count_other_rows, is_in_tree, is_soft
+from .other_joints import count_other_rows, is_soft
 
 enter_link = by_dimension("articulation", "enter_link")
 enter_joint = by_dimension("articulation", "enter_joint")
 place_link = by_dimension("articulation", "place_link")
-start_rates = by_dimension("articulation", "start_rates")
-set_motion = by_dimension("articulation", "set_motion")
+start_joint_rates = by_dimension("articulation", "start_joint_rates")
+set_joint_motion = by_dimension("articulation", "set_joint_motion")
 turning_rate = by_dimension("articulation", "turning_rate")
 swing_of_side = by_dimension("joints", "swing_of_side")
 tension_of = by_dimension("joints", "tension_of")
 mismatch = by_dimension("articulation", "mismatch")
 
 _FREE = int(LinkKind.FREE)
-_FIXED = int(LinkKind.FIXED)
-_PIVOT = int(LinkKind.PIVOT)
-_TURN = int(LinkKind.TURN)
+_AXES = int(LinkKind.AXES)
 TURN_PER_SUBSTEP = 0.4  # rad: largest rotation of a link in a substep
 MOST_TURN = 1.0  # rad: where even the most substeps leave more, the rows of the joints are more robust
 NEAR = 0.01  # of the size of a link: joints that are farther apart are first brought together by their rows
@@ -65,18 +63,7 @@ def list_links(world: Any, island: Any, articulation: Any) -> Any:
 
 @njit
 def _can_be_linked(world: Any, island: Any) -> Any:
-    """Whether the joints in trees are such that joint coordinates describe them, and no body is swept.
-
-    Soft limits and limits with restitution need the rows of their joints.
-    """
-    joint_parameters = world.parameters.joints
-    island_joints = part(world.scratch.island_joints, island.joint_first, island.joint_count)
-    for k in range(len(island_joints)):
-        j = island_joints[k]
-        if not is_in_tree(world, j):
-            continue
-        if joint_parameters[j].limit_restitution > 0.0 or joint_parameters[j].limit_frequency > 0.0:
-            return False
+    """Whether no body of the island is swept."""
     island_bodies = part(world.scratch.island_bodies, island.body_first, island.body_count)
     body_models = world.model.bodies
     for k in range(len(island_bodies)):
@@ -99,7 +86,6 @@ def _attach(world: Any, articulation: Any, k: Any, first: Any) -> Any:
     link.kind = _FREE
     link.flipped = tree.flipped
     link.tree = k
-    link.coordinate = 0.0
     last = -1
     if tree.joint >= 0 and joint_parameters[tree.joint].enabled != 0 and not is_soft(world, tree.joint):
         link.joint = tree.joint
@@ -115,19 +101,20 @@ def _attach(world: Any, articulation: Any, k: Any, first: Any) -> Any:
                 if velocity[d] != 0.0:
                     return False
     link.first = first
-    link.count = 1
+    link.count = tree.count
+    link.slides = 0
     if link.kind == _FREE:
         link.count = len(link.velocity)
-    elif link.kind == _FIXED:
-        link.count = 0
-    elif link.kind == _PIVOT:
-        link.count = 3
+    for i in range(min(link.count, len(link.numbers))):
+        link.numbers[i] = tree.numbers[i]
+        if link.kind != _FREE and 0 <= tree.numbers[i] < SLIDES:
+            link.slides += 1
     for f in range(first, first + link.count):
         freedoms[f].parent = last
         freedoms[f].link = k
         freedoms[f].stiffness = 0.0
         freedoms[f].pull = 0.0
-        freedoms[f].armature = joint_parameters[tree.joint].armature if link.kind >= _TURN else 0.0
+        freedoms[f].armature = 0.0
         last = f
     link.last = last
     return True
@@ -147,13 +134,13 @@ def _fits(island: Any, articulation: Any, ndof: Any) -> Any:
                 depth += 1
                 f = freedoms[f].parent
         deepest = max(deepest, depth)
-    rows = ndof * island.contact_count + 4 * island.joint_count + island.other_rows
+    rows = ndof * island.contact_count + 5 * island.joint_count + island.other_rows
     return 2 * deepest * rows <= len(articulation.values)
 
 
 @njit
 def _enter(world: Any, island: Any, articulation: Any) -> Any:
-    """Set poses and rates from the bodies; False where a joint does not hold, so that its rows must act first."""
+    """Set poses and rates from the bodies; False where rows must act: a joint does not hold, or is nearly singular."""
     links = articulation.links
     start = articulation.start
     step = articulation.step
@@ -168,8 +155,8 @@ def _enter(world: Any, island: Any, articulation: Any) -> Any:
         enter_link(link, body)
         for d in range(len(link.turn)):
             link.turn[d] = 0.0
-        if link.joint >= 0:
-            enter_joint(links, k, bodies, body_parameters, joint_parameters[link.joint])
+        if link.joint >= 0 and not enter_joint(links, k, bodies, body_parameters, joint_parameters[link.joint]):
+            return False
         set_base(link)
         if link.joint >= 0:
             place_link(links, k, step, bodies, body_parameters, joint_parameters[link.joint])
@@ -187,8 +174,8 @@ def _enter(world: Any, island: Any, articulation: Any) -> Any:
 
 
 @njit
-def substeps_of_links(world: Any, island: Any, joints: Any, articulation: Any) -> Any:
-    """Return the number of substeps that keeps taut links stable and rotating ones accurate; 0 if there is none.
+def measure_motion(world: Any, island: Any, joints: Any, articulation: Any) -> None:
+    """Set ``spin``, the fastest rotation of a link in rad/s, and ``swing``, the squared frequency of taut links.
 
     See ``joints.substeps_for`` for taut links.
     """
@@ -198,22 +185,28 @@ def substeps_of_links(world: Any, island: Any, joints: Any, articulation: Any) -
     bodies = world.state.bodies
     body_parameters = world.parameters.bodies
     dt = world.options.timestep
-    fastest = 0.0
-    spin = 0.0
+    island.swing = 0.0
+    island.spin = 0.0
     for k in range(island.body_count):
         link = links[k]
-        spin = max(spin, turning_rate(links, k, body_parameters))
-        if link.joint >= 0 and link.kind != _FIXED:
+        island.spin = max(island.spin, turning_rate(links, k, body_parameters))
+        if link.joint >= 0 and link.count > 0:
             model = joint_models[link.joint]
             parameters = joint_parameters[link.joint]
             a, _, _ = swing_of_side(bodies[model.body_a], body_parameters[model.body_a], parameters.anchor_a)
             b, _, _ = swing_of_side(bodies[model.body_b], body_parameters[model.body_b], parameters.anchor_b)
-            fastest = max(fastest, tension_of(joints[link.joint]) / dt * (a + b))
+            island.swing = max(island.swing, tension_of(joints[link.joint]) / dt * (a + b))
+
+
+@njit
+def substeps_of_links(world: Any, island: Any) -> Any:
+    """Return the number of substeps that keeps taut links stable and rotating ones accurate; 0 if there is none."""
+    dt = world.options.timestep
     least = world.options.substeps
     most = max(least, world.options.max_substeps)
-    needed = max(dt * fastest**0.5 / SWING_PER_SUBSTEP, dt * spin / TURN_PER_SUBSTEP)
+    needed = max(dt * island.swing**0.5 / SWING_PER_SUBSTEP, dt * island.spin / TURN_PER_SUBSTEP)
     count = min(max(least, int(np.ceil(min(needed, 1e6)))), most)
-    island.turning = dt * spin / count
+    island.turning = dt * island.spin / count
     return count if island.turning <= MOST_TURN else 0
 
 
@@ -225,7 +218,32 @@ def set_base(link: Any) -> None:
     for d in range(len(link.rotation)):
         link.base_rotation[d] = link.rotation[d]
     link.base_angle = link.angle
-    link.base_coordinate = link.coordinate
+    for i in range(link.count if link.kind == _AXES else 0):
+        link.base_coordinates[i] = link.coordinates[i]
+        for d in range(len(link.position)):
+            link.base_directions[i, d] = link.directions[i, d]
+
+
+@njit
+def start_rates(links: Any, k: Any, bodies: Any, rates: Any) -> None:
+    """Set the rates of link k from the velocities of the bodies."""
+    link = links[k]
+    if link.kind != _FREE:
+        start_joint_rates(links, k, bodies, rates)
+        return
+    for d in range(len(link.velocity)):
+        rates[link.first + d] = bodies[link.body].velocity[d]
+
+
+@njit
+def set_motion(links: Any, k: Any, rates: Any) -> None:
+    """Set the velocity of link k by the rates; that of its parent is set."""
+    link = links[k]
+    if link.kind != _FREE:
+        set_joint_motion(links, k, rates)
+        return
+    for d in range(len(link.velocity)):
+        link.velocity[d] = rates[link.first + d]
 
 
 @njit

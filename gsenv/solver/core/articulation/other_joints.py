@@ -41,11 +41,17 @@ CONTRADICTED = 0.1  # residual above which the rows contradict each other; their
 
 
 @njit
+def main_joint(joint_models: Any, j: Any) -> Any:
+    """Return the joint that a coordinate belongs to, and other joints as they are."""
+    return joint_models[j].joint_a if joint_models[j].kind == _AXIS else j
+
+
+@njit
 def is_in_tree(world: Any, j: Any) -> Any:
     """Whether joint j is one of those that joint coordinates describe, so that it needs no rows."""
     trees = world.model.trees
     model = world.model.joints[j]
-    main = model.joint_a if model.kind == _AXIS else j
+    main = main_joint(world.model.joints, j)
     child = model.body_a if trees[model.body_a].joint == main else model.body_b
     return trees[child].joint == main and world.parameters.bodies[child].inv_mass > 0.0 and not is_soft(world, main)
 

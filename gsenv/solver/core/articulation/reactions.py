@@ -5,11 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from ...jit import njit
-from ...records.articulation import LinkKind
 from ..dispatch import by_dimension
 
-_FIXED = int(LinkKind.FIXED)
-_SLIDE = int(LinkKind.SLIDE)
 add_reaction = by_dimension("articulation", "add_reaction")
 keep_momentum = by_dimension("articulation", "keep_momentum")
 carry = by_dimension("articulation", "carry")
@@ -70,8 +67,8 @@ def _store_locked(link: Any, state: Any, dim: Any, scale: Any) -> None:
     """Store the impulses of the rows that the joint would have, from which these start where they are needed."""
     for d in range(dim):
         force = -link.force[d] if link.flipped else link.force[d]
-        state.impulse[d] = 0.0 if link.kind == _SLIDE else scale * force
-    if dim == 3 or link.kind == _FIXED:
+        state.impulse[d] = 0.0 if link.slides > 0 else scale * force
+    if dim == 3 or link.count == 0:
         for d in range(dim, len(link.force)):
             state.impulse[d] = 0.0
 

@@ -1,17 +1,25 @@
-"""Limits, motors and springs of the joints of trees: rows on one degree of freedom."""
+"""Limits, motors, springs, friction and rotors of the joints of trees, on one degree of freedom each.
+
+Springs without bound, given efforts and rotors on a degree of freedom of its own go into the factor; all else, and all
+on the coordinates of balls, is rows.
+"""
 
 from __future__ import annotations
 
 from typing import Any
 
+from numba import int64
+
 from ...jit import njit
 from ...records.articulation import LinkKind
+from ...records.model import JointKind
 from ..dispatch import by_dimension
 from ..joint_rows import (
     has_armature,
     has_friction,
     has_limit,
     has_motor,
+    set_armature_row,
     set_friction_row,
     set_limit_row,
     set_motor_row,
@@ -19,109 +27,200 @@ from ..joint_rows import (
     speeds_within,
 )
 from ..joints import Joint, start_impulse
+from ..slices import part
 from ..springs import has_spring
+from .other_joints import main_joint
 
+numbers_of = by_dimension("articulation", "numbers_of")
 coordinate_of = by_dimension("articulation", "coordinate_of")
 set_servo_direction = by_dimension("articulation", "set_servo_direction")
+set_pivot_direction = by_dimension("articulation", "set_pivot_direction")
 
-_TURN = int(LinkKind.TURN)
+_AXES = int(LinkKind.AXES)
+_WHEEL = int(JointKind.WHEEL)
 _INFINITY = float("inf")
-# slots of the impulses after those of locked axes, which are as many as the degrees of freedom
+# slots of the impulses after those of locked axes
 LIMIT, MOTOR, SPRING, FRICTION = 0, 1, 2, 3
 
 
 @njit
-def count_servo_rows(world: Any, island: Any, articulation: Any) -> Any:
-    """Return the number of rows of limits, motors and bounded springs; also whether joints have any forces at all."""
-    links = articulation.links
+def list_servos(world: Any, island: Any, articulation: Any) -> Any:
+    """List the coordinates of the joints of the island, and set the rotors; returns the number of their rows."""
+    trees = world.model.trees
     joint_models = world.model.joints
     joint_parameters = world.parameters.joints
-    count = 0
+    links = articulation.links
+    servos = articulation.servos
+    island_joints = part(world.scratch.island_joints, island.joint_first, island.joint_count)
+    island.coordinates = 0
     island.servos = 0
-    for k in range(island.body_count):
-        if links[k].kind >= _TURN:
-            parameters = joint_parameters[links[k].joint]
-            sprung = has_spring(parameters)
-            driven = has_motor(parameters)
-            given = joint_models[links[k].joint].effort_controlled != 0
-            count += int(has_limit(parameters)) + int(driven and not given) + int(has_friction(parameters))
-            count += int(sprung and parameters.spring_effort < _INFINITY)
-            if sprung or driven or has_armature(parameters):
-                island.servos = 1
-    if count > 0:
-        island.servos = 1
-    return count
+    rows = 0
+    for n in range(len(island_joints)):
+        j = island_joints[n]
+        main = main_joint(joint_models, j)
+        model = joint_models[main]
+        k = articulation.places[model.body_a if trees[model.body_a].joint == main else model.body_b]
+        if links[k].joint != main:
+            continue
+        number, turning = numbers_of(joint_models[j], joint_parameters[j])
+        if number < 0:
+            continue
+        servo = servos[island.coordinates]
+        island.coordinates += 1
+        servo.joint = j
+        servo.link = k
+        servo.number = number
+        servo.turning = turning
+        servo.place = _place_of(links[k], number)
+        servo.driven = _place_of(links[k], turning)
+        rows += _count_rows(servo, joint_models[j], joint_parameters[j])
+        if _acts(joint_parameters[j]):
+            island.servos = 1
+        if servo.driven >= 0:
+            articulation.freedoms[links[k].first + servo.driven].armature += joint_parameters[j].armature
+    return rows
+
+
+@njit
+def _place_of(link: Any, number: Any) -> Any:
+    """Return which degree of freedom of a link a coordinate is, -1 if it is none of them."""
+    if link.kind == _AXES:
+        for i in range(link.count):
+            if link.numbers[i] == number:
+                return i
+    return -1
+
+
+@njit
+def _acts(parameters: Any) -> Any:
+    """Whether a joint has a spring, a motor, a limit, friction or a rotor."""
+    if has_spring(parameters) or has_motor(parameters) or has_limit(parameters):
+        return True
+    return has_friction(parameters) or has_armature(parameters)
+
+
+@njit
+def _count_rows(servo: Any, model: Any, parameters: Any) -> Any:
+    given = model.effort_controlled != 0 and servo.driven >= 0
+    count = int(has_limit(parameters)) + int(has_friction(parameters)) + int(has_motor(parameters) and not given)
+    count += int(has_armature(parameters) and servo.driven < 0)
+    return count + int(has_spring(parameters) and not _in_factor(servo, parameters))
+
+
+@njit
+def _in_factor(servo: Any, parameters: Any) -> Any:
+    """Whether a spring is part of the factor instead of a row."""
+    return servo.place >= 0 and parameters.spring_effort == _INFINITY
 
 
 @njit
 def keep_coordinates(world: Any, island: Any, articulation: Any, joints: Any) -> None:
-    """Keep the coordinates of turns and slides at the start of the substep."""
+    """Keep the coordinates of the joints at the start of the substep."""
     links = articulation.links
+    servos = articulation.servos
     joint_parameters = world.parameters.joints
     joint_models = world.model.joints
     bodies = world.state.bodies
-    for k in range(island.body_count):
-        link = links[k]
-        if link.kind >= _TURN:
-            j = link.joint
-            joint = Joint(joint_models[j], joint_parameters[j], joints[j])
-            link.begin = coordinate_of(link, bodies[joint.model.body_a], bodies[joint.model.body_b], joint)
+    for s in range(island.coordinates):
+        servo = servos[s]
+        j = servo.joint
+        joint = Joint(joint_models[j], joint_parameters[j], joints[j])
+        servo.begin = coordinate_of(links[servo.link], servo, bodies, joint)
+
+
+@njit
+def add_joint_forces(world: Any, island: Any, articulation: Any, joints: Any) -> None:
+    """Add springs without bound and given efforts to the degrees of freedom, before these are factorised."""
+    joint_parameters = world.parameters.joints
+    joint_models = world.model.joints
+    servos = articulation.servos
+    freedoms = articulation.freedoms
+    for f in range(island.freedoms):
+        freedoms[f].stiffness = 0.0
+        freedoms[f].pull = 0.0
+    for s in range(island.coordinates):
+        servo = servos[s]
+        j = servo.joint
+        joint = Joint(joint_models[j], joint_parameters[j], joints[j])
+        first = articulation.links[servo.link].first
+        servo.stiffness = 0.0
+        servo.pull = 0.0
+        if has_spring(joint.parameters) and _in_factor(servo, joint.parameters):
+            made = world.scratch.rows[island.rows]  # its row is needed only here
+            _set_spring(world, made, articulation, servo, joint, island.h)
+            if made.softness > 0.0:
+                servo.stiffness = 1.0 / made.softness
+                servo.pull = -made.bias / made.softness
+                freedoms[first + servo.place].stiffness += servo.stiffness
+                freedoms[first + servo.place].pull += servo.pull
+        if servo.driven >= 0:
+            freedoms[first + servo.driven].pull += given_impulse(joint, island.h)
+
+
+@njit
+def _set_spring(world: Any, row: Any, articulation: Any, servo: Any, joint: Any, h: Any) -> None:
+    curve = _start_row(world, row, articulation, servo, servo.place, servo.number, h)
+    slot = slot_of(joint, SPRING)
+    error = servo.begin - joint.state.rest
+    set_spring_row(row, slot, error, curve, joint.parameters, world.scratch.substep_bodies, h)
 
 
 @njit
 def add_servo_rows(world: Any, island: Any, articulation: Any, joints: Any) -> None:
-    """Write the rows of limits, motors and bounded springs; other springs and given efforts go into the factor."""
-    links = articulation.links
-    row = island.other_rows
-    for k in range(island.body_count):
-        if links[k].kind >= _TURN:
-            row = _add_rows(world, island, articulation, joints, k, row)
+    """Write the rows of limits, motors, friction and bounded springs, and all of balls, when free rates are known."""
+    joint_parameters = world.parameters.joints
+    joint_models = world.model.joints
+    rows = world.scratch.rows
+    servos = articulation.servos
+    row = int64(island.other_rows)
+    for s in range(island.coordinates):
+        servo = servos[s]
+        j = servo.joint
+        joint = Joint(joint_models[j], joint_parameters[j], joints[j])
+        end = _add_driven_rows(world, island, articulation, servo, joint, row)
+        end = _add_coordinate_rows(world, island, articulation, servo, joint, end)
+        for r in range(row, end):
+            rows[r].impulse = start_impulse(rows[r], joint.state, island.warm_start)
+        row = end
 
 
 @njit
-def _add_rows(world: Any, island: Any, articulation: Any, joints: Any, k: Any, row: Any) -> Any:
-    """Write the rows of link k from ``rows[row]`` on; returns the place after them."""
+def _add_driven_rows(world: Any, island: Any, articulation: Any, servo: Any, joint: Any, row: Any) -> Any:
+    """Write the rows of motor and friction, of a ball also that of the rotor; returns the place after them."""
     rows = world.scratch.rows
     substep_bodies = world.scratch.substep_bodies
-    link = articulation.links[k]
-    j = link.joint
-    joint = Joint(world.model.joints[j], world.parameters.joints[j], joints[j])
     parameters = joint.parameters
     h = island.h
-    slot = slots(joint.state)
-    freedom = articulation.freedoms[link.first]
-    freedom.pull = 0.0
-    if has_spring(parameters):
-        bounded = parameters.spring_effort < _INFINITY
-        made = rows[row if bounded else island.rows]  # a spring without bound needs a row only here
-        _start_row(world, made, articulation.links, k)
-        set_spring_row(made, slot + SPRING, link.begin - joint.state.rest, 0.0, parameters, substep_bodies, h)
-        if bounded:
-            made.impulse = start_impulse(made, joint.state, island.warm_start)
-            row += 1
-        elif made.softness > 0.0:
-            freedom.stiffness = 1.0 / made.softness
-            freedom.pull = -made.bias / made.softness
-    if joint.model.effort_controlled:
-        freedom.pull += given_impulse(joint, h)
-    elif has_motor(parameters):
-        made = rows[row]
-        _start_row(world, made, articulation.links, k)
-        speeds = speeds_within(link.begin, 0.0, parameters, h)
-        set_motor_row(made, slot + MOTOR, joint, speeds, 0.0, substep_bodies, h)
-        made.impulse = start_impulse(made, joint.state, island.warm_start)
+    if has_armature(parameters) and servo.driven < 0:
+        curve = _start_row(world, rows[row], articulation, servo, servo.driven, servo.turning, h)
+        set_armature_row(rows[row], len(joint.state.impulse) - 1, joint, curve, substep_bodies)
+        row += 1
+    if has_motor(parameters) and not (joint.model.effort_controlled and servo.driven >= 0):
+        curve = _start_row(world, rows[row], articulation, servo, servo.driven, servo.turning, h)
+        limited = servo.turning == servo.number
+        speeds = speeds_within(servo.begin, 0.0, parameters, h) if limited else (-_INFINITY, _INFINITY)
+        set_motor_row(rows[row], slot_of(joint, MOTOR), joint, speeds, curve, substep_bodies, h)
         row += 1
     if has_friction(parameters):
-        made = rows[row]
-        _start_row(world, made, articulation.links, k)
-        set_friction_row(made, slot + FRICTION, parameters, 0.0, substep_bodies, h)
-        made.impulse = start_impulse(made, joint.state, island.warm_start)
+        curve = _start_row(world, rows[row], articulation, servo, servo.driven, servo.turning, h)
+        set_friction_row(rows[row], slot_of(joint, FRICTION), parameters, curve, substep_bodies, h)
+        row += 1
+    return row
+
+
+@njit
+def _add_coordinate_rows(world: Any, island: Any, articulation: Any, servo: Any, joint: Any, row: Any) -> Any:
+    """Write the rows of spring and limit; returns the place after them."""
+    rows = world.scratch.rows
+    substep_bodies = world.scratch.substep_bodies
+    parameters = joint.parameters
+    h = island.h
+    if has_spring(parameters) and not _in_factor(servo, parameters):
+        _set_spring(world, rows[row], articulation, servo, joint, h)
         row += 1
     if has_limit(parameters):
-        made = rows[row]
-        _start_row(world, made, articulation.links, k)
-        set_limit_row(made, slot + LIMIT, link.begin, 0.0, parameters, substep_bodies, h)
-        made.impulse = start_impulse(made, joint.state, island.warm_start)
+        curve = _start_row(world, rows[row], articulation, servo, servo.place, servo.number, h)
+        set_limit_row(rows[row], slot_of(joint, LIMIT), servo.begin, curve, parameters, substep_bodies, h)
         row += 1
     return row
 
@@ -136,26 +235,40 @@ def given_impulse(joint: Any, h: Any) -> Any:
 
 
 @njit
-def slots(state: Any) -> Any:
-    """Return the first slot after those of locked axes: 2 in 2D, 6 in 3D."""
-    return len(state.reaction) if len(state.reaction) > 3 else 2
+def slot_of(joint: Any, part_number: Any) -> Any:
+    """Return the slot of the impulse of a limit, motor, spring or friction."""
+    if len(joint.state.reaction) > 3:
+        return 6 + part_number
+    if joint.model.kind == _WHEEL:
+        return 1 if part_number == SPRING else 4 if part_number == FRICTION else 2 + part_number
+    return 2 + part_number
 
 
 @njit
-def _start_row(world: Any, row: Any, links: Any, k: Any) -> None:
-    model = world.model.joints[links[k].joint]
-    row.body_a = model.body_a
-    row.body_b = model.body_b
-    row.source = links[k].joint
-    bodies = world.state.bodies
-    set_servo_direction(row, links, k, bodies, world.parameters.bodies, world.scratch.substep_bodies)
+def _start_row(world: Any, row: Any, articulation: Any, servo: Any, place: Any, number: Any, h: Any) -> Any:
+    """Set bodies and Jacobian of a row on a coordinate; returns the change of J v by the end of the substep."""
+    joint_models = world.model.joints
+    joint_parameters = world.parameters.joints
+    links = articulation.links
+    j = servo.joint
+    row.body_a = joint_models[j].body_a
+    row.body_b = joint_models[j].body_b
+    row.source = j
+    if place >= 0:
+        bodies = world.state.bodies
+        set_servo_direction(
+            row, links, servo.link, place, bodies, world.parameters.bodies, world.scratch.substep_bodies
+        )
+        return 0.0
+    joint = Joint(joint_models[j], joint_parameters[j], world.state.joints[j])
+    return set_pivot_direction(world, row, links, servo.link, joint, number, h)
 
 
 @njit
 def store_servo_impulses(world: Any, island: Any, articulation: Any, joints: Any) -> None:
     """Store the impulses of limits, motors, springs and rotors for the next substep, and add them to the step's."""
     rows = world.scratch.rows
-    links = articulation.links
+    servos = articulation.servos
     joint_models = world.model.joints
     joint_parameters = world.parameters.joints
     for r in range(island.other_rows, island.joint_rows):
@@ -164,25 +277,29 @@ def store_servo_impulses(world: Any, island: Any, articulation: Any, joints: Any
         slot = -1 - row.slot if row.slot < 0 else row.slot
         impulse = -row.impulse if row.slot < 0 else row.impulse
         _store(state, slot, impulse, island.stored_scale)
-    for k in range(island.body_count):
-        if links[k].kind >= _TURN:
-            j = links[k].joint
-            _store_forces(island, articulation, links[k].first, Joint(joint_models[j], joint_parameters[j], joints[j]))
+        if slot == len(state.impulse) - 1:
+            state.rate -= row.softness * row.impulse
+    for s in range(island.coordinates):
+        j = servos[s].joint
+        _store_forces(island, articulation, servos[s], Joint(joint_models[j], joint_parameters[j], joints[j]))
 
 
 @njit
-def _store_forces(island: Any, articulation: Any, f: Any, joint: Any) -> None:
+def _store_forces(island: Any, articulation: Any, servo: Any, joint: Any) -> None:
     """Store the impulses on a degree of freedom that have no rows."""
-    freedom = articulation.freedoms[f]
     state = joint.state
-    rate = articulation.rate[f]
+    first = articulation.links[servo.link].first
+    if servo.stiffness > 0.0:
+        impulse = servo.pull - servo.stiffness * articulation.rate[first + servo.place]
+        _store(state, slot_of(joint, SPRING), impulse, island.stored_scale)
+    if servo.driven < 0:
+        return
+    rate = articulation.rate[first + servo.driven]
     given = given_impulse(joint, island.h)
     if given != 0.0:
-        _store(state, slots(state) + MOTOR, given, island.stored_scale)
-    if freedom.stiffness > 0.0:
-        _store(state, slots(state) + SPRING, freedom.pull - given - freedom.stiffness * rate, island.stored_scale)
-    if freedom.armature > 0.0:
-        impulse = freedom.armature * (articulation.start[f] - rate)
+        _store(state, slot_of(joint, MOTOR), given, island.stored_scale)
+    if has_armature(joint.parameters):
+        impulse = joint.parameters.armature * (articulation.start[first + servo.driven] - rate)
         _store(state, len(state.impulse) - 1, impulse, island.stored_scale)
         state.rate = rate
 

@@ -7,13 +7,13 @@ from typing import Any
 from ...jit import njit
 from ..contact_rows import (
     add_contact_rows,
-    any_restitution,
     forget_contact_impulses,
     refresh_contact_rows,
     store_contact_impulses,
 )
 from ..dispatch import by_dimension, nothing
 from ..energy import natural_residual
+from ..impacts import expects_impact
 from ..integrate import move_kinematic
 from ..islands import AWAKE, KINEMATIC_CONTACT
 from ..joints import any_driven, clear_totals
@@ -25,15 +25,17 @@ from .closing import close_others
 from .contact_balance import change_of_rows, end_with_rows, rates_of_rows, settle_rows
 from .dynamics import PASSES, factorise_links, set_free_rates, set_middle
 from .equations import clear_biases, factorise_equations
-from .links import largest_turn, list_links, move_links, place_links, set_base, substeps_of_links
+from .links import largest_turn, list_links, measure_motion, move_links, place_links, set_base, substeps_of_links
 from .other_joints import keep_other_velocities, store_other_impulses, substeps_of_others, write_other_rows
 from .reactions import add_impulses, keep_momenta, store_reactions
 from .rows import whiten_rows
-from .servos import add_servo_rows, count_servo_rows, keep_coordinates, store_servo_impulses
+from .runge_kutta import swing, swings
+from .servos import add_joint_forces, add_servo_rows, keep_coordinates, list_servos, store_servo_impulses
 from .solve import add_all_impulses, correct_overlaps, limit_energy, start_solve, sweep_rows
 
 leave_link = by_dimension("articulation", "leave_link")
 enter_link = by_dimension("articulation", "enter_link")
+enter_joint = by_dimension("articulation", "enter_joint")
 keep_world_frames = by_dimension("articulation", "keep_world_frames", otherwise=nothing)
 
 SLOW_TURN = 0.004  # rad in a substep: slower links need no balance of momentum where rows act
@@ -50,17 +52,24 @@ def step_articulated(world: Any, island: Any, joints: Any, articulation: Any) ->
         return False
     if world.variant.soft is not None:
         return False
-    if world.variant.restitution is not None:
-        if any_restitution(world, island):
-            return False
     if not list_links(world, island, articulation):
         return False
-    island.substeps = substeps_of_links(world, island, joints, articulation)
+    measure_motion(world, island, joints, articulation)
+    if swings(world, island, articulation):
+        island.substeps = world.options.substeps
+        _start(world, island, joints, articulation)
+        swing(world, island, joints, articulation)
+        return True
+    island.substeps = substeps_of_links(world, island)
     if island.substeps > 0:
         island.substeps = substeps_of_others(world, island, joints, articulation.others)
     if island.substeps == 0:
         return False
     _start(world, island, joints, articulation)
+    if world.variant.restitution is not None:
+        if expects_impact(world, island):  # bounces propagate through the rows of joints
+            world.state.world.row_count -= island.rows
+            return False
     for s in range(island.substeps):
         _substep(world, island, s, joints, articulation)
         close_others(world, island, s, joints, articulation, articulation.others)
@@ -82,7 +91,7 @@ def _start(world: Any, island: Any, joints: Any, articulation: Any) -> None:
     island.residual = 0.0
     clear_totals(island_joints, joints)
     keep_world_frames(world, island)
-    island.joint_rows = island.other_rows + count_servo_rows(world, island, articulation)
+    island.joint_rows = island.other_rows + list_servos(world, island, articulation)
     island.rows = add_contact_rows(world, island)
     world.state.world.row_count += island.rows
 
@@ -147,7 +156,7 @@ def _enter_middle(world: Any, island: Any, joints: Any, articulation: Any) -> No
     _keep_start_velocities(world, island, articulation)
     write_other_rows(world, island, joints, articulation.others)
     if island.servos:
-        add_servo_rows(world, island, articulation, joints)
+        add_joint_forces(world, island, articulation, joints)
     factorise_links(articulation.links, island.body_count, articulation.freedoms)
 
 
@@ -162,11 +171,12 @@ def _divide(world: Any, island: Any, joints: Any, articulation: Any) -> None:
         return
     links = articulation.links
     bodies = world.state.bodies
+    joint_parameters = world.parameters.joints
     whole = island.h
     add_impulses(world, island, articulation, island.joint_rows)
     for k in range(island.body_count):
         enter_link(links[k], bodies[links[k].body])
-        links[k].coordinate = links[k].begin
+        enter_joint(links, k, bodies, world.parameters.bodies, joint_parameters[max(links[k].joint, 0)])
         set_base(links[k])
     for f in range(island.freedoms):
         articulation.step[f] = 0.0
@@ -223,6 +233,8 @@ def _solve_rows(world: Any, island: Any, articulation: Any, last: Any) -> None:
     counters = world.state.world
     move_links(island, articulation, articulation.free)
     _keep_free_velocities(world, island, articulation)
+    if island.joint_rows > island.other_rows:
+        add_servo_rows(world, island, articulation, world.state.joints)
     whiten_rows(world, island, articulation)
     factorise_equations(world, island, articulation, articulation.others)
     island.residual_scale = start_solve(world, island, articulation)

@@ -37,6 +37,7 @@ LAST_TURN = 5  # about the last axis of b
 SWING = 6  # angle between the last axes of a and b
 TWIST = 7  # about the last axis, by swing and twist: the angle of a hinge about it
 BALL_TURN = 8  # to 10: components of the rotation vector in the frame of a
+BALL_ANGLE = 11  # length of the rotation vector
 
 _PI = 3.141592653589793
 _LEAST_COSINE = 0.01  # of the node's angle, below which directions are those of this cosine
@@ -106,7 +107,7 @@ def turn_coordinate(number: int, a: Quaternion, b: Quaternion) -> float:
         return atan2(norm(cross(p, q)), dot(p, q))
     if number >= BALL_TURN:
         turn = turn_between((1.0, 0.0, 0.0, 0.0), multiply(conjugate(a), b))
-        return turn[number - BALL_TURN]
+        return norm(turn) if number == BALL_ANGLE else turn[number - BALL_TURN]
     if number == FIRST_TURN:
         last = axis_of(b, 2)
         return atan2(-dot(axis_of(a, 1), last), dot(axis_of(a, 2), last))
@@ -129,6 +130,10 @@ def turn_direction(number: int, a: Quaternion, b: Quaternion) -> Vec:
         c = cross(axis_of(a, 2), axis_of(b, 2))
         sine = norm(c)
         return scaled(c, 1.0 / sine) if sine > 1e-9 else axis_of(a, 0)
+    if number == BALL_ANGLE:
+        turn = turn_between((1.0, 0.0, 0.0, 0.0), multiply(conjugate(a), b))
+        angle = norm(turn)
+        return turned(a, scaled(turn, 1.0 / angle)) if angle > 1e-9 else axis_of(a, 0)
     if number >= BALL_TURN:
         return axis_of(a, number - BALL_TURN)
     sine, cosine, node = _sine_cosine(a, b)

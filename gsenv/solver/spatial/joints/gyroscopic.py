@@ -14,7 +14,7 @@ from typing import Any
 from ...core.rows import EQUATION
 from ...jit import njit
 from ..math import Vec, add, cross, norm, scaled, sub, turned, vec
-from ..rotation import in_world, spin_change, spin_of
+from ..rotation import expected_spin, in_world, spin_change, spin_of
 from .gyroscopic_axes import set_axis_biases, set_axis_errors
 from .point import arm, bend_across, rotation_after
 
@@ -39,7 +39,7 @@ def _chord(body: Any, parameters: Any, substep_body: Any, anchor: Any, velocity:
     """
     if parameters.inv_mass <= 0.0:
         return _ZERO
-    w = in_world(substep_body, spin_of(velocity))
+    w = in_world(substep_body, expected_spin(substep_body, velocity))
     here = _arm_after(body, parameters, substep_body, anchor, w, h, 0.0)
     chord = sub(_arm_after(body, parameters, substep_body, anchor, w, h, h), here)
     half = min(

@@ -12,7 +12,7 @@ from typing import Any
 from ...core.rows import EQUATION, relative_velocity, start_rate
 from ...jit import njit
 from ..math import Quaternion, Vec, conjugate, cross, dot, multiply, norm, quaternion, turned
-from ..rotation import in_world, spin_change, spin_of
+from ..rotation import expected_spin, in_world, spin_change, spin_of
 from .point import rotation_after, start_spin, unit_axis
 
 NUTATES = 0.05  # rad in a substep, above which these terms apply
@@ -28,16 +28,21 @@ def set_axis_biases(world: Any, island: Any) -> None:
     """Set the biases of rows of nutating bodies; the solver bodies contain the impulses of the warm start."""
     rows = world.scratch.rows
     solver_bodies = world.scratch.solver_bodies
+    substep_bodies = world.scratch.substep_bodies
     h = island.h
     for r in range(island.joint_rows):
         row = rows[r]
         phase = _phase(world, row, h)
         if phase > NUTATES:
-            spin_a = in_world(world.scratch.substep_bodies[row.body_a], spin_of(solver_bodies[row.body_a].velocity))
-            spin_b = in_world(world.scratch.substep_bodies[row.body_b], spin_of(solver_bodies[row.body_b].velocity))
+            a = expected_spin(substep_bodies[row.body_a], solver_bodies[row.body_a].velocity)
+            b = expected_spin(substep_bodies[row.body_b], solver_bodies[row.body_b].velocity)
+            spin_a = in_world(substep_bodies[row.body_a], a)
+            spin_b = in_world(substep_bodies[row.body_b], b)
             here = _constraint_after(world, row, spin_a, spin_b, h, 0.0)
             there = _constraint_after(world, row, spin_a, spin_b, h, h)
-            rate = relative_velocity(row, solver_bodies[row.body_a], solver_bodies[row.body_b])
+            rate = 0.0
+            for k in range(3):
+                rate += row.jacobian_a[3 + k] * a[k] + row.jacobian_b[3 + k] * b[k]
             row.bias = min(MOST_PHASE / phase, 1.0) * ((there - here) / h - rate)
 
 

@@ -105,7 +105,9 @@ def test_motion_is_that_of_rows_at_small_timesteps(build: Callable[[], Scene]) -
     assert errors[1] < 0.5 * errors[0] or errors[1] < 1e-4
 
 
-@pytest.mark.parametrize("build", [build for build in SCENES if build is not with_soft_weld and build is not with_constraint])
+@pytest.mark.parametrize(
+    "build", [build for build in SCENES if build is not with_soft_weld and build is not with_constraint]
+)
 def test_joints_hold_for_ten_seconds(build: Callable[[], Scene]) -> None:
     world = articulated(build(), sleep=False)
     start = world.diagnostics().energy[0]

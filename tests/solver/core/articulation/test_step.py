@@ -60,18 +60,18 @@ def tip(world: World, rod: int) -> Array:
 
 
 @pytest.mark.parametrize("flipped", [False, True])
-def test_a_double_pendulum_converges_with_second_order(flipped: bool) -> None:
+def test_a_double_pendulum_converges_with_fourth_order(flipped: bool) -> None:
     exact = runge_kutta(np.full(2, np.pi / 2), 1.5, 20_000)
     errors = []
-    for rate in (240, 480, 960):
+    for rate in (60, 120, 240):
         world = articulated(rods(flipped=flipped), timestep=1.0 / rate, substeps=1, sleep=False)
         world.step(rate * 3 // 2)
         errors.append(np.linalg.norm(tip(world, 2) - exact))
         diagnostics = world.diagnostics()
         assert diagnostics.rows[0] == 0
         assert diagnostics.joint_error[0] < 1e-14
-    assert errors[-1] < 1e-4
-    assert_allclose(np.divide(errors[:-1], errors[1:]), 4.0, rtol=0.2)
+    assert errors[-1] < 1e-6
+    assert_allclose(np.divide(errors[:-1], errors[1:]), 16.0, rtol=0.3)
 
 
 def test_a_free_chain_keeps_its_momentum_and_energy() -> None:
@@ -217,7 +217,7 @@ def test_a_snapshot_continues_bit_for_bit() -> None:
 
 
 def test_what_is_not_covered_takes_the_rows_of_its_joints() -> None:
-    """A soft limit, and rods without joints in trees, give the same bits with and without the option."""
+    """Rods without joints in trees give the same bits with and without the option."""
 
     def chain_of_rods() -> Scene:
         scene = Scene(gravity=(0.0, -G))
@@ -228,16 +228,7 @@ def test_what_is_not_covered_takes_the_rows_of_its_joints() -> None:
                 scene.add_joint(f"rod_{k}", Distance(f"bead_{k - 1}", f"bead_{k}"))
         return scene
 
-    def hung(**joint: Any) -> Scene:
-        scene = rods(1)
-        scene.add_body("weight", shapes=[Circle(radius=0.1, mask=0)], position=(1.5, 0.0))
-        scene.add_joint("end", Revolute("rod_0", "weight", anchor=(1.0, 0.0), **joint))
-        return scene
-
-    def soft_limit() -> Scene:
-        return hung(limits=(-0.1, 0.1), limit_frequency=4.0)
-
-    for scene in (chain_of_rods, soft_limit):
+    for scene in (chain_of_rods,):
         worlds = [World(scene(), options=Options(articulated=on)) for on in (False, True)]
         for world in worlds:
             world.step(30)

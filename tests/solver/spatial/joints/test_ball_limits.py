@@ -41,6 +41,33 @@ def test_cone_holds_in_all_directions(cone: float, azimuth: float) -> None:
     assert world.diagnostics().energy[0] < 0.5 * 0.4 * 10.0 * (1 + 1e-9)
 
 
+@pytest.mark.parametrize("axis", [(1.0, 0.0, 0.0), (0.0, 0.0, -1.0), (0.6, -0.48, 0.64)])
+def test_angle_holds_about_all_axes(axis: tuple[float, float, float]) -> None:
+    """Also where the frames of cone and twist are others."""
+    for given in ({}, {"axis": (0, 1, 0), "cone": 2.5}):
+        world = held(ball(angle=0.9, **given), angular_velocity=3.0 * np.array(axis), inertia=ROUND)
+        angles = []
+        for _ in range(60):
+            world.step()
+            angles.append(value(world, "angle"))
+        assert max(angles) == pytest.approx(0.9, abs=1e-3)
+        assert_allclose(world.angular_velocity[0, 1], 0.0, atol=1e-6)
+        turned = 2.0 * math.acos(abs(world.orientation[0, 1, 0]))
+        assert turned == pytest.approx(angles[-1], abs=1e-9)
+
+
+def test_angle_lets_a_body_slide_along_it() -> None:
+    """A tilted body spins about the vertical: its rotation vector's length alone is limited."""
+    world = held(ball(angle=0.5), angular_velocity=(2.0, 0, 0), inertia=(0.4, 0.4, 0.4))
+    world.step(30)
+    world.set_velocity("it", angular=(0.0, 0.7, 0.0))
+    before = world.orientation[0, 1].copy()
+    for _ in range(60):
+        world.step()
+        assert value(world, "angle") < 0.5 + 2e-3
+    assert abs(world.orientation[0, 1] - before).max() > 0.1
+
+
 def test_cone_reflects_with_its_restitution() -> None:
     world = held(ball(axis=(0, 0, 1), cone=0.4, limit_restitution=0.7), angular_velocity=(2.0, 0, 0), inertia=ROUND)
     world.step(20)
@@ -121,8 +148,9 @@ def test_coordinates_of_large_rotations() -> None:
         ({"cone": 0.5}, "axis, which cone and twist need, is missing"),
         ({"cone": 4.0, "axis": (0, 0, 1)}, "cone must be below pi"),
         ({"cone": 0.0, "axis": (0, 0, 1)}, "cone must be positive"),
+        ({"angle": 3.2}, "angle must be below pi, got 3.2"),
         ({"twist": (-4, 1), "axis": (0, 0, 1)}, "twist must be within"),
-        ({"limits": (-1, 1)}, "a ball has no limits; give cone or twist"),
+        ({"limits": (-1, 1)}, "a ball has no limits; give cone, twist or angle"),
     ],
 )
 def test_bad_arguments_are_named(given: dict[str, Any], message: str) -> None:

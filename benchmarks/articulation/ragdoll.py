@@ -1,11 +1,7 @@
-"""Step time and energy of bodies on joints: rows of joints, joint coordinates, and MuJoCo where it is installed.
-
-A ragdoll of 13 bodies on 12 ball joints and a chain of 20 links, one substep per step, one core.
-"""
+"""A ragdoll of 13 bodies on 12 ball joints and a chain of 20 links, one substep per step."""
 
 from __future__ import annotations
 
-import argparse
 import math
 import statistics
 from collections.abc import Mapping
@@ -14,8 +10,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.common.progress import track
-from benchmarks.common.report import Report
-from benchmarks.common.run import Run
+from benchmarks.common.report import Part
 from benchmarks.common.tables import Table
 from benchmarks.common.timing import cpu_time, step_time
 from gsenv.scenes.spatial import ball_chain
@@ -178,44 +173,41 @@ def chain(on: bool, timestep: float, seconds: float) -> dict[str, Any]:
     }
 
 
-def add_options(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--seconds", type=float, default=10.0, help="simulated time of the chain")
-
-
-def measure(run: Run) -> dict[str, Any]:
-    steps = 200 if run.quick else 1000
-    results: dict[str, Any] = {"seconds": run.options.seconds, "ragdoll": {}, "chain": {}}
-    for on in track((True, False), "joint coordinates, rows", 2):
+def measure_ragdolls(quick: bool, seconds: float) -> dict[str, Any]:
+    """Return times of the ragdoll in three states, and of the chain."""
+    steps = 200 if quick else 1000
+    results: dict[str, Any] = {"seconds": seconds, "ragdoll": {}, "chain": {}}
+    for on in track((True, False), "ragdoll and chain", 2):
         name = "joint coordinates" if on else "rows"
         results["ragdoll"][name] = {
             "airborne": time_ragdoll(1e5, on, 1, steps),
             "lying": time_ragdoll(1.2, on, 2000, steps),
             "falling": time_fall(on, 1000),
         }
-        results["chain"][name] = {str(rate): chain(on, 1.0 / rate, run.options.seconds) for rate in (60, 240)}
+        results["chain"][name] = {str(rate): chain(on, 1.0 / rate, seconds) for rate in (60, 240)}
     theirs = time_mujoco(1e5, 1, steps)
     if theirs is not None:
         results["ragdoll"]["MuJoCo"] = {"airborne": theirs, "lying": time_mujoco(1.2, 2000, steps)}
     return results
 
 
-def report(results: Mapping[str, Any]) -> Report:
+def report_ragdolls(results: Mapping[str, Any]) -> list[Part]:
+    """Return the tables of ``measure_ragdolls``."""
     lines = []
     for name, states in results["ragdoll"].items():
         for state, entry in states.items():
             given = [str(entry.get(word, "")) for word in ("contacts", "rows", "sweeps")]
-            lines.append([name, state, f"{entry['us']:.1f}", *given, f"{1e3 * entry.get('penetration', math.nan):.2f}"])
+            depth = f"{1e3 * entry['penetration']:.2f}" if "penetration" in entry else ""
+            lines.append([name, state, f"{entry['us']:.1f}", *given, depth])
     chains = [
         [name, rate, f"{entry['us']:.0f}", f"{100 * entry['lost']:.2f}", f"{entry['joint_error']:.1e}"]
         for name, rates in results["chain"].items()
         for rate, entry in rates.items()
     ]
-    return Report(
-        "Bodies on joints: rows and joint coordinates",
-        [
-            "A ragdoll of 13 capsules on 12 ball joints, steps of 3 ms, one substep; CPU time of one core.",
-            Table(["", "state", "us a step", "contacts", "rows", "sweeps", "deepest, mm"], lines),
-            f"A chain of 20 equal links let go level, {results['seconds']:g} s, default options.",
-            Table(["", "steps per s", "us per simulated s", "energy lost, %", "joint error, m"], chains),
-        ],
-    )
+    return [
+        "## A ragdoll on ball joints, and a free chain",
+        "13 capsules on 12 ball joints, steps of 3 ms, one substep.",
+        Table(["", "state", "us a step", "contacts", "rows", "sweeps", "deepest, mm"], lines, words=2),
+        f"A chain of 20 equal links let go level, {results['seconds']:g} s, default options.",
+        Table(["", "steps per s", "us per simulated s", "energy lost, %", "joint error, m"], chains),
+    ]
