@@ -187,6 +187,7 @@ def others_scratch(dim: int, joints: Array, trees: Array) -> dict[str, Array]:
     equations = min(rows, MOST_EQUATIONS)
     return {
         "slots": np.zeros(rows, np.int32),  # of each row, as it was solved
+        "free": np.zeros(rows),  # 1/kg, J M^-1 J^T of its bodies without joints in trees
         "mass": np.zeros(rows),  # kg or kg m^2, its effective mass in joint space
         "moved": np.zeros(rows),  # m kg or rad kg m^2 in 1/s: impulses that closed the joints
         "order": np.zeros(equations, np.int32),  # row of each equation

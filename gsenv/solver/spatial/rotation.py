@@ -281,6 +281,7 @@ def enter_link_frames(world: Any, island: Any) -> None:
             substep_body.frame[2, d] = own.z[d]
             substep_body.inverse[3 + d] = body_parameters[i].inv_inertia[d]
         set_spin(substep_body.start_velocity, in_frame(substep_body, spin_of(substep_body.start_velocity)))
+        set_spin(substep_body.free_velocity, in_frame(substep_body, spin_of(substep_body.free_velocity)))
 
 
 @njit

@@ -1,7 +1,8 @@
 """Equations among the rows of joints that are in no tree: solved together, by a factor of their Delassus matrix.
 
 A loop closes with few equations once its tree joints are eliminated, so that their Delassus matrix is small and
-dense.  Redundant equations, such as those of a planar linkage in 3D, are left out of its Cholesky factor.
+dense.  Redundant equations, such as those of a planar linkage in 3D, and stretched chains, whose ends cannot move
+apart, make it singular; the compliance of methods/joint_factor.py makes it regular.
 """
 
 from __future__ import annotations
@@ -9,11 +10,11 @@ from __future__ import annotations
 from typing import Any
 
 from ...jit import njit
+from ...methods.joint_factor import EPSILON
 from ..energy import ROTATION_GAIN
 from ..position_pass import displacement_rate
 from ..rows import BILATERAL, EQUATION, NO_CORRECTION, UNILATERAL, push_row
 
-REDUNDANT = 1e-9  # of a row's diagonal: pivots below are those of redundant equations
 REACH = 0.1  # rad, and of a body's size: largest error of a joint that is corrected at once
 _ENOUGH = 1e-6  # of what the sweeps aim at: a smaller residual of the equations is not solved again
 
@@ -28,17 +29,19 @@ def factorise_equations(world: Any, island: Any, articulation: Any, others: Any)
     give = others.give
     n = 0
     for r in range(island.other_rows):
-        others.mass[r] = rows[r].effective_mass
-        if rows[r].kind == EQUATION and rows[r].diagonal > 0.0:
+        row = rows[r]
+        if row.kind == EQUATION and others.free[r] > 0.0:
             order[n] = r
-            give[n] = rows[r].softness
+            give[n] = max(row.softness, EPSILON * others.free[r])
             n += 1
+            row.diagonal = others.free[r] + row.softness  # the measure of residuals
+        else:
+            row.diagonal += EPSILON * others.free[r]
+        row.effective_mass = 1.0 / row.diagonal if row.diagonal > 0.0 else 0.0
+        others.mass[r] = row.effective_mass
     island.equations = n
     _fill(n, articulation, others)
     _factorise(n, others.matrix)
-    for i in range(n):
-        if others.matrix[i, i] == 0.0:
-            rows[order[i]].impulse = 0.0
 
 
 @njit
@@ -65,7 +68,7 @@ def _fill(n: Any, articulation: Any, others: Any) -> None:
 
 @njit
 def _factorise(n: Any, matrix: Any) -> None:
-    """Replace the lower triangle by its Cholesky factor, with zeros for redundant rows."""
+    """Replace the lower triangle by its Cholesky factor, with zeros where rounding leaves nothing."""
     for i in range(n):
         size = matrix[i, i]
         for j in range(i):
@@ -75,20 +78,12 @@ def _factorise(n: Any, matrix: Any) -> None:
             x = x / matrix[j, j] if matrix[j, j] > 0.0 else 0.0
             matrix[i, j] = x
             size -= x * x
-        matrix[i, i] = size**0.5 if size > REDUNDANT * (size + _square(matrix, i)) else 0.0
-
-
-@njit
-def _square(matrix: Any, i: Any) -> Any:
-    s = 0.0
-    for j in range(i):
-        s += matrix[i, j] * matrix[i, j]
-    return s
+        matrix[i, i] = size**0.5 if size > 0.0 else 0.0
 
 
 @njit
 def _substitute(n: Any, matrix: Any, x: Any) -> None:
-    """Solve L L^T x = x; the entries of redundant rows become 0."""
+    """Solve L L^T x = x."""
     for i in range(n):
         s = x[i]
         for j in range(i):
@@ -165,11 +160,8 @@ def _solve_equations(world: Any, island: Any, articulation: Any, others: Any, pu
     for i in range(n):
         r = order[i]
         row = rows[r]
-        if others.matrix[i, i] == 0.0:
-            side[i] = 0.0
-            continue
         push_row(row, push)
-        w = spans[r].free + row.softness * row.impulse + dot_with(spans[r], ways, values, z)
+        w = spans[r].free + others.give[i] * row.impulse + dot_with(spans[r], ways, values, z)
         side[i] = -w
         change += w * w * row.effective_mass
     goal = world.options.tolerance * world.options.tolerance * island.residual_scale

@@ -28,6 +28,7 @@ _AXES = int(LinkKind.AXES)
 TURN_PER_SUBSTEP = 0.4  # rad: largest rotation of a link in a substep
 MOST_TURN = 1.0  # rad: where even the most substeps leave more, the rows of the joints are more robust
 NEAR = 0.01  # of the size of a link: joints that are farther apart are first brought together by their rows
+ROUNDING = 1e-9  # m: smaller gaps are those of rounding, also of a wheel at the centre of mass that it hangs on
 JUMP = 0.05  # of a link's speed: anchors that separate faster are first brought together
 
 
@@ -166,7 +167,7 @@ def _enter(world: Any, island: Any, articulation: Any) -> Any:
                 size += abs(link.arm[d]) + abs(link.reach[d])
             set_base(link)
             gap, slip, speed = mismatch(link, body, body_parameters[link.body].radius)
-            if gap > NEAR * size or slip > JUMP * speed + world.options.sleep_speed:
+            if gap > NEAR * size + ROUNDING or slip > JUMP * speed + world.options.sleep_speed:
                 return False
     return True
 

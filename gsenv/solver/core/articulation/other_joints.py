@@ -34,6 +34,7 @@ _WELD = int(JointKind.WELD)
 _ROWS = int(JointKind.ROWS)
 _TARGET = int(JointKind.TARGET)
 _DISTANCE = int(JointKind.DISTANCE)
+_GEAR = int(JointKind.GEAR)
 _AXIS = int(JointKind.AXIS)
 SWING_PER_SUBSTEP = 1.5  # rad: largest swing of a taut rod, rope or loop in a substep
 CONTRADICTED = 0.1  # residual above which the rows contradict each other; their impulses would grow in each step
@@ -108,7 +109,7 @@ def substeps_of_others(world: Any, island: Any, joints: Any, others: Any) -> Any
     for k in range(len(island_joints)):
         j = island_joints[k]
         model = joint_models[j]
-        if model.kind > _TARGET and model.kind != _DISTANCE and not is_in_tree(world, j):
+        if model.kind > _TARGET and model.kind != _DISTANCE and model.kind != _GEAR and not is_in_tree(world, j):
             parameters = joint_parameters[j]
             a, _, _ = swing_of_side(bodies[model.body_a], body_parameters[model.body_a], parameters.anchor_a)
             b, _, _ = swing_of_side(bodies[model.body_b], body_parameters[model.body_b], parameters.anchor_b)
@@ -120,7 +121,7 @@ def substeps_of_others(world: Any, island: Any, joints: Any, others: Any) -> Any
 
 
 @njit
-def write_other_rows(world: Any, island: Any, joints: Any, articulation: Any, others: Any) -> None:
+def write_other_rows(world: Any, island: Any, joints: Any, others: Any) -> None:
     """Write the rows of joints that are in no tree, at the pose half a substep ahead."""
     if others is None or island.other_rows == 0:
         return
@@ -128,52 +129,48 @@ def write_other_rows(world: Any, island: Any, joints: Any, articulation: Any, ot
     island_joints = part(world.scratch.island_joints, island.joint_first, island.joint_count)
     linked = world.scratch.joint_factor
     enter_link_frames(world, island)
-    _keep_free_velocities(world, island, articulation.links)
     row = 0
     for k in range(len(island_joints)):
         if not is_in_tree(world, island_joints[k]):
             row = write_joint_rows(world, island_joints[k], row, joints, linked, island.warm_start, island.h)
     leave_link_frames(world, island)
+    _bend(world, island)
     for r in range(island.other_rows):
         others.slots[r] = rows[r].slot
+        others.free[r] = rows[r].diagonal - rows[r].softness
 
 
 @njit
-def bend_other_rows(world: Any, island: Any, articulation: Any, others: Any) -> None:
-    """Add to the biases how the velocities of links change by the end of the substep at constant rates, h/2 J dv/dt.
-
-    Rows ask for the velocity at the end; those of core/joints.py know how their own directions change by then.
-    """
-    if others is None:
+def keep_other_velocities(world: Any, island: Any, articulation: Any, others: Any) -> None:
+    """Keep the velocities at the start of the substep as the free ones, for limits with restitution and ``_bend``."""
+    if others is None or island.other_rows == 0:
         return
-    rows = world.scratch.rows
     links = articulation.links
-    places = articulation.places
-    body_parameters = world.parameters.bodies
-    for r in range(island.other_rows):
-        row = rows[r]
-        if row.softness > 0.0:
-            continue
-        change = 0.0
-        if body_parameters[row.body_a].inv_mass > 0.0:
-            acceleration = links[places[row.body_a]].acceleration
-            for d in range(len(row.jacobian_a)):
-                change += row.jacobian_a[d] * acceleration[d]
-        if body_parameters[row.body_b].inv_mass > 0.0:
-            other = links[places[row.body_b]].acceleration
-            for d in range(len(row.jacobian_b)):
-                change += row.jacobian_b[d] * other[d]
-        row.bias += 0.5 * island.h * change
-
-
-@njit
-def _keep_free_velocities(world: Any, island: Any, links: Any) -> None:
-    """Take the velocities of the start as free ones, for limits with restitution."""
     substep_bodies = world.scratch.substep_bodies
     for k in range(island.body_count):
         substep_body = substep_bodies[links[k].body]
         for d in range(len(substep_body.free_velocity)):
-            substep_body.free_velocity[d] = substep_body.start_velocity[d]
+            substep_body.free_velocity[d] = links[k].velocity[d]
+
+
+@njit
+def _bend(world: Any, island: Any) -> None:
+    """Add to the biases how the velocities of links change by the end of the substep at constant rates, h/2 J dv/dt.
+
+    Rows ask for the velocity at the end; those of core/joints.py know how their own directions change by then.  In the
+    first half of the substep velocities have changed by as much.
+    """
+    rows = world.scratch.rows
+    substep_bodies = world.scratch.substep_bodies
+    for r in range(island.other_rows):
+        row = rows[r]
+        if row.softness > 0.0:
+            continue
+        a = substep_bodies[row.body_a]
+        b = substep_bodies[row.body_b]
+        for d in range(len(row.jacobian_a)):
+            row.bias += row.jacobian_a[d] * (a.start_velocity[d] - a.free_velocity[d])
+            row.bias += row.jacobian_b[d] * (b.start_velocity[d] - b.free_velocity[d])
 
 
 @njit

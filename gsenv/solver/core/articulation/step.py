@@ -26,7 +26,7 @@ from .contact_balance import change_of_rows, end_with_rows, rates_of_rows, settl
 from .dynamics import PASSES, factorise_links, set_free_rates, set_middle
 from .equations import clear_biases, factorise_equations
 from .links import largest_turn, list_links, measure_motion, move_links, place_links, set_base, substeps_of_links
-from .other_joints import bend_other_rows, store_other_impulses, substeps_of_others, write_other_rows
+from .other_joints import keep_other_velocities, store_other_impulses, substeps_of_others, write_other_rows
 from .reactions import add_impulses, keep_momenta, store_reactions
 from .rows import whiten_rows
 from .runge_kutta import swing, swings
@@ -146,6 +146,7 @@ def _enter_middle(world: Any, island: Any, joints: Any, articulation: Any) -> No
     """Move the links by half a substep with the old rates, and factorise their inertias there."""
     start = articulation.start
     keep_momenta(world, island, articulation)
+    keep_other_velocities(world, island, articulation, articulation.others)
     keep_coordinates(world, island, articulation, joints)
     for f in range(island.freedoms):
         articulation.step[f] = 0.5 * island.h * start[f]
@@ -153,7 +154,7 @@ def _enter_middle(world: Any, island: Any, joints: Any, articulation: Any) -> No
     set_middle(world, island, articulation)
     move_links(island, articulation, start)
     _keep_start_velocities(world, island, articulation)
-    write_other_rows(world, island, joints, articulation, articulation.others)
+    write_other_rows(world, island, joints, articulation.others)
     if island.servos:
         add_joint_forces(world, island, articulation, joints)
     factorise_links(articulation.links, island.body_count, articulation.freedoms)
@@ -232,7 +233,6 @@ def _solve_rows(world: Any, island: Any, articulation: Any, last: Any) -> None:
     counters = world.state.world
     move_links(island, articulation, articulation.free)
     _keep_free_velocities(world, island, articulation)
-    bend_other_rows(world, island, articulation, articulation.others)
     if island.joint_rows > island.other_rows:
         add_servo_rows(world, island, articulation, world.state.joints)
     whiten_rows(world, island, articulation)
