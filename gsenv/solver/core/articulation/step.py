@@ -76,7 +76,7 @@ def _start(world: Any, island: Any, joints: Any, articulation: Any) -> None:
     island.residual = 0.0
     clear_totals(island_joints, joints)
     keep_world_frames(world, island)
-    island.joint_rows = list_servos(world, island, articulation)
+    island.joint_rows = list_servos(world, island, articulation, joints)
     island.rows = add_contact_rows(world, island)
     world.state.world.row_count += island.rows
 
