@@ -127,6 +127,7 @@ SERVO_DTYPE = np.dtype(
         ("driven", "i4"),  # the same of the coordinate of motor, friction and armature
         ("number", "i4"),  # of the coordinate
         ("turning", "i4"),  # of that of the motor
+        ("limited", "i4"),  # 1: it may come to a limit in this step
         ("begin", "f8"),  # rad or m, coordinate at the start of the substep
         ("stiffness", "f8"),  # kg or kg m^2, part of the spring in that of the degree of freedom
         ("pull", "f8"),  # N s or N m s, the same

@@ -8,9 +8,11 @@ import numpy as np
 
 from gsenv.solver import Options, Scene, World
 from gsenv.solver.planar import Box, Distance, Revolute, Weld
-from gsenv.solver.records.articulation import LinkKind
+from gsenv.solver.records.articulation import TURN, LinkKind
 from gsenv.solver.records.kernel_variants import kernel_variant_of
 from gsenv.solver.records.scratch import Scratch
+from gsenv.solver.spatial import Axis, SixAxis
+from gsenv.solver.spatial import Box as Brick
 
 
 def boxes(count: int) -> Scene:
@@ -30,7 +32,9 @@ def test_a_chain_hangs_on_its_static_body_whatever_the_order() -> None:
     assert trees["parent"].tolist() == [-1, 2, 3, 0]
     assert trees["joint"].tolist() == [-1, 0, 1, 2]
     assert trees["flipped"].tolist() == [0, 1, 0, 1]
-    assert trees["kind"][1:].tolist() == [LinkKind.TURN, LinkKind.TURN, LinkKind.FIXED]
+    assert (trees["kind"][1:] == LinkKind.AXES).all()
+    assert trees["count"][1:].tolist() == [1, 1, 0]
+    assert (trees["numbers"][1:3, 0] == TURN).all()
     assert trees["depth"].tolist() == [0, 2, 1, 0]
     assert np.all(np.diff(trees["rank"][[0, 3, 2, 1]]) > 0)
 
@@ -64,3 +68,22 @@ def test_the_option_is_off_by_default_and_adds_no_part() -> None:
     on: Any = scratch.bundle(True)
     assert off.articulation is None
     assert on.articulation is not None
+
+
+def test_several_coordinates_are_listed_from_the_parent_outward() -> None:
+    scene = Scene(dim=3)
+    for name in ("a", "b", "c", "d"):
+        scene.add_body(name, shapes=[Brick(half_extents=(0.1, 0.1, 0.1))])
+    free: dict[str, Any] = {"x": Axis(), "turn_x": Axis(), "turn_z": Axis()}
+    scene.add_joint("down", SixAxis("a", "b", **free))
+    scene.add_joint("up", SixAxis("c", "b", **free))
+    scene.add_joint("nothing", SixAxis("b", "d", **free, y=Axis(), z=Axis(), turn_y=Axis(limits=(-1.0, 1.0))))
+    trees = scene.compile().trees
+    assert trees["joint"].tolist() == [-1, 0, trees["joint"][2], -1]
+    assert trees["flipped"].tolist() == [0, 0, 1, 0]
+    assert trees["count"].tolist() == [0, 3, 3, 0]
+    down, up = trees["numbers"][1:3, :3].tolist()
+    assert down == up[::-1]
+    assert down[0] < 3 <= min(down[1:])
+    assert down[1:] == [3, 5]
+    assert trees["depth"].tolist() == [6, 9, 12, 6]

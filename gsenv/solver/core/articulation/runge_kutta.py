@@ -41,14 +41,14 @@ SAFETY = 0.9
 
 
 @njit
-def swings(world: Any, island: Any, articulation: Any) -> Any:
+def swings(world: Any, island: Any, joints: Any, articulation: Any) -> Any:
     """Whether the island is a tree on a fixed body on which no row and no spring may act."""
     links = articulation.links
     body_parameters = world.parameters.bodies
     dt = world.options.timestep
     if island.contact_count > 0 or island.other_rows > 0 or links[0].joint < 0:
         return False
-    if list_servos(world, island, articulation) > 0 or island.servos != 0:
+    if list_servos(world, island, articulation, joints) > 0 or island.servos != 0:
         return False
     for k in range(island.body_count):
         parameters = body_parameters[links[k].body]

@@ -11,7 +11,7 @@ from typing import Any
 from numba import int64
 
 from ...jit import njit
-from ...records.articulation import LinkKind
+from ...records.articulation import SLIDES, LinkKind
 from ...records.model import JointKind
 from ..dispatch import by_dimension
 from ..joint_rows import (
@@ -41,11 +41,15 @@ _WHEEL = int(JointKind.WHEEL)
 _INFINITY = float("inf")
 # slots of the impulses after those of locked axes
 LIMIT, MOTOR, SPRING, FRICTION = 0, 1, 2, 3
+AHEAD = 0.2  # rad, or radii of the body: limits farther away than this and twice the way of the step have no row
 
 
 @njit
-def list_servos(world: Any, island: Any, articulation: Any) -> Any:
-    """List the coordinates of the joints of the island, and set the rotors; returns the number of their rows."""
+def list_servos(world: Any, island: Any, articulation: Any, joints: Any) -> Any:
+    """List the coordinates of the joints of the island, and set the rotors; returns the number of their rows.
+
+    A limit that is far from its coordinate has no row in this step.
+    """
     trees = world.model.trees
     joint_models = world.model.joints
     joint_parameters = world.parameters.joints
@@ -75,12 +79,29 @@ def list_servos(world: Any, island: Any, articulation: Any) -> Any:
         servo.turning = turning
         servo.place = _place_of(links[k], number)
         servo.driven = _place_of(links[k], turning)
-        rows += _count_rows(servo, joint_models[j], joint_parameters[j])
+        joint = Joint(joint_models[j], joint_parameters[j], joints[j])
+        servo.limited = int(has_limit(joint.parameters) and _limit_is_near(world, articulation, servo, joint))
+        if servo.limited == 0:
+            joint.state.impulse[slot_of(joint, LIMIT)] = 0.0
+        rows += _count_rows(servo, joint.model, joint.parameters)
         if _acts(joint_parameters[j]):
             island.servos = 1
         if servo.driven >= 0:
             articulation.freedoms[links[k].first + servo.driven].armature += joint_parameters[j].armature
     return rows
+
+
+@njit
+def _limit_is_near(world: Any, articulation: Any, servo: Any, joint: Any) -> Any:
+    """Whether a coordinate may come to a limit in this step."""
+    if servo.place < 0:
+        return True
+    link = articulation.links[servo.link]
+    q = coordinate_of(link, servo, world.state.bodies, joint)
+    ahead = 2.0 * world.options.timestep * abs(articulation.start[link.first + servo.place])
+    size = 1.0 if servo.number >= SLIDES else world.parameters.bodies[link.body].radius
+    ahead += AHEAD * size
+    return q - joint.parameters.lower < ahead or joint.parameters.upper - q < ahead
 
 
 @njit
@@ -104,7 +125,7 @@ def _acts(parameters: Any) -> Any:
 @njit
 def _count_rows(servo: Any, model: Any, parameters: Any) -> Any:
     given = model.effort_controlled != 0 and servo.driven >= 0
-    count = int(has_limit(parameters)) + int(has_friction(parameters)) + int(has_motor(parameters) and not given)
+    count = servo.limited + int(has_friction(parameters)) + int(has_motor(parameters) and not given)
     count += int(has_armature(parameters) and servo.driven < 0)
     return count + int(has_spring(parameters) and not _in_factor(servo, parameters))
 
@@ -220,7 +241,7 @@ def _add_coordinate_rows(world: Any, island: Any, articulation: Any, servo: Any,
     if has_spring(parameters) and not _in_factor(servo, parameters):
         _set_spring(world, rows[row], articulation, servo, joint, h)
         row += 1
-    if has_limit(parameters):
+    if servo.limited != 0:
         curve = _start_row(world, rows[row], articulation, servo, servo.place, servo.number, h)
         set_limit_row(rows[row], slot_of(joint, LIMIT), servo.begin, curve, parameters, substep_bodies, h)
         row += 1

@@ -55,7 +55,7 @@ def step_articulated(world: Any, island: Any, joints: Any, articulation: Any) ->
     if not list_links(world, island, articulation):
         return False
     measure_motion(world, island, joints, articulation)
-    if swings(world, island, articulation):
+    if swings(world, island, joints, articulation):
         island.substeps = world.options.substeps
         _start(world, island, joints, articulation)
         swing(world, island, joints, articulation)
@@ -91,7 +91,7 @@ def _start(world: Any, island: Any, joints: Any, articulation: Any) -> None:
     island.residual = 0.0
     clear_totals(island_joints, joints)
     keep_world_frames(world, island)
-    island.joint_rows = island.other_rows + list_servos(world, island, articulation)
+    island.joint_rows = island.other_rows + list_servos(world, island, articulation, joints)
     island.rows = add_contact_rows(world, island)
     world.state.world.row_count += island.rows
 
