@@ -2,7 +2,7 @@
 
 Importing gsenv registers the environments by name and loads neither numba nor torch. Afterwards
 `gymnasium.make("GStack-v0")` works; `gymnasium.make("gsenv:GStack-v0")` imports gsenv itself.
-`gsenv.load_mjcf` reads a MuJoCo XML file to a scene.
+`gsenv.load_mjcf` reads a MuJoCo XML file to a scene, `gsenv.load_urdf` a URDF file.
 """
 
 from typing import TYPE_CHECKING, Any
@@ -11,16 +11,17 @@ from gsenv.envs import register_envs
 
 if TYPE_CHECKING:
     from gsenv.mjcf import load_mjcf as load_mjcf
+    from gsenv.mjcf import load_urdf as load_urdf
 
 __version__ = "0.1.0"
 
 
 def __getattr__(name: str) -> Any:
-    """Return ``load_mjcf``, which loads numba and so is imported when it is first used."""
-    if name == "load_mjcf":
-        from gsenv.mjcf import load_mjcf
+    """Return ``load_mjcf`` or ``load_urdf``, which load numba and so are imported when they are first used."""
+    if name in ("load_mjcf", "load_urdf"):
+        import gsenv.mjcf
 
-        return load_mjcf
+        return getattr(gsenv.mjcf, name)
     raise AttributeError(f"module 'gsenv' has no attribute {name!r}")
 
 

@@ -8,6 +8,7 @@ from .model import MjcfModel
 from .parse import parse_mjcf
 from .sensor_data import sensor_data
 from .state import coordinates, set_coordinates, set_keyframe
+from .urdf import load_urdf, parse_urdf
 
 __all__ = [
     "CameraView",
@@ -18,8 +19,10 @@ __all__ = [
     "camera_view",
     "coordinates",
     "load_mjcf",
+    "load_urdf",
     "motions",
     "parse_mjcf",
+    "parse_urdf",
     "sensor_data",
     "set_coordinates",
     "set_keyframe",

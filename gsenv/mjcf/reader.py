@@ -46,12 +46,12 @@ class Document:
     folder: Path
 
 
-def read_document(source: str | os.PathLike[str]) -> Document:
+def read_document(source: str | os.PathLike[str], outermost: str = "mujoco") -> Document:
     """Return the document of a path, or of a string that starts with ``<``.
 
     Raises:
         MjcfError: no such file, no well-formed XML, a document type declaration, another root than
-            ``mujoco``, or a file that is included twice or includes itself.
+            ``outermost``, or a file that is included twice or includes itself.
     """
     if isinstance(source, str) and source.lstrip("\ufeff \t\r\n").startswith("<"):
         document = Document(_parse(source.lstrip("\ufeff \t\r\n").encode(), "string"), Path())
@@ -60,9 +60,9 @@ def read_document(source: str | os.PathLike[str]) -> Document:
         path = Path(source)
         document = Document(_parse(_file_bytes(path, f"{path}"), path.name), path.parent)
         seen = {path.resolve()}
-    if document.root.tag != "mujoco":
-        place = document.root.place
-        raise MjcfError(f"{place}: the outermost element of an MJCF file is mujoco, not {document.root.tag}.")
+    if document.root.tag != outermost:
+        place, kind = document.root.place, "an MJCF" if outermost == "mujoco" else "a URDF"
+        raise MjcfError(f"{place}: the outermost element of {kind} file is {outermost}, not {document.root.tag}.")
     _include(document, seen)
     return document
 

@@ -51,8 +51,8 @@ def test_gymnasiums_robots_run(name: str) -> None:
 
 def test_load_mjcf_is_in_gsenv() -> None:
     assert gsenv.load_mjcf is load_mjcf
-    with pytest.raises(AttributeError, match="module 'gsenv' has no attribute 'load_urdf'"):
-        _ = gsenv.load_urdf
+    with pytest.raises(AttributeError, match="module 'gsenv' has no attribute 'load_sdf'"):
+        _ = gsenv.load_sdf
 
 
 @pytest.mark.parametrize("name", ["humanoid.xml", "ant.xml", "pusher_v5.xml"])
