@@ -27,6 +27,17 @@ pytestmark = pytest.mark.nojit
 G = 9.81
 
 
+def test_a_scene_without_shapes_steps() -> None:
+    scene = Scene()
+    scene.add_body("wall", "static")
+    scene.add_body("bob", mass=1.0, inertia=1.0, position=(1.0, 0.0))
+    scene.add_joint("pin", Revolute("wall", "bob", anchor=(0.0, 0.0)))
+    world = World(scene)
+    world.step(2)
+    assert world.position[0, 1, 1] < 0.0
+    assert world.diagnostics().penetration[0] == 0.0
+
+
 def test_a_mixed_scene_steps() -> None:
     scene = Scene()
     scene.add_body("ground", "static", [HalfPlane()])

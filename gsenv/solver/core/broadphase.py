@@ -276,7 +276,7 @@ def sort_along_curve(geometry: Array, scratch: Array, count: int) -> None:
 
     The cells of the curve are as high as they are wide, so a tower is sorted by height, not by its lean.
     """
-    dim = len(geometry[0].lower)
+    dim = len(scratch[0].lower)
     widest = 0.0
     for axis in range(dim):
         _, width = spread(geometry, scratch, count, axis)

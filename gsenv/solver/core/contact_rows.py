@@ -119,10 +119,25 @@ def store_contact_impulses(world: Any, island: Any, last: Any) -> None:
         contact = contacts[rows[r].source]
         for i in range(span):
             slot = slot_of(rows[r + i], contact, i)
-            contact.impulse[slot] = scale * rows[r + i].impulse
+            if scale > 0.0:
+                contact.impulse[slot] = scale * rows[r + i].impulse
             contact.total_impulse[slot] += rows[r + i].impulse
         if last:
             contact.separation += moved(rows[r], substep_bodies)
+        r += span
+
+
+@njit
+def start_contact_impulses(world: Any, island: Any, scale: Any) -> None:
+    """Set the impulses of the contact rows to ``scale`` times the stored ones."""
+    rows = world.scratch.rows
+    contacts = world.state.contacts
+    r = island.joint_rows
+    while r < island.rows:
+        span = int(rows[r].span)
+        contact = contacts[rows[r].source]
+        for i in range(span):
+            rows[r + i].impulse = scale * contact.impulse[slot_of(rows[r + i], contact, i)]
         r += span
 
 

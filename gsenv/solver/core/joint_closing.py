@@ -45,17 +45,17 @@ _NOW = 1e-9  # of the substep: time ahead for which rows are made
 
 
 @njit
-def close_joints(world: Any, island: Any, s: Any, joints: Any, joint_factor: Any) -> None:
-    """Close the island's rods and ropes after substep ``s`` has moved the bodies."""
+def close_joints(world: Any, island: Any, joints: Any, joint_factor: Any) -> None:
+    """Close the island's rods and ropes after the substep has moved the bodies."""
     if joint_factor is None:
         return
     if not joint_factor.plan.used:
         return
     island_joints = part(world.scratch.island_joints, island.joint_first, island.joint_count)
-    if not _any_distance(island_joints, world.model.joints):
+    if not any_distance(island_joints, world.model.joints):
         return
     if island.kinematic:
-        move_kinematic(world, (s + 1) * island.h)
+        move_kinematic(world, island.end)
     if largest_stretch(world, island_joints) <= LOOSE:
         return
     _start_bodies(world, island)
@@ -69,7 +69,8 @@ def close_joints(world: Any, island: Any, s: Any, joints: Any, joint_factor: Any
 
 
 @njit
-def _any_distance(island_joints: Any, joint_models: Any) -> Any:
+def any_distance(island_joints: Any, joint_models: Any) -> Any:
+    """Whether there is a rod or a rope among the joints of the island."""
     for k in range(len(island_joints)):
         if joint_models[island_joints[k]].kind == _DISTANCE:
             return True

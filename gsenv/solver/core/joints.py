@@ -150,10 +150,12 @@ def store_joint_impulses(world: Any, island: Any, joints: Any) -> None:
         j = row.source
         state = joints[j]
         if row.slot < 0:
-            state.impulse[-1 - row.slot] = -scale * row.impulse
+            if scale > 0.0:
+                state.impulse[-1 - row.slot] = -scale * row.impulse
             state.total_impulse[-1 - row.slot] -= row.impulse
         else:
-            state.impulse[row.slot] = scale * row.impulse
+            if scale > 0.0:
+                state.impulse[row.slot] = scale * row.impulse
             state.total_impulse[row.slot] += row.impulse
             if row.slot == len(state.impulse) - 1:
                 state.rate -= row.softness * row.impulse

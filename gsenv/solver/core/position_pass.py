@@ -11,7 +11,7 @@ from typing import Any
 from ..jit import njit
 from ..methods.cholesky import add_force, change_of, clear_sides, substitute
 from ..methods.joint_factor import compliance
-from .rows import BILATERAL, EQUATION, LIMIT_SLOP, NO_CORRECTION, UNILATERAL, start_rate
+from .rows import BILATERAL, EQUATION, LIMIT_SLOP, NO_CORRECTION, OPEN, UNILATERAL, start_rate
 from .slices import part
 
 REACH = 0.1  # rad, and of a body's radius: largest correction of joints in one sweep
@@ -253,6 +253,8 @@ def smooth_fraction(world: Any, island: Any) -> Any:
     while r < island.rows:
         row = rows[r]
         r += int(row.span)
+        if row.flight == OPEN:
+            continue
         extent = contacts[row.source].extent
         after = row.error + island.h * _mean_velocity(
             row, bodies, substep_bodies

@@ -35,6 +35,8 @@ UNILATERAL = 2  # reduces it where it is negative
 
 LIMIT_SLOP = 1e-7  # m or rad: smaller gaps count as closed, or a limit under load would lose part of its impulse
 GROUNDED = float("inf")  # flight of a contact that is not in flight
+CLOSED = 1e300  # m/s^2, flight of a contact that lands now: whatever its gap, it counts as closed
+OPEN = -1e9  # m/s^2, of one that lands at the end of this part of the substep: it does not act before
 
 
 def row_dtype(dim: int) -> np.dtype[Any]:

@@ -18,6 +18,7 @@ from .contact_rows import (
     any_restitution,
     forget_contact_impulses,
     refresh_contact_rows,
+    start_contact_impulses,
     store_contact_impulses,
 )
 from .dispatch import by_dimension, never, nothing
@@ -38,12 +39,14 @@ from .joints import (
     store_joint_impulses,
     substeps_for,
 )
+from .landings import MAX_PARTS, NONE, end_landing, may_land, next_landing
 from .position_pass import correct_positions, smooth_fraction
 from .slices import part
 from .springs import any_sprung, guard_springs, release_springs
 
 rotate_contact_rows = by_dimension("contact_rows", "rotate_contact_rows", otherwise=nothing)
 enter_frames = by_dimension("rotation", "enter_frames", otherwise=nothing)
+leave_frames = by_dimension("rotation", "leave_frames", otherwise=nothing)
 any_rotated_frame = by_dimension("rotation", "any_rotated_frame", otherwise=never)
 flies_freely = by_dimension("rotation", "flies_freely", otherwise=never)
 has_single_pivot = by_dimension("single_pivot", "has_single_pivot", otherwise=never)
@@ -51,6 +54,7 @@ swing_about_pivot = by_dimension("single_pivot", "swing_about_pivot", otherwise=
 set_gyroscopic_biases = by_dimension("joints.gyroscopic", "set_gyroscopic_biases", otherwise=nothing)
 set_gyroscopic_errors = by_dimension("joints.gyroscopic", "set_gyroscopic_errors", otherwise=nothing)
 
+SHORT = 0.25  # of a substep: impulses of shorter parts are not stored
 CONTRADICTED = 0.1  # residual above which the rows contradict each other; their impulses would grow in each step
 
 
@@ -66,7 +70,7 @@ def step_island(world: Any, island: Any, joints: Any, joint_factor: Any) -> None
         return
     start_island(world, island, joints, joint_factor)
     for s in range(island.substeps):
-        substep(world, island, s, joints, joint_factor)
+        take_substep(world, island, s, joints, joint_factor)
 
 
 @njit
@@ -99,6 +103,7 @@ def start_island(world: Any, island: Any, joints: Any, joint_factor: Any) -> Non
     island.rows = add_contact_rows(world, island)
     island.rotated_frame = any_rotated_frame(world, island)
     island.has_restitution = any_restitution(world, island)
+    island.may_land = world.variant.soft is None and may_land(world, island, joint_factor)
     world.state.world.row_count += island.rows
 
 
@@ -121,13 +126,70 @@ def start_island_joints(world: Any, island: Any, joints: Any, joint_factor: Any)
 
 
 @njit
-def substep(world: Any, island: Any, s: Any, joints: Any, joint_factor: Any) -> None:
-    """Take substep number ``s`` of the island."""
-    variant = world.variant
+def take_substep(world: Any, island: Any, s: Any, joints: Any, joint_factor: Any) -> None:
+    """Take substep number ``s`` of the island, in parts where a body lands within it."""
     last = s == island.substeps - 1
-    clear_factor(joint_factor)
-    move_surroundings(world, island, s)
+    island.time = s * island.h
+    island.end = (s + 1) * island.h
+    move_surroundings(world, island, s > 0)
     refresh_contact_rows(world, island)
+    if island.may_land:
+        take_parts(world, island, last, joints, joint_factor)
+    else:
+        substep(world, island, last, joints, joint_factor)
+
+
+@njit
+def take_parts(world: Any, island: Any, last: Any, joints: Any, joint_factor: Any) -> None:
+    """Take a substep in parts between landings, or as one if there are none."""
+    end = island.end
+    stored_scale = island.stored_scale
+    warm_start = island.warm_start
+    island.whole = island.h
+    landing = NONE
+    for count in range(MAX_PARTS):
+        landing = next_landing(world, island, joints, joint_factor) if count < MAX_PARTS - 1 else NONE
+        if landing <= 0.0:
+            break
+        left = island.h - landing
+        leave_frames(world, island)
+        start_part(world, island, landing, stored_scale, warm_start)
+        island.end = island.time + landing
+        substep(world, island, False, joints, joint_factor)
+        end_landing(world, island)
+        island.time = island.end
+        island.end = end
+        start_part(world, island, left, stored_scale, warm_start)
+    if landing == 0.0:
+        island.stored_scale = 0.0  # do not store the impulses of the impact
+        refresh_contact_rows(world, island)
+    substep(world, island, last, joints, joint_factor)
+    if landing == 0.0:
+        end_landing(world, island)
+    if island.h != island.whole:
+        island.h = island.whole
+        island.stored_scale = stored_scale
+        island.warm_start = warm_start
+        start_contact_impulses(world, island, 1.0 / stored_scale)
+
+
+@njit
+def start_part(world: Any, island: Any, h: Any, stored_scale: Any, warm_start: Any) -> None:
+    """Start a part of length ``h`` of the substep; the impulses of a short part are not stored, for they vary much."""
+    share = h / island.whole
+    island.h = h
+    island.stored_scale = stored_scale / share if share > SHORT else 0.0
+    island.warm_start = warm_start * share
+    move_surroundings(world, island, True)
+    start_contact_impulses(world, island, share / stored_scale)
+    refresh_contact_rows(world, island)
+
+
+@njit
+def substep(world: Any, island: Any, last: Any, joints: Any, joint_factor: Any) -> None:
+    """Take a substep of the island, or a part of one; ``last``: with it the step ends."""
+    variant = world.variant
+    clear_factor(joint_factor)
     impact_phase(world, island, joints, joint_factor, variant.restitution)
     integrate_velocities(world, island)
     add_joint_rows(world, island, joints, joint_factor, island.warm_start)
@@ -144,7 +206,7 @@ def substep(world: Any, island: Any, s: Any, joints: Any, joint_factor: Any) -> 
     integrate_positions(world, island)
     forget_joint_factor(world, island, joint_factor)
     store_joints(world, island, joints)
-    close_joints(world, island, s, joints, joint_factor)
+    close_joints(world, island, joints, joint_factor)
     store_contacts(world, island, last)
 
 
@@ -156,11 +218,11 @@ def clear_factor(joint_factor: Any) -> None:
 
 
 @njit
-def move_surroundings(world: Any, island: Any, s: Any) -> None:
-    """Move kinematic bodies and the rotated frames of bodies to the start of substep ``s``."""
+def move_surroundings(world: Any, island: Any, moved: Any) -> None:
+    """Move kinematic bodies to the present time, and the frames of bodies that have ``moved`` since."""
     if island.kinematic:
-        move_kinematic(world, s * island.h)
-    if s > 0:
+        move_kinematic(world, island.time)
+    if moved:
         enter_frames(world, island)
         if island.rotated_frame:
             rotate_contact_rows(world, island)

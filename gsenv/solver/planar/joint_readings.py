@@ -17,6 +17,7 @@ from .math import cross, rotate
 
 SLIDING = (JointKind.PRISMATIC, JointKind.WHEEL)
 WITHOUT_COORDINATE = (JointKind.WELD, JointKind.ROWS, JointKind.TARGET)
+_WELD = int(JointKind.WELD)
 _REVOLUTE = int(JointKind.REVOLUTE)
 _PRISMATIC = int(JointKind.PRISMATIC)
 _DISTANCE = int(JointKind.DISTANCE)
@@ -101,6 +102,11 @@ def rate(model: Model, parameters: ParameterArrays, state: State, j: int) -> Arr
     return np.asarray((ends.apart * ends.rate).sum(-1) / np.maximum(length, 1e-300))
 
 
+def slides(model: Model, j: int) -> bool:
+    """Return whether the coordinate of a joint is a length."""
+    return JointKind(int(model.joints["kind"][j])) in (*SLIDING, JointKind.DISTANCE)
+
+
 def _with_coordinate(model: Model, j: int) -> JointKind:
     kind = JointKind(int(model.joints["kind"][j]))
     if kind in WITHOUT_COORDINATE:
@@ -143,6 +149,17 @@ def read_joint(body_a: Any, body_b: Any, a: Any, b: Any, joint: Any) -> Any:
     energy = stored_energy(p, atan2(s, c), about)
     energy += stored_energy(p, x, _along(a, b, ax, ay, bx, by, 1.0, 0.0))
     return 0.0, energy + stored_energy(p, y, _along(a, b, ax, ay, bx, by, 0.0, 1.0))
+
+
+@njit
+def turned_off(body_a: Any, body_b: Any, joint: Any) -> Any:
+    """Return the angle in rad by which a rotation that the joint locks is off; 0 where it locks none."""
+    p = joint.parameters
+    soft = p.frequency > 0.0 or p.stiffness > 0.0 or p.damping > 0.0
+    if joint.model.kind != _PRISMATIC and (joint.model.kind != _WELD or soft):
+        return 0.0
+    c, s = sin_cos(body_b.angle - body_a.angle - p.reference_angle)
+    return abs(atan2(s, c))
 
 
 @njit

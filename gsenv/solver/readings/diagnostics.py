@@ -72,9 +72,12 @@ class Diagnostics:
         residual: natural-map residual of the last substep's solve, dimensionless.
         penetration: m, deepest overlap of two shapes that may touch, measured from the present poses.
         joint_error: m, largest error of a rigid joint: distance of the anchors from each other or from the axis, or
-            difference of a rod or rope from its length; from the present poses.
-        relative_joint_error: the largest such error over the length of its joint, which is that of a rod or rope,
-            and of other joints the diameter of the smaller body.
+            difference of a rod or rope from its length; from the present poses. Also the error of a gear whose first
+            coordinate is a length.
+        angular_joint_error: rad, largest angle by which a rotation is off that a joint locks, or error of a gear whose
+            first coordinate is an angle; from the present poses.
+        relative_joint_error: the largest error over the length of its joint, which is that of a rod or rope, and of
+            other joints the diameter of the smaller body; or half the largest angular error.
         kinetic_energy, potential_energy, spring_energy: J; energy is their sum. Targets count as motors.
         momentum: kg m/s, (world, dim).
         angular_momentum: kg m^2/s about the origin, (world,), in 3D (world, 3).
@@ -88,6 +91,7 @@ class Diagnostics:
     residual: Array
     penetration: Array
     joint_error: Array
+    angular_joint_error: Array
     relative_joint_error: Array
     kinetic_energy: Array
     potential_energy: Array
@@ -128,6 +132,7 @@ def diagnose(model: Model, parameters: ParameterArrays, state: State, overlaps: 
         residual=worlds["natural_residual"].copy(),
         penetration=penetration,
         joint_error=joints.error,
+        angular_joint_error=joints.angular_error,
         relative_joint_error=joints.relative_error,
         kinetic_energy=kinetic,
         potential_energy=potential,

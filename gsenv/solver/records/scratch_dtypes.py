@@ -123,6 +123,7 @@ ISLAND_STEP_DTYPE = np.dtype(
         ("driven", "i4"),  # 1: joints or kinematic bodies may do work on it
         ("has_springs", "i4"),  # 1: a joint has a spring, which may release energy
         ("has_restitution", "i4"),  # 1: a contact has a restitution
+        ("may_land", "i4"),  # 1: its bodies are fast enough for a landing, and its contacts few enough
         ("rotated_frame", "i4"),  # 1: one of its bodies has a rotated frame (3D)
         ("servos", "i4"),  # 1: joints of trees have limits, motors, springs or rotors
         ("coordinates", "i4"),  # those of joints of trees
@@ -132,7 +133,10 @@ ISLAND_STEP_DTYPE = np.dtype(
         ("other_rows", "i8"),  # rows of joints that are not of trees, in joint coordinates; they come first
         ("equations", "i8"),  # those among them that are solved together
         ("rows", "i8"),  # all rows
-        ("h", "f8"),  # s, one substep
+        ("h", "f8"),  # s, one substep, or a part of it between landings
+        ("whole", "f8"),  # s, one substep
+        ("time", "f8"),  # s, from the start of the step to that of the substep or part
+        ("end", "f8"),  # s, from the start of the step to the end of the substep or part
         ("swing", "f8"),  # 1/s^2, squared frequency at which taut joints swing
         ("stored_scale", "f8"),  # factor of impulses that are stored for substeps of the usual length
         ("warm_start", "f8"),  # factor of the stored impulses; 0 for a cold start

@@ -97,6 +97,11 @@ def rate(model: Model, parameters: ParameterArrays, state: State, j: int) -> Arr
     return _dot(turn_directions(number, ends.a, ends.b), ends.spin_b - ends.spin_a)
 
 
+def slides(model: Model, j: int) -> bool:
+    """Return whether the coordinate of a joint is a length."""
+    return bool(model.joints["kind"][j] == JointKind.DISTANCE or model.joints["coordinate"][j] < 3)
+
+
 def _coupled(read: Any, model: Model, parameters: ParameterArrays, state: State, j: int) -> Array:
     """Return q_a + ratio q_b of a gear, or its rate."""
     a, b = (read(model, parameters, state, int(model.joints[side][j])) for side in ("joint_a", "joint_b"))
@@ -215,6 +220,21 @@ def read_joint(body_a: Any, body_b: Any, a: Any, b: Any, joint: Any) -> Any:
         energy += stored_energy(p, d[k], _give(body_a, body_b, a, b, arm_a, arm_b, u))
         energy += stored_energy(p, turn[k], _turning(body_a, a, u) + _turning(body_b, b, u))
     return 0.0, energy
+
+
+@njit
+def turned_off(body_a: Any, body_b: Any, joint: Any) -> Any:
+    """Return the largest angle in rad by which a rotation that the joint locks is off; 0 where it locks none."""
+    p = joint.parameters
+    if joint.model.kind == _WELD:
+        if p.frequency > 0.0 or p.stiffness > 0.0 or p.damping > 0.0:
+            return 0.0
+        wanted = multiply(quaternion(body_a.rotation), quaternion(p.reference))
+        return norm(turn_between(wanted, quaternion(body_b.rotation)))
+    frame = quaternion(p.frame)
+    on_a = multiply(quaternion(body_a.rotation), frame)
+    on_b = multiply(quaternion(body_b.rotation), multiply(conjugate(quaternion(p.reference)), frame))
+    return _turned_off(joint.model.locked >> 3, on_a, on_b)
 
 
 @njit

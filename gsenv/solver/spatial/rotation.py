@@ -165,6 +165,24 @@ def _leave_frame(body: Any, parameters: Any, substep_body: Any, extra: Vec, h: A
 
 
 @njit
+def leave_frames(world: Any, island: Any) -> None:
+    """Rotate the angular velocities of bodies back from their frames to the start of the substep, in the world."""
+    body_parameters = world.parameters.bodies
+    substep_bodies = world.scratch.substep_bodies
+    island_bodies = part(world.scratch.island_bodies, island.body_first, island.body_count)
+    for k in range(len(island_bodies)):
+        i = island_bodies[k]
+        substep_body = substep_bodies[i]
+        if substep_body.rotated_frame:
+            parameters = body_parameters[i]
+            body = world.state.bodies[i]
+            middle = multiply(quaternion(substep_body.mid_rotation), quaternion(parameters.axes))
+            spin = in_world(substep_body, spin_of(body.velocity))
+            _, spin = rotate_with_velocity(middle, vec(parameters.inertia), spin, -0.5 * island.h)
+            set_spin(body.velocity, spin)
+
+
+@njit
 def spin_change(substep_body: Any, parameters: Any) -> Vec:
     """Return the angular acceleration by the body's own inertia, rad/s^2 in the frame: I^-1 (I w x w)."""
     if substep_body.rotated_frame == 0:

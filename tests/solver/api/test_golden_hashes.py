@@ -68,12 +68,12 @@ WORLDS: dict[str, tuple[Callable[[], World], int]] = {  # and how many steps
     "3D chain": (lambda: World(spatial_chain(), options=AWAKE), 120),
 }
 GOLDEN = {
-    "2D mixed": "1bf43e71e91ac19ab07ba096146a1cd1b37c962dba04064e30add33fa9d1966a",
-    "2D tumble": "44ff127ff4d36877f8b672c3e843902d019a3d6978feae31c06c6c18e21fc6b9",
+    "2D mixed": "5c8acd0c161f743ef2acb9a5519226a0090171b237d9f5b11facf999ee187615",
+    "2D tumble": "543c4a5021a2ed9bff1e7a29ae470067c447f8166854b050499aefca87002d3a",
     "2D pyramid": "edb5f93318832ff604f2b0f0c3f8760b3a8dd4c42e721d2a0531ba6bb7c82121",
-    "3D mixed": "a82287e89d6e3390ea2ef7a4088798d8c89eb0a4cc1cdb4c991c070d82b0e770",
-    "3D tumble": "9ad32e7d8f209395514aec690c13156f0e7bf5d9e9f4eaca2c613b71eea1c256",
-    "3D chain": "f9c4b673bcff1071d829dd41dc8a7bdc242b16222dee737ab0c9f3ff954749a3",
+    "3D mixed": "af42ecb689122e0c0fea16690cceaa3865a5cffb5c86c8aec1665e8f124edf17",
+    "3D tumble": "6c7c75747210b178c27445012ddffa884e3b9b9e53dc325b75d43e229a0b4bab",
+    "3D chain": "39ad2538b9a07e1ae4f193d3941dae4d3d2c212eadac717d0e46bc3f334a0179",
 }
 
 
