@@ -24,13 +24,13 @@ from .math import (
     cross,
     dot,
     multiply,
+    near_turn_of,
+    near_unit,
     norm,
-    normalised,
     pose_of,
     quaternion,
     scaled,
     sub,
-    turn_between,
     turn_of,
     turned,
     vec,
@@ -87,8 +87,8 @@ def _arms(link: Any, joint: Any, body_parameters: Any) -> tuple[Vec, Vec]:
 @njit
 def mismatch(link: Any, body: Any, radius: Any) -> tuple[float, float, float]:
     """Return (m, m/s, m/s): how far pose and velocity of a body are from those of its link, and its speed."""
-    turn = turn_between(quaternion(link.rotation), quaternion(body.rotation))
-    gap = norm(sub(vec(body.position), vec(link.position))) + radius * norm(turn)
+    e = multiply(quaternion(body.rotation), conjugate(quaternion(link.rotation)))  # its length is that of half the turn
+    gap = norm(sub(vec(body.position), vec(link.position))) + 2.0 * radius * norm((e[1], e[2], e[3]))
     v, w = vec(body.velocity), spin_of(body.velocity)
     slip = norm(sub(v, vec(link.velocity))) + radius * norm(sub(w, spin_of(link.velocity)))
     return gap, slip, norm(v) + radius * norm(w)
@@ -106,7 +106,7 @@ def place_link(links: Any, k: Any, step: Any, bodies: Any, body_parameters: Any,
         turn = (step[i + 3], step[i + 4], step[i + 5])
         _set(link.turn, turn)
         _set(link.position, add(vec(link.base_position), (step[i], step[i + 1], step[i + 2])))
-        _set_rotation(link, multiply(turn_of(turn), quaternion(link.base_rotation)))
+        _set_rotation(link, multiply(near_turn_of(turn), quaternion(link.base_rotation)))
         return
     at, rotation = _holder(links, link, bodies)
     turn = (0.0, 0.0, 0.0)
@@ -116,7 +116,7 @@ def place_link(links: Any, k: Any, step: Any, bodies: Any, body_parameters: Any,
     reach = turned(rotation, outer)
     if link.kind == _PIVOT:
         turn = add(turn, (step[i], step[i + 1], step[i + 2]))
-        _set_rotation(link, multiply(turn_of(turn), quaternion(link.base_rotation)))
+        _set_rotation(link, multiply(near_turn_of(turn), quaternion(link.base_rotation)))
     else:
         _follow(link, rotation, step[i] if link.count > 0 else 0.0, joint)
     if link.kind == _TURN:
@@ -174,7 +174,7 @@ def enter_joint(links: Any, k: Any, bodies: Any, body_parameters: Any, joint: An
 
 @njit
 def _set_rotation(link: Any, q: Quaternion) -> None:
-    q = normalised(q)
+    q = near_unit(q)
     for d in range(4):
         link.rotation[d] = q[d]
 

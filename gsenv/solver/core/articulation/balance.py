@@ -27,7 +27,8 @@ def settle_rates(world: Any, island: Any, articulation: Any) -> Any:
     The momenta of all bodies at the end pose, less those at the start and what forces add, do no work on the motions
     of the joints half a substep ahead.  This is symmetric in time and keeps the momentum of free trees and, without
     drift, the energy; forces at the mean of old and new rates alone change the energy of fast chains.  Places the
-    links at the end of the substep; returns whether the corrections converged.
+    links at the end of the substep; returns whether the corrections converged: whether the last is small enough, or
+    the next would be at the rate at which they shrink.
     """
     freedoms = articulation.freedoms
     rate = articulation.rate
@@ -46,6 +47,11 @@ def settle_rates(world: Any, island: Any, articulation: Any) -> Any:
             change[f] = freedoms[f].pull - freedoms[f].stiffness * rate[f]
         error = respond(articulation.links, count, freedoms, change)
         if error <= (SETTLED if k < MOST_ITERATIONS - 1 else ENOUGH) * energy:
+            return True
+        if k > 0 and error < last and error * (error / last) <= SETTLED * energy:
+            for f in range(island.freedoms):
+                rate[f] += change[f]
+            _end_at_rates(world, island, articulation)
             return True
         if k == 0 or error < least:
             least = error
