@@ -11,6 +11,7 @@ from .links import move_links, place_links
 
 keep_momentum = by_dimension("articulation", "keep_momentum")
 carry = by_dimension("articulation", "carry")
+resist = by_dimension("tension", "resist")
 
 MOST_ITERATIONS = 25  # of the balance of momentum
 ENOUGH = 1e-8  # the same after the most iterations
@@ -93,6 +94,8 @@ def _set_imbalance(world: Any, island: Any, articulation: Any) -> Any:
             damping = parameters.linear_damping if d < len(link.position) else parameters.angular_damping
             energy += link.momentum[d] * link.velocity[d]
             link.response[d] = link.push[d] - (1.0 + island.h * damping) * link.momentum[d]
+        if island.taut:
+            resist(link, -1.0)
         carry(link)
     return energy
 

@@ -28,6 +28,7 @@ from .rows import whiten_rows
 from .runge_kutta import swing, swings
 from .servos import add_servo_rows, count_servo_rows, keep_coordinates, store_servo_impulses
 from .solve import correct_overlaps, limit_energy, start_solve, sweep_rows
+from .tension import is_taut, set_tension
 
 leave_link = by_dimension("articulation", "leave_link")
 enter_link = by_dimension("articulation", "enter_link")
@@ -53,12 +54,15 @@ def step_articulated(world: Any, island: Any, joints: Any, articulation: Any) ->
     if not list_links(world, island, articulation):
         return False
     measure_motion(world, island, joints, articulation)
+    island.taut = 0
+    island.substeps = substeps_of_links(world, island)
     if swings(world, island, articulation):
         island.substeps = world.options.substeps
-        _start(world, island, joints, articulation)
-        swing(world, island, joints, articulation)
-        return True
-    island.substeps = substeps_of_links(world, island)
+        if not is_taut(world, island):
+            _start(world, island, joints, articulation)
+            swing(world, island, joints, articulation)
+            return True
+        island.taut = 1
     if island.substeps == 0:
         return False
     _start(world, island, joints, articulation)
@@ -142,6 +146,8 @@ def _enter_middle(world: Any, island: Any, joints: Any, articulation: Any) -> No
     set_middle(world, island, articulation)
     move_links(island, articulation, start)
     _keep_start_velocities(world, island, articulation)
+    if island.taut:
+        set_tension(world, island, articulation, joints)
     if island.servos:
         add_servo_rows(world, island, articulation, joints)
     factorise_links(articulation.links, island.body_count, articulation.freedoms)
