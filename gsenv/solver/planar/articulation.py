@@ -299,6 +299,12 @@ def turning_rate(link: Any, parameters: Any) -> Any:
 
 
 @njit
+def most_inverse(parameters: Any) -> Any:
+    """Return the largest inverse moment of inertia, 1/(kg m^2)."""
+    return parameters.inv_inertia
+
+
+@njit
 def set_servo_direction(row: Any, links: Any, k: Any, bodies: Any, body_parameters: Any, substep_bodies: Any) -> None:
     """Set the Jacobian of J v = rate of a turn or slide."""
     link = links[k]

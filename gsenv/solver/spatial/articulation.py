@@ -407,6 +407,12 @@ def coordinate_of(link: Any, a: Any, b: Any, joint: Any) -> Any:
 
 
 @njit
+def most_inverse(parameters: Any) -> Any:
+    """Return the largest inverse moment of inertia, 1/(kg m^2)."""
+    return max(parameters.inv_inertia[0], parameters.inv_inertia[1], parameters.inv_inertia[2])
+
+
+@njit
 def set_servo_direction(row: Any, links: Any, k: Any, bodies: Any, body_parameters: Any, substep_bodies: Any) -> None:
     """Set the Jacobian of J v = rate of a turn or slide, and the inverse inertias of both bodies in its direction."""
     link = links[k]

@@ -1,4 +1,4 @@
-"""Elimination of the three rotations of a pivot from its articulated inertia, without products by zero."""
+"""Elimination of three rotations, of a pivot or a free link, from an articulated inertia without products by zero."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Six = tuple[float, float, float, float, float, float]
 
 @njit
 def eliminate_pivot(inertia: Any, freedoms: Any, first: Any) -> None:
-    """Set the factor of the degrees of freedom of a pivot, and remove them from the articulated inertia."""
+    """Set the factor of three rotations about the axes of the world, and remove them from the articulated inertia."""
     n = _half(inertia)
     for k in (2, 1, 0):
         s = freedoms[first + k].motion

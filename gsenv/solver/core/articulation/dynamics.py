@@ -28,6 +28,7 @@ set_motion = by_dimension("articulation", "set_motion")
 set_force = by_dimension("articulation", "set_force")
 set_applied = by_dimension("articulation", "set_applied")
 
+_FREE = int(LinkKind.FREE)
 _PIVOT = int(LinkKind.PIVOT)
 PASSES = 2  # evaluations of the forces that depend on the rates
 
@@ -65,11 +66,12 @@ def factorise_links(links: Any, count: Any, freedoms: Any) -> None:
     """Compute articulated inertias from the leaves inward, and each degree of freedom's part of the factor."""
     for k in range(count - 1, -1, -1):
         inertia = links[k].inertia
-        if links[k].kind == _PIVOT and links[k].parent >= 0:
-            eliminate_pivot(inertia, freedoms, links[k].first)
-        else:
-            for f in range(links[k].first + links[k].count - 1, links[k].first - 1, -1):
-                _eliminate(inertia, freedoms[f], f > links[k].first or links[k].parent >= 0)
+        last = links[k].first + links[k].count - 1
+        if links[k].kind == _PIVOT or (links[k].kind == _FREE and links[k].count == 6):
+            last -= 3
+            eliminate_pivot(inertia, freedoms, last + 1)
+        for f in range(last, links[k].first - 1, -1):
+            _eliminate(inertia, freedoms[f], f > links[k].first or links[k].parent >= 0)
         if links[k].parent >= 0:
             outer = links[links[k].parent].inertia
             for d in range(len(links[k].velocity)):

@@ -14,12 +14,12 @@ from typing import Any
 from ...jit import njit
 from ...records.articulation import LinkKind
 from ..dispatch import by_dimension
+from .links import LEAST_SWING
 
 add_tension = by_dimension("tension", "add_tension")
 stiffen = by_dimension("tension", "stiffen")
 
 _SLIDE = int(LinkKind.SLIDE)
-TAUT = 1.0  # rad in a substep: largest vibration that needs no implicit tension
 SLOW = 5.0  # rad in a substep, times the square root of the tolerance: largest rotation in this mode
 
 
@@ -27,7 +27,7 @@ SLOW = 5.0  # rad in a substep, times the square root of the tolerance: largest 
 def is_taut(world: Any, island: Any) -> Any:
     """Whether the links of a tree that nothing touches could vibrate fast, and turn slowly."""
     h = world.options.timestep / world.options.substeps
-    return h * island.swing**0.5 > TAUT and h * island.spin < SLOW * world.options.tolerance**0.5
+    return h * island.swing**0.5 > LEAST_SWING and h * island.spin < SLOW * world.options.tolerance**0.5
 
 
 @njit
