@@ -85,6 +85,8 @@ def link_dtype(dim: int) -> np.dtype[Any]:
             ("half", "f8", (spin,)),  # rad, displacement in the first half of the substep
             ("start", "f8", (dim,)),  # m, centre of mass at the start of the substep
             ("start_pin", "f8", (dim,)),  # m, pin at the same time, in steps of Runge-Kutta
+            ("start_spin", "f8", (spin,)),  # rad/s, at the start of the substep
+            ("taut", "f8", (1 if dim == 2 else 6,)),  # kg m^2, h^2/4 of the stiffness by tension, as ``moment``
             ("velocity", "f8", (ndof,)),  # m/s and rad/s, of the centre of mass
             ("acceleration", "f8", (ndof,)),
             ("moment", "f8", (1 if dim == 2 else 6,)),  # kg m^2 about the centre of mass: I, or xx xy xz yy yz zz

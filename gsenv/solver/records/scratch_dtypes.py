@@ -127,6 +127,7 @@ ISLAND_STEP_DTYPE = np.dtype(
         ("rotated_frame", "i4"),  # 1: one of its bodies has a rotated frame (3D)
         ("servos", "i4"),  # 1: joints of trees have limits, motors, springs or rotors
         ("coordinates", "i4"),  # those of joints of trees
+        ("taut", "i4"),  # 1: the tension of links is implicit, in joint coordinates
         ("substeps", "i8"),
         ("freedoms", "i8"),  # degrees of freedom, in joint coordinates
         ("joint_rows", "i8"),  # number of joint rows, which come before those of contacts

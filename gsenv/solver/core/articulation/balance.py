@@ -11,6 +11,7 @@ from .links import move_links, place_links
 
 keep_momentum = by_dimension("articulation", "keep_momentum")
 carry = by_dimension("articulation", "carry")
+resist = by_dimension("tension", "resist")
 
 MOST_ITERATIONS = 25  # of the balance of momentum
 ENOUGH = 1e-8  # the same after the most iterations
@@ -27,7 +28,8 @@ def settle_rates(world: Any, island: Any, articulation: Any) -> Any:
     The momenta of all bodies and rotors at the end pose, less those at the start and what forces add, do no work on
     the motions of the joints half a substep ahead.  This is symmetric in time and keeps the momentum of free trees
     and, without drift, the energy; forces at the mean of old and new rates alone change the energy of fast chains.
-    Places the links at the end of the substep; returns whether the corrections converged.
+    Places the links at the end of the substep; returns whether the corrections converged: whether the last is small
+    enough, or the next would be at the rate at which they shrink.
     """
     freedoms = articulation.freedoms
     rate = articulation.rate
@@ -45,6 +47,11 @@ def settle_rates(world: Any, island: Any, articulation: Any) -> Any:
         energy += set_joint_imbalance(island, articulation)
         error = respond(articulation.links, count, freedoms, change)
         if error <= (SETTLED if k < MOST_ITERATIONS - 1 else ENOUGH) * energy:
+            return True
+        if k > 0 and error < last and error * (error / last) <= SETTLED * energy:
+            for f in range(island.freedoms):
+                rate[f] += change[f]
+            _end_at_rates(world, island, articulation)
             return True
         if k == 0 or error < least:
             least = error
@@ -91,6 +98,8 @@ def set_imbalance(world: Any, island: Any, articulation: Any, touched: Any) -> A
             link.response[d] = link.push[d] - (1.0 + island.h * damping) * link.momentum[d]
             if touched:
                 link.response[d] += link.contact[d]
+        if island.taut:
+            resist(link, -1.0)
         carry(link)
     return energy
 

@@ -10,15 +10,25 @@ from __future__ import annotations
 from typing import Any
 
 from ...jit import njit
+from ...records.articulation import LinkKind
 from ..dispatch import by_dimension
 from .links import move_links, set_base
 
+
+@njit
+def _none(inertia: Any, freedoms: Any, first: Any) -> None:
+    """Do nothing: 2D has no pivots."""
+
+
+eliminate_pivot = by_dimension("pivot_elimination", "eliminate_pivot", otherwise=_none)
 set_moment = by_dimension("articulation", "set_moment")
 set_inertia = by_dimension("articulation", "set_inertia")
 set_motions = by_dimension("articulation", "set_motions")
 set_force = by_dimension("articulation", "set_force")
 set_applied = by_dimension("articulation", "set_applied")
 
+_FREE = int(LinkKind.FREE)
+_PIVOT = int(LinkKind.PIVOT)
 PASSES = 2  # evaluations of the forces that depend on the rates
 
 
@@ -55,7 +65,11 @@ def factorise_links(links: Any, count: Any, freedoms: Any) -> None:
     """Compute articulated inertias from the leaves inward, and each degree of freedom's part of the factor."""
     for k in range(count - 1, -1, -1):
         inertia = links[k].inertia
-        for f in range(links[k].first + links[k].count - 1, links[k].first - 1, -1):
+        last = links[k].first + links[k].count - 1
+        if links[k].kind == _PIVOT or (links[k].kind == _FREE and links[k].count == 6):
+            last -= 3
+            eliminate_pivot(inertia, freedoms, last + 1)
+        for f in range(last, links[k].first - 1, -1):
             _eliminate(inertia, freedoms[f], f > links[k].first or links[k].parent >= 0)
         if links[k].parent >= 0:
             outer = links[links[k].parent].inertia

@@ -21,12 +21,14 @@ set_joint_motion = by_dimension("articulation", "set_joint_motion")
 turning_rate = by_dimension("articulation", "turning_rate")
 swing_of_side = by_dimension("joints", "swing_of_side")
 tension_of = by_dimension("joints", "tension_of")
+most_inverse = by_dimension("articulation", "most_inverse")
 mismatch = by_dimension("articulation", "mismatch")
 
 _FREE = int(LinkKind.FREE)
 _AXES = int(LinkKind.AXES)
 TURN_PER_SUBSTEP = 0.4  # rad: largest rotation of a link in a substep
 MOST_TURN = 1.0  # rad: where even the most substeps leave more, the rows of the joints are more robust
+LEAST_SWING = 1.0  # rad in a substep: slower swings of taut links need no care
 NEAR = 0.01  # of the size of a link: joints that are farther apart are first brought together by their rows
 ROUNDING = 1e-9  # m: smaller gaps are those of rounding, also of a wheel at the centre of mass that it hangs on
 JUMP = 0.05  # of a link's speed: anchors that separate faster are first brought together
@@ -176,7 +178,7 @@ def _enter(world: Any, island: Any, articulation: Any) -> Any:
 def measure_motion(world: Any, island: Any, joints: Any, articulation: Any) -> None:
     """Set ``spin``, the fastest rotation of a link in rad/s, and ``swing``, the squared frequency of taut links.
 
-    See ``joints.substeps_for`` for taut links.
+    See ``joints.substeps_for`` for taut links. Frequencies that every substep resolves count as 0.
     """
     links = articulation.links
     joint_models = world.model.joints
@@ -184,6 +186,7 @@ def measure_motion(world: Any, island: Any, joints: Any, articulation: Any) -> N
     bodies = world.state.bodies
     body_parameters = world.parameters.bodies
     dt = world.options.timestep
+    slow = (LEAST_SWING * world.options.substeps / dt) ** 2
     island.swing = 0.0
     island.spin = 0.0
     for k in range(island.body_count):
@@ -192,9 +195,18 @@ def measure_motion(world: Any, island: Any, joints: Any, articulation: Any) -> N
         if link.joint >= 0 and link.count > 0:
             model = joint_models[link.joint]
             parameters = joint_parameters[link.joint]
+            tension = tension_of(joints[link.joint]) / dt
+            own, other = 0.0, 0.0
+            for d in range(len(link.arm)):
+                own += abs(link.arm[d])
+                other += abs(link.reach[d])
+            own *= most_inverse(body_parameters[link.body])
+            other *= most_inverse(body_parameters[link.holder])
+            if tension * (own + other) < slow:
+                continue
             a, _, _ = swing_of_side(bodies[model.body_a], body_parameters[model.body_a], parameters.anchor_a)
             b, _, _ = swing_of_side(bodies[model.body_b], body_parameters[model.body_b], parameters.anchor_b)
-            island.swing = max(island.swing, tension_of(joints[link.joint]) / dt * (a + b))
+            island.swing = max(island.swing, tension * (a + b))
 
 
 @njit

@@ -10,6 +10,7 @@ from ..dispatch import by_dimension
 add_reaction = by_dimension("articulation", "add_reaction")
 keep_momentum = by_dimension("articulation", "keep_momentum")
 carry = by_dimension("articulation", "carry")
+resist = by_dimension("tension", "resist")
 
 
 @njit
@@ -31,6 +32,8 @@ def keep_momenta(world: Any, island: Any, articulation: Any) -> None:
         for d in range(len(gravity)):
             link.start[d] = link.position[d]
             link.push[d] += island.h * parameters.mass * parameters.gravity_scale * gravity[d]
+        for d in range(len(link.start_spin)):
+            link.start_spin[d] = link.velocity[len(gravity) + d]
 
 
 @njit
@@ -49,6 +52,8 @@ def store_reactions(world: Any, island: Any, articulation: Any, joints: Any) -> 
         for d in range(len(link.momentum)):
             damping = parameters.linear_damping if d < dim else parameters.angular_damping
             link.response[d] = (1.0 + island.h * damping) * link.momentum[d] - link.push[d] - link.contact[d]
+        if island.taut:
+            resist(link, 1.0)
         carry(link)
     for k in range(island.body_count - 1, -1, -1):
         link = links[k]

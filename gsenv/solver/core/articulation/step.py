@@ -32,6 +32,7 @@ from .rows import whiten_rows
 from .runge_kutta import swing, swings
 from .servos import add_joint_forces, add_servo_rows, keep_coordinates, list_servos, store_servo_impulses
 from .solve import add_all_impulses, correct_overlaps, limit_energy, start_solve, sweep_rows
+from .tension import is_taut, set_tension
 
 leave_link = by_dimension("articulation", "leave_link")
 enter_link = by_dimension("articulation", "enter_link")
@@ -55,13 +56,16 @@ def step_articulated(world: Any, island: Any, joints: Any, articulation: Any) ->
     if not list_links(world, island, articulation):
         return False
     measure_motion(world, island, joints, articulation)
+    island.taut = 0
+    island.substeps = substeps_of_links(world, island)
     if swings(world, island, joints, articulation):
         island.substeps = world.options.substeps
-        _start(world, island, joints, articulation)
-        swing(world, island, joints, articulation)
-        return True
-    island.substeps = substeps_of_links(world, island)
-    if island.substeps > 0:
+        if not is_taut(world, island):
+            _start(world, island, joints, articulation)
+            swing(world, island, joints, articulation)
+            return True
+        island.taut = 1
+    elif island.substeps > 0:
         island.substeps = substeps_of_others(world, island, joints, articulation.others)
     if island.substeps == 0:
         return False
@@ -155,6 +159,8 @@ def _enter_middle(world: Any, island: Any, joints: Any, articulation: Any) -> No
     move_links(island, articulation, start)
     _keep_start_velocities(world, island, articulation)
     write_other_rows(world, island, joints, articulation.others)
+    if island.taut:
+        set_tension(world, island, articulation, joints)
     if island.servos:
         add_joint_forces(world, island, articulation, joints)
     factorise_links(articulation.links, island.body_count, articulation.freedoms)

@@ -18,6 +18,7 @@ from .places import enter_joint as enter_joint
 from .places import enter_link as enter_link
 from .places import leave_link as leave_link
 from .places import mismatch as mismatch
+from .places import most_inverse as most_inverse
 from .places import place_link as place_link
 from .places import set_joint_motion as set_joint_motion
 from .places import start_joint_rates as start_joint_rates

@@ -178,6 +178,12 @@ def turning_rate(links: Any, k: Any, body_parameters: Any) -> Any:
 
 
 @njit
+def most_inverse(parameters: Any) -> Any:
+    """Return the largest inverse moment of inertia, 1/(kg m^2)."""
+    return parameters.inv_inertia
+
+
+@njit
 def leave_link(link: Any, body: Any, substep_body: Any) -> None:
     """Set the pose and velocity of the link's body, and add to its displacement."""
     for d in range(2):

@@ -19,6 +19,7 @@ from .places import enter_link as enter_link
 from .places import keep_world_frames as keep_world_frames
 from .places import leave_link as leave_link
 from .places import mismatch as mismatch
+from .places import most_inverse as most_inverse
 from .places import place_link as place_link
 from .places import set_joint_motion as set_joint_motion
 from .places import start_joint_rates as start_joint_rates

@@ -24,12 +24,12 @@ from ..math import (
     cross,
     dot,
     multiply,
+    near_turn_of,
+    near_unit,
     norm,
-    normalised,
     quaternion,
     scaled,
     sub,
-    turn_between,
     turn_of,
     turned,
     vec,
@@ -100,8 +100,8 @@ def _arms(link: Any, joint: Any, body_parameters: Any) -> tuple[Vec, Vec]:
 @njit
 def mismatch(link: Any, body: Any, radius: Any) -> tuple[float, float, float]:
     """Return (m, m/s, m/s): how far pose and velocity of a body are from those of its link, and its speed."""
-    turn = turn_between(quaternion(link.rotation), quaternion(body.rotation))
-    gap = norm(sub(vec(body.position), vec(link.position))) + radius * norm(turn)
+    e = multiply(quaternion(body.rotation), conjugate(quaternion(link.rotation)))  # its length is that of half the turn
+    gap = norm(sub(vec(body.position), vec(link.position))) + 2.0 * radius * norm((e[1], e[2], e[3]))
     v, w = vec(body.velocity), spin_of(body.velocity)
     slip = norm(sub(v, vec(link.velocity))) + radius * norm(sub(w, spin_of(link.velocity)))
     return gap, slip, norm(v) + radius * norm(w)
@@ -119,7 +119,7 @@ def place_link(links: Any, k: Any, step: Any, bodies: Any, body_parameters: Any,
         turn = (step[i + 3], step[i + 4], step[i + 5])
         set_vec(link.turn, turn)
         set_vec(link.position, add(vec(link.base_position), (step[i], step[i + 1], step[i + 2])))
-        _set_rotation(link, multiply(turn_of(turn), quaternion(link.base_rotation)))
+        _set_rotation(link, multiply(near_turn_of(turn), quaternion(link.base_rotation)))
         return
     at, rotation = holder_of(links, link, bodies)
     turn = (0.0, 0.0, 0.0)
@@ -130,7 +130,7 @@ def place_link(links: Any, k: Any, step: Any, bodies: Any, body_parameters: Any,
     arm = (0.0, 0.0, 0.0)
     if link.kind == _PIVOT:
         turn = add(turn, (step[i], step[i + 1], step[i + 2]))
-        _set_rotation(link, multiply(turn_of(turn), quaternion(link.base_rotation)))
+        _set_rotation(link, multiply(near_turn_of(turn), quaternion(link.base_rotation)))
     else:
         turn, slid = _follow(link, rotation, turn, step, joint)
         if link.flipped:
@@ -219,7 +219,7 @@ def dual_of(link: Any, i: Any) -> Vec:
 
 @njit
 def _set_rotation(link: Any, q: Quaternion) -> None:
-    q = normalised(q)
+    q = near_unit(q)
     for d in range(4):
         link.rotation[d] = q[d]
 
@@ -281,6 +281,12 @@ def turning_rate(links: Any, k: Any, body_parameters: Any) -> float:
     if link.parent >= 0 and norm(vec(link.reach)) > OFF_CENTER * body_parameters[link.holder].radius:
         rate = max(rate, norm(spin_of(links[link.parent].velocity)))
     return rate
+
+
+@njit
+def most_inverse(parameters: Any) -> Any:
+    """Return the largest inverse moment of inertia, 1/(kg m^2)."""
+    return max(parameters.inv_inertia[0], parameters.inv_inertia[1], parameters.inv_inertia[2])
 
 
 @njit
