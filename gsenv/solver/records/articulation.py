@@ -130,6 +130,8 @@ SERVO_DTYPE = np.dtype(
         ("number", "i4"),  # of the coordinate
         ("turning", "i4"),  # of that of the motor
         ("limited", "i4"),  # 1: it may come to a limit in this step
+        ("isotropic", "i4"),  # 1: of a ball without rotors whose springs are equal about all axes
+        ("direction", "f8", (3,)),  # of these, outward: the axis that the coordinate is about
         ("begin", "f8"),  # rad or m, coordinate at the start of the substep
         ("stiffness", "f8"),  # kg or kg m^2, part of the spring in that of the degree of freedom
         ("pull", "f8"),  # N s or N m s, the same

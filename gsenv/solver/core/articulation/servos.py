@@ -1,7 +1,7 @@
 """Limits, motors, springs, friction and rotors of the joints of trees, on one degree of freedom each.
 
-Springs without bound, given efforts and rotors on a degree of freedom of its own go into the factor; all else, and all
-on the coordinates of balls, is rows.
+Springs without bound, given efforts and rotors on a degree of freedom of its own go into the factor, as do springs of
+balls that are equal about all axes; all else is rows.
 """
 
 from __future__ import annotations
@@ -35,6 +35,8 @@ numbers_of = by_dimension("articulation", "numbers_of")
 coordinate_of = by_dimension("articulation", "coordinate_of")
 set_servo_direction = by_dimension("articulation", "set_servo_direction")
 set_pivot_direction = by_dimension("articulation", "set_pivot_direction")
+is_isotropic = by_dimension("articulation", "is_isotropic")
+add_ball_spring = by_dimension("articulation", "add_ball_spring")
 
 _AXES = int(LinkKind.AXES)
 _WHEEL = int(JointKind.WHEEL)
@@ -83,6 +85,7 @@ def list_servos(world: Any, island: Any, articulation: Any, joints: Any) -> Any:
         servo.limited = int(has_limit(joint.parameters) and _limit_is_near(world, articulation, servo, joint))
         if servo.limited == 0:
             joint.state.impulse[slot_of(joint, LIMIT)] = 0.0
+        servo.isotropic = int(servo.place < 0 and is_isotropic(joint_models, joint_parameters, j))
         rows += _count_rows(servo, joint.model, joint.parameters)
         if _acts(joint_parameters[j]):
             island.servos = 1
@@ -133,7 +136,7 @@ def _count_rows(servo: Any, model: Any, parameters: Any) -> Any:
 @njit
 def _in_factor(servo: Any, parameters: Any) -> Any:
     """Whether a spring is part of the factor instead of a row."""
-    return servo.place >= 0 and parameters.spring_effort == _INFINITY
+    return servo.isotropic != 0 or (servo.place >= 0 and parameters.spring_effort == _INFINITY)
 
 
 @njit
@@ -168,7 +171,9 @@ def add_joint_forces(world: Any, island: Any, articulation: Any, joints: Any) ->
         first = articulation.links[servo.link].first
         servo.stiffness = 0.0
         servo.pull = 0.0
-        if has_spring(joint.parameters) and _in_factor(servo, joint.parameters):
+        if servo.isotropic != 0:
+            add_ball_spring(world, articulation, servo, joint, island.h)
+        elif has_spring(joint.parameters) and _in_factor(servo, joint.parameters):
             made = world.scratch.rows[island.rows]  # its row is needed only here
             _set_spring(world, made, articulation, servo, joint, island.h)
             if made.softness > 0.0:
@@ -311,20 +316,32 @@ def store_servo_impulses(world: Any, island: Any, articulation: Any, joints: Any
 def _store_forces(island: Any, articulation: Any, servo: Any, joint: Any) -> None:
     """Store the impulses on a degree of freedom that have no rows."""
     state = joint.state
-    first = articulation.links[servo.link].first
     if servo.stiffness > 0.0:
-        impulse = servo.pull - servo.stiffness * articulation.rate[first + servo.place]
+        impulse = servo.pull - servo.stiffness * _rate_of(articulation, servo)
         _store(state, slot_of(joint, SPRING), impulse, island.stored_scale)
     if servo.driven < 0:
         return
-    rate = articulation.rate[first + servo.driven]
     given = given_impulse(joint, island.h)
     if given != 0.0:
         _store(state, slot_of(joint, MOTOR), given, island.stored_scale)
     if has_armature(joint.parameters):
-        impulse = joint.parameters.armature * (articulation.start[first + servo.driven] - rate)
+        f = articulation.links[servo.link].first + servo.driven
+        rate = articulation.rate[f]
+        impulse = joint.parameters.armature * (articulation.start[f] - rate)
         _store(state, len(state.impulse) - 1, impulse, island.stored_scale)
         state.rate = rate
+
+
+@njit
+def _rate_of(articulation: Any, servo: Any) -> Any:
+    """Return the rate of a coordinate whose spring is in the factor."""
+    first = articulation.links[servo.link].first
+    if servo.place >= 0:
+        return articulation.rate[first + servo.place]
+    rate = 0.0
+    for d in range(3):
+        rate += servo.direction[d] * articulation.rate[first + d]
+    return rate
 
 
 @njit

@@ -56,3 +56,14 @@ def set_servo_direction(
 def set_pivot_direction(world: Any, row: Any, links: Any, k: Any, joint: Any, number: Any, h: Any) -> float:
     """2D has no balls."""
     return 0.0
+
+
+@njit
+def is_isotropic(joint_models: Any, joint_parameters: Any, j: Any) -> bool:
+    """2D has no balls."""
+    return False
+
+
+@njit
+def add_ball_spring(world: Any, articulation: Any, servo: Any, joint: Any, h: Any) -> None:
+    """2D has no balls."""

@@ -24,7 +24,9 @@ from .places import place_link as place_link
 from .places import set_joint_motion as set_joint_motion
 from .places import start_joint_rates as start_joint_rates
 from .places import turning_rate as turning_rate
+from .servos import add_ball_spring as add_ball_spring
 from .servos import coordinate_of as coordinate_of
+from .servos import is_isotropic as is_isotropic
 from .servos import numbers_of as numbers_of
 from .servos import set_pivot_direction as set_pivot_direction
 from .servos import set_servo_direction as set_servo_direction

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from typing import Any
 
+from ...core.springs import EXACT
 from ...jit import njit
 from ...records.articulation import SLIDES
-from ..joints.axes import axes_of, counts_turns, turn_coordinate, turn_direction, unwrapped
+from ..joints.axes import BALL_TURN, axes_of, counts_turns, turn_coordinate, turn_direction, unwrapped
 from ..math import Quaternion, Vec, conjugate, cross, dot, multiply, quaternion, scaled, sub, turned, vec
 from ..rotation import spin_of
-from .places import dual_of, holder_of, row_of, set_six
+from .places import dual_of, holder_of, row_of, set_six, set_vec
+
+_INFINITY = float("inf")
 
 
 @njit
@@ -98,3 +101,55 @@ def set_pivot_direction(world: Any, row: Any, links: Any, k: Any, joint: Any, nu
     spin_a = spin_of(substep_bodies[joint.model.body_a].start_velocity)
     spin_b = spin_of(substep_bodies[joint.model.body_b].start_velocity)
     return dot(sub(end, u), sub(spin_b, spin_a))
+
+
+@njit
+def is_isotropic(joint_models: Any, joint_parameters: Any, j: Any) -> bool:
+    """Whether j is a rotation of a ball without rotors, and its springs about all three axes are equal and unbounded.
+
+    Rotors keep their rates about axes that turn with body a, so that they are rows.
+    """
+    number = joint_models[j].coordinate - BALL_TURN
+    if number < 0:
+        return False
+    p = joint_parameters[j]
+    for k in range(j - number, j - number + 3):
+        q = joint_parameters[k]
+        if q.stiffness != p.stiffness or q.damping != p.damping or q.armature > 0.0:
+            return False
+        if q.frequency > 0.0 or not q.spring_effort == _INFINITY:
+            return False
+    return True
+
+
+@njit
+def add_ball_spring(world: Any, articulation: Any, servo: Any, joint: Any, h: Any) -> None:
+    """Add the spring about one axis of a ball, and a third of the stiffness of all, to its degrees of freedom.
+
+    As core/springs.set_rotor_spring does: at the mean position and speed of the substep where it is slow, else at the
+    end.
+    """
+    link = articulation.links[servo.link]
+    bodies = world.state.bodies
+    body_parameters = world.parameters.bodies
+    p = joint.parameters
+    axes = axes_of(joint, bodies, world.scratch.substep_bodies, h)
+    u = turn_direction(servo.number, axes.middle[0], axes.middle[1])
+    set_vec(servo.direction, scaled(u, -1.0) if link.flipped else u)
+    give = _largest_give(body_parameters[link.body]) + _largest_give(body_parameters[link.holder])
+    slow = h * h * p.stiffness * give < EXACT * EXACT and 0.5 * h * p.damping * give < EXACT
+    stiffness = h * (0.25 * h * p.stiffness + 0.5 * p.damping if slow else h * p.stiffness + p.damping)
+    servo.stiffness = stiffness
+    servo.pull = -h * p.stiffness * (servo.begin - joint.state.rest)
+    if slow:
+        for d in range(3):
+            servo.pull -= stiffness * servo.direction[d] * articulation.start[link.first + d]
+    for d in range(3):
+        articulation.freedoms[link.first + d].stiffness += stiffness / 3.0
+        articulation.freedoms[link.first + d].pull += servo.pull * servo.direction[d]
+
+
+@njit
+def _largest_give(parameters: Any) -> float:
+    i = parameters.inv_inertia
+    return max(i[0], max(i[1], i[2]))

@@ -183,7 +183,10 @@ def dangling(**ball: Any) -> Scene:
 BALLS: dict[str, dict[str, Any]] = {
     "cone": {"axis": (1.0, 0.0, 0.0), "cone": 0.5, "twist": (-0.3, 0.4)},
     "soft": {"axis": (1.0, 0.0, 0.0), "cone": 0.4, "limit_frequency": 4.0, "limit_damping_ratio": 0.5},
-    "sprung": {"stiffness": 3.0, "damping": 0.1, "armature": 0.02},
+    "sprung": {"stiffness": 3.0, "damping": 0.1},
+    "heavy": {"stiffness": 3.0, "damping": 0.1, "armature": 0.02},
+    "stiff": {"stiffness": 300.0, "damping": 3.0, "rest": 0.1},
+    "bounded": {"stiffness": 3.0, "damping": 0.1, "armature": 0.02, "spring_effort": 100.0},
     "driven": {"motor_speed": 1.0, "motor_effort": 0.5, "friction_effort": 0.1},
 }
 
@@ -200,6 +203,11 @@ def test_balls_with_limits_and_drives_move_as_by_rows(name: str) -> None:
     assert ours.diagnostics().rows[0] <= rows.diagnostics().rows[0] - 6
     assert_allclose(ours.position, rows.position, atol=2e-3)
     assert_allclose(ours.linear_velocity, rows.linear_velocity, atol=2e-2)
+    if name in ("sprung", "stiff"):
+        assert ours.diagnostics().rows[0] == 0
+        assert_allclose(ours.joint_reaction("j0"), rows.joint_reaction("j0"), rtol=1e-2, atol=0.1)
+        impulses = [world.state.joints["impulse"][..., 6:] / world.timestep for world in found]
+        assert_allclose(impulses[0], impulses[1], rtol=1e-2, atol=2e-2)
     if name == "cone":
         assert ours.joint_coordinate("j0/swing")[0] < 0.5 + 1e-3
         assert_allclose(max(ours.joint_coordinate(f"j{k}/swing")[0] for k in range(2)), 0.5, atol=1e-2)
