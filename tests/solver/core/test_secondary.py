@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -26,7 +28,7 @@ def pile(dim: int, half: float) -> Scene:
 def test_slow_worlds_have_no_impact_and_no_fall(dim: int, half: float) -> None:
     world = World(pile(dim, half))
     world.step()
-    kernel_world = world._calls[0][1]
+    kernel_world: Any = world._calls[0][1]
     select_world(kernel_world, 0)
     count = collide_pairs(kernel_world, int(world.state.worlds["pair_count"][0]))
     assert count >= 3
