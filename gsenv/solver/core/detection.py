@@ -51,11 +51,11 @@ def find_contacts(world: Any) -> tuple[int, int, int, int]:
         count = collide_pairs(world, pair_count)
         if count > len(scratch.found):
             return MORE_CONTACTS, count, pair_count, count
-        if look == 0:
-            clear_widening(substep_bodies)
         count, hit = keep_secondary(world, count)
         if look == MAX_LOOKS - 1 or not hit:
             break
+        if look == 0:
+            clear_widening(substep_bodies)
         if not any_wider(models, parameters, substep_bodies, timestep, scratch.geometry):
             break
         if look > 0:
