@@ -29,7 +29,8 @@ def four_bar() -> Scene:
         length = float(np.linalg.norm(way))
         shape = Box(half_extents=(0.5 * length, 0.02, 0.02), mask=0)
         inertia = np.diag([1e-3, length**2 / 12.0, length**2 / 12.0])
-        at: Any = {"position": 0.5 * (pins[k] + pins[k + 1]), "orientation": (np.cos(turn / 2), 0.0, np.sin(turn / 2), 0.0)}
+        turned = (np.cos(turn / 2), 0.0, np.sin(turn / 2), 0.0)
+        at: Any = {"position": 0.5 * (pins[k] + pins[k + 1]), "orientation": turned}
         scene.add_body(name, shapes=[shape], mass=1.0, inertia=inertia, **at)
     for name, a, b, k in (
         ("a", "frame", "crank", 0),
