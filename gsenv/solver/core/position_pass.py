@@ -217,7 +217,7 @@ def _mean_velocity(row: Any, bodies: Any, substep_bodies: Any) -> Any:
 
 
 @njit
-def _relative_speed(row: Any, bodies: Any, body_parameters: Any) -> Any:
+def relative_speed(row: Any, bodies: Any, body_parameters: Any) -> Any:
     """Return the speed at which two bodies move about each other, in m/s: the scale of errors of smooth rotation."""
     a = bodies[row.body_a].velocity
     b = bodies[row.body_b].velocity
@@ -268,7 +268,7 @@ def smooth_fraction(world: Any, island: Any) -> Any:
 def _is_smooth(row: Any, bodies: Any, body_parameters: Any, substep_bodies: Any, h: Any) -> Any:
     """Whether the mean velocity opens a joint's row by no more than smooth rotation does."""
     opened = h * _mean_velocity(row, bodies, substep_bodies)
-    turning = SMOOTH_TURN * _relative_speed(row, bodies, body_parameters)
+    turning = SMOOTH_TURN * relative_speed(row, bodies, body_parameters)
     bend = h * (turning + abs(row.bias))  # the bias of a row is due to rotation
     if row.correction == BILATERAL and abs(opened) > SMOOTH * body_parameters[row.body_b].extent + bend:
         return False

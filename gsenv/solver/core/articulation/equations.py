@@ -12,8 +12,8 @@ from typing import Any
 from ...jit import njit
 from ...methods.joint_factor import EPSILON
 from ..energy import ROTATION_GAIN
-from ..position_pass import displacement_rate
-from ..rows import BILATERAL, EQUATION, NO_CORRECTION, UNILATERAL, push_row
+from ..position_pass import SMOOTH_TURN, displacement_rate, relative_speed, smooth_fraction
+from ..rows import BILATERAL, EQUATION, NO_CORRECTION, UNILATERAL, push_row, start_rate
 
 REACH = 0.1  # rad, and of a body's size: largest error of a joint that is corrected at once
 _ENOUGH = 1e-6  # of what the sweeps aim at: a smaller residual of the equations is not solved again
@@ -197,6 +197,30 @@ def clear_biases(world: Any, island: Any, articulation: Any, others: Any) -> Any
             spans[r].free -= rows[r].bias
             rows[r].bias = 0.0
     return True
+
+
+@njit
+def smooth_with_others(world: Any, island: Any, others: Any) -> Any:
+    """Return position_pass.smooth_fraction; a taut rope of which the links turn is smooth.
+
+    Velocities of links at the middle contain half of the bend: where a row was taut, its rate at the start is its bias.
+    """
+    if others is None or island.other_rows == 0:
+        return smooth_fraction(world, island)
+    rows = world.scratch.rows
+    substep_bodies = world.scratch.substep_bodies
+    for r in range(island.other_rows):
+        row = rows[r]
+        slow = SMOOTH_TURN * relative_speed(row, world.state.bodies, world.parameters.bodies)
+        taut = row.correction == UNILATERAL and abs(start_rate(row, substep_bodies) - row.bias) <= slow
+        row.position_impulse = 1.0 if taut else 0.0
+        if taut:
+            row.correction = NO_CORRECTION
+    smooth = smooth_fraction(world, island)
+    for r in range(island.other_rows):
+        if rows[r].position_impulse > 0.0:
+            rows[r].correction = UNILATERAL
+    return smooth
 
 
 @njit

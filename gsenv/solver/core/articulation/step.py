@@ -17,14 +17,13 @@ from ..impacts import expects_impact
 from ..integrate import move_kinematic
 from ..islands import AWAKE, KINEMATIC_CONTACT
 from ..joints import any_driven, clear_totals
-from ..position_pass import smooth_fraction
 from ..slices import part
 from ..springs import any_sprung
 from .balance import limit_speed, settle_rates
 from .closing import close_others
 from .contact_balance import change_of_rows, end_with_rows, rates_of_rows, settle_rows
 from .dynamics import PASSES, factorise_links, set_free_rates, set_middle
-from .equations import clear_biases, factorise_equations
+from .equations import clear_biases, factorise_equations, smooth_with_others
 from .links import largest_turn, list_links, measure_motion, move_links, place_links, set_base, substeps_of_links
 from .other_joints import keep_other_velocities, store_other_impulses, substeps_of_others, write_other_rows
 from .reactions import add_impulses, keep_momenta, store_reactions
@@ -260,7 +259,7 @@ def _solve_rows(world: Any, island: Any, articulation: Any, last: Any) -> None:
     _keep_velocities(world, island, articulation)
     if last:
         island.error_sum, island.velocity_sum, island.impulse_sum = natural_residual(world, island)
-    island.smooth = smooth_fraction(world, island)
+    island.smooth = smooth_with_others(world, island, articulation.others)
 
 
 @njit

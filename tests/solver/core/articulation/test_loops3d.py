@@ -29,7 +29,8 @@ def four_bar() -> Scene:
         length = float(np.linalg.norm(way))
         shape = Box(half_extents=(0.5 * length, 0.02, 0.02), mask=0)
         inertia = np.diag([1e-3, length**2 / 12.0, length**2 / 12.0])
-        at = {"position": 0.5 * (pins[k] + pins[k + 1]), "orientation": (np.cos(turn / 2), 0.0, np.sin(turn / 2), 0.0)}
+        turned = (np.cos(turn / 2), 0.0, np.sin(turn / 2), 0.0)
+        at: Any = {"position": 0.5 * (pins[k] + pins[k + 1]), "orientation": turned}
         scene.add_body(name, shapes=[shape], mass=1.0, inertia=inertia, **at)
     for name, a, b, k in (
         ("a", "frame", "crank", 0),
@@ -84,7 +85,7 @@ def hand_with_crate(soft: bool = False) -> Scene:
         scene.add_joint("glue", Weld("limb_1", "crate", frequency=6.0, damping_ratio=0.3))
     else:
         scene.add_body("crate", shapes=[crate], position=(0.6, 0.1, -0.5), mass=2.0)
-        ends = {"anchor_a": (0.0, 0.0, 0.15), "anchor_b": (0.05, 0.0, 0.15)}
+        ends: Any = {"anchor_a": (0.0, 0.0, 0.15), "anchor_b": (0.05, 0.0, 0.15)}
         scene.add_joint("rope", Distance("limb_1", "crate", **ends, limits=(0.0, 0.4)))
     return scene
 
@@ -130,7 +131,7 @@ def test_a_ball_that_rolls_stops_by_rolling_friction() -> None:
     floor = Box(half_extents=(5.0, 5.0, 0.5), friction=1.0, rolling_friction=0.01)
     scene.add_body("floor", "static", shapes=[floor], position=(0.0, 0.0, -0.5))
     ball = Sphere(radius=0.2, friction=1.0, rolling_friction=0.01)
-    motion = {"linear_velocity": (1.0, 0.0, 0.0), "angular_velocity": (0.0, 5.0, 0.0)}
+    motion: Any = {"linear_velocity": (1.0, 0.0, 0.0), "angular_velocity": (0.0, 5.0, 0.0)}
     scene.add_body("ball", shapes=[ball], position=(0.0, 0.0, 0.2), mass=1.0, **motion)
     scene.add_body("vane", shapes=[Sphere(radius=0.01, mask=0)], position=(0.0, 0.0, 0.2), mass=1e-6, **motion)
     scene.add_joint("axle", Weld("ball", "vane"))
@@ -146,7 +147,7 @@ def test_a_ball_that_spins_stops_by_torsional_friction() -> None:
     floor = Box(half_extents=(5.0, 5.0, 0.5), friction=1.0, torsional_friction=0.01)
     scene.add_body("floor", "static", shapes=[floor], position=(0.0, 0.0, -0.5))
     ball = Sphere(radius=0.2, friction=1.0, torsional_friction=0.01)
-    spin = {"angular_velocity": (0.0, 0.0, 8.0)}
+    spin: Any = {"angular_velocity": (0.0, 0.0, 8.0)}
     scene.add_body("ball", shapes=[ball], position=(0.0, 0.0, 0.2), mass=1.0, **spin)
     scene.add_body("vane", shapes=[Sphere(radius=0.01, mask=0)], position=(0.0, 0.0, 0.2), mass=1e-6, **spin)
     scene.add_joint("axle", Weld("ball", "vane"))
