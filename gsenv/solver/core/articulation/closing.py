@@ -19,7 +19,7 @@ from ..slices import part
 from .balance import hold_energy
 from .dynamics import factorise_links, respond_outward, set_middle
 from .equations import bound_correction, correct_others, factorise_equations, size_of
-from .links import move_links, place_links, set_base
+from .links import largest_share, move_links, place_links, set_base
 from .other_joints import has_position, is_in_tree
 from .rows import whiten_rows
 
@@ -28,7 +28,6 @@ leave_link = by_dimension("articulation", "leave_link")
 LOOSE = 1e-5  # of a body's size, or rad: smaller errors are left to the next substep
 MOST_CLOSINGS = 12
 CHORDS = 4  # of them with the factor of the middle of the substep
-LARGEST_TURN = 0.3  # rad: largest rotation of a link in one iteration
 GAIN = 2e-3  # of the kinetic energy: largest gain in one substep, which smooth motion takes back
 _NOW = 1e-9  # of the substep: time ahead for which rows are made
 _SWEEPS = 3
@@ -140,7 +139,7 @@ def _take_step(world: Any, island: Any, articulation: Any, others: Any) -> None:
     for f in range(island.freedoms):
         change[f] = z[f] * freedoms[f].root
     respond_outward(articulation.links, island.body_count, freedoms, change)
-    share = _largest_share(island, articulation)
+    share = largest_share(island, articulation)
     for f in range(island.freedoms):
         step[f] = share * island.h * change[f]
         articulation.before[f] += share * change[f]
@@ -150,20 +149,6 @@ def _take_step(world: Any, island: Any, articulation: Any, others: Any) -> None:
     _start_again(world, island, articulation)
     place_links(world, island, articulation)
     _leave(world, island, articulation)
-
-
-@njit
-def _largest_share(island: Any, articulation: Any) -> Any:
-    """Return the share of the displacement ``change`` by which no link turns so far that directions change much."""
-    links = articulation.links
-    move_links(island, articulation, articulation.change)
-    farthest = LARGEST_TURN
-    for k in range(island.body_count):
-        turn = 0.0
-        for d in range(len(links[k].position), len(links[k].velocity)):
-            turn += abs(links[k].velocity[d])
-        farthest = max(farthest, island.h * turn)
-    return LARGEST_TURN / farthest
 
 
 @njit

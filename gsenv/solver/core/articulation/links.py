@@ -29,6 +29,7 @@ _AXES = int(LinkKind.AXES)
 TURN_PER_SUBSTEP = 0.4  # rad: largest rotation of a link in a substep
 MOST_TURN = 1.0  # rad: where even the most substeps leave more, the rows of the joints are more robust
 LEAST_SWING = 1.0  # rad in a substep: slower swings of taut links need no care
+LARGEST_TURN = 0.3  # rad: largest rotation of a link by one correction of positions
 NEAR = 0.01  # of the size of a link: joints that are farther apart are first brought together by their rows
 ROUNDING = 1e-9  # m: smaller gaps are those of rounding, also of a wheel at the centre of mass that it hangs on
 JUMP = 0.05  # of a link's speed: anchors that separate faster are first brought together
@@ -286,3 +287,17 @@ def largest_turn(world: Any, island: Any, articulation: Any) -> Any:
     for k in range(island.body_count):
         spin = max(spin, turning_rate(links, k, body_parameters))
     return island.h * spin
+
+
+@njit
+def largest_share(island: Any, articulation: Any) -> Any:
+    """Return the share of the displacement ``change`` by which no link turns so far that directions change much."""
+    links = articulation.links
+    move_links(island, articulation, articulation.change)
+    farthest = LARGEST_TURN
+    for k in range(island.body_count):
+        turn = 0.0
+        for d in range(len(links[k].position), len(links[k].velocity)):
+            turn += abs(links[k].velocity[d])
+        farthest = max(farthest, island.h * turn)
+    return LARGEST_TURN / farthest

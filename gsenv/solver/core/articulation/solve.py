@@ -17,6 +17,7 @@ from ..rows import DISC, EQUATION, FRICTION, UNILATERAL, push_row
 from .equations import correct_others, start_corrections, sweep_others
 
 _PGS = int(SolverKind.PGS)
+POOR = 1e-3  # of the inverse masses: compliance of corrections, which joints hinder where levers are short
 
 
 @njit
@@ -257,6 +258,7 @@ def correct_overlaps(world: Any, island: Any, articulation: Any) -> Any:
     """
     rows = world.scratch.rows
     contacts = world.state.contacts
+    body_parameters = world.parameters.bodies
     spans = articulation.spans
     z = articulation.whitened
     options = world.options
@@ -288,8 +290,10 @@ def correct_overlaps(world: Any, island: Any, articulation: Any) -> Any:
             one_sided = row.correction == UNILATERAL
             if (one_sided and row.error > 0.0) or (not one_sided and row.previous == 0.0):
                 continue
-            w = row.previous + _dot(spans[r], articulation.ways, articulation.values, z)
-            new = row.position_impulse - row.effective_mass * w
+            give = POOR * (body_parameters[row.body_a].inv_mass + body_parameters[row.body_b].inv_mass)
+            w = row.previous + give * row.position_impulse
+            w += _dot(spans[r], articulation.ways, articulation.values, z)
+            new = row.position_impulse - w / (row.diagonal + give)
             if one_sided:
                 new = max(new, 0.0)
             d = new - row.position_impulse

@@ -24,7 +24,16 @@ from .closing import close_others
 from .contact_balance import change_of_rows, end_with_rows, rates_of_rows, settle_rows
 from .dynamics import PASSES, factorise_links, set_free_rates, set_middle
 from .equations import clear_biases, factorise_equations, smooth_with_others
-from .links import largest_turn, list_links, measure_motion, move_links, place_links, set_base, substeps_of_links
+from .links import (
+    largest_share,
+    largest_turn,
+    list_links,
+    measure_motion,
+    move_links,
+    place_links,
+    set_base,
+    substeps_of_links,
+)
 from .other_joints import keep_other_velocities, store_other_impulses, substeps_of_others, write_other_rows
 from .reactions import add_impulses, keep_momenta, store_reactions
 from .rows import whiten_rows
@@ -220,11 +229,13 @@ def _solve(world: Any, island: Any, articulation: Any, last: Any) -> Any:
     change = articulation.change
     _solve_rows(world, island, articulation, last)
     corrected = correct_overlaps(world, island, articulation)
+    share = 0.0
     if corrected:
         change_of_rows(island, articulation)
+        share = largest_share(island, articulation)
         add_all_impulses(world, island, articulation)
     for f in range(island.freedoms):
-        shift[f] = island.h * change[f] if corrected else 0.0
+        shift[f] = share * island.h * change[f] if corrected else 0.0
     rows = world.scratch.rows
     for r in range(island.rows):
         if rows[r].impulse != 0.0:
