@@ -47,6 +47,9 @@ def settle_rates(world: Any, island: Any, articulation: Any) -> Any:
         energy += set_joint_imbalance(island, articulation)
         error = respond(articulation.links, count, freedoms, change)
         if error <= (SETTLED if k < MOST_ITERATIONS - 1 else ENOUGH) * energy:
+            for f in range(island.freedoms):
+                rate[f] += change[f]
+            move_links(island, articulation, rate)
             return True
         if k > 0 and error < last and error * (error / last) <= SETTLED * energy:
             for f in range(island.freedoms):

@@ -17,7 +17,7 @@ from .reactions import add_impulses
 from .solve import sweep_rows
 
 MOST_PASSES = 10  # of the rows and the balance
-SETTLED = 1e-9  # of the kinetic energy: largest energy of the last correction of the rates
+SETTLED = 0.1  # of the tolerance: largest correction of the rates that ends the passes, relative to the rates
 SLOWEST = 0.25  # ratio of the energies of two corrections above which they are relaxed
 
 
@@ -31,6 +31,7 @@ def settle_rows(world: Any, island: Any, articulation: Any) -> Any:
     rate = articulation.rate
     change = articulation.change
     z = articulation.whitened
+    settled = (SETTLED * world.options.tolerance) ** 2  # of the kinetic energy: largest energy of the last correction
     relaxed = 1.0
     last = 0.0
     for k in range(MOST_PASSES):
@@ -39,7 +40,7 @@ def settle_rows(world: Any, island: Any, articulation: Any) -> Any:
         energy = set_imbalance(world, island, articulation, True)
         energy += set_joint_imbalance(island, articulation)
         error = respond_inward(articulation.links, island.body_count, freedoms, change)
-        if error <= SETTLED * energy:
+        if error <= settled * energy:
             respond_outward(articulation.links, island.body_count, freedoms, change)
             for f in range(island.freedoms):
                 rate[f] += change[f]
