@@ -40,9 +40,9 @@ class Options:
         slop: overlap that is not corrected, as a fraction of the bodies' extent (smallest half-width).
         push_speed: extents per second, largest speed at which an overlap is corrected.
         correction_rate: fraction of a position error that is corrected per substep, 0 to 1.
-        articulated: experimental: solve islands with rigid joints that form trees in joint coordinates, where these
-            joints cost no rows; ignored by soft. Contacts on limbs that rotate by more than about 0.1 rad in a
-            substep may add energy.
+        articulated: solve islands with rigid joints that form trees in joint coordinates, where these joints cost no
+            rows and hold to rounding. Made for robots and ragdolls; docs/articulation.md has times and errors. Off by
+            default, since the first run compiles for longer with it; ignored by soft.
 
     Raises:
         ValueError: an option that is out of its range.

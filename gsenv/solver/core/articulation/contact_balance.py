@@ -18,6 +18,7 @@ from .solve import sweep_rows
 
 MOST_PASSES = 10  # of the rows and the balance
 SETTLED = 0.1  # of the tolerance: largest correction of the rates that ends the passes, relative to the rates
+GROWN = 4.0  # the same above which they are given up
 SLOWEST = 0.25  # ratio of the energies of two corrections above which they are relaxed
 
 
@@ -38,7 +39,7 @@ def settle_rows(world: Any, island: Any, articulation: Any) -> Any:
         end_with_rows(world, island, articulation)
         add_impulses(world, island, articulation, 0)
         energy = set_imbalance(world, island, articulation, True)
-        energy += set_joint_imbalance(island, articulation)
+        energy = max(energy + set_joint_imbalance(island, articulation), island.kinetic)
         error = respond_inward(articulation.links, island.body_count, freedoms, change)
         if error <= settled * energy:
             respond_outward(articulation.links, island.body_count, freedoms, change)
@@ -46,7 +47,10 @@ def settle_rows(world: Any, island: Any, articulation: Any) -> Any:
                 rate[f] += change[f]
             move_links(island, articulation, rate)
             return True
-        if k > 0 and not error <= SLOWEST * last:
+        if not error <= energy or (k > 0 and error > GROWN * last):
+            _solve_again(world, island, articulation)
+            return False
+        if k > 0 and error > SLOWEST * last:
             relaxed *= RELAXED
         last = error
         for f in range(island.freedoms):
@@ -58,6 +62,22 @@ def settle_rows(world: Any, island: Any, articulation: Any) -> Any:
         rates_of_rows(island, articulation)
     end_with_rows(world, island, articulation)
     return False
+
+
+@njit
+def _solve_again(world: Any, island: Any, articulation: Any) -> None:
+    """Solve the rows from no impulses and without corrections, where these grow; moves the links to their ends."""
+    rows = world.scratch.rows
+    z = articulation.whitened
+    for r in range(island.rows):
+        rows[r].impulse = 0.0
+    for f in range(island.freedoms):
+        z[f] = 0.0
+    sweeps, residual = sweep_rows(world, island, articulation)
+    world.state.world.sweeps += sweeps
+    island.residual = residual
+    rates_of_rows(island, articulation)
+    end_with_rows(world, island, articulation)
 
 
 @njit

@@ -119,9 +119,7 @@ def _substep(world: Any, island: Any, s: Any, joints: Any, articulation: Any) ->
     refresh_contact_rows(world, island)
     _enter_middle(world, island, joints, articulation)
     fast = island.turning > SLOW_TURN
-    set_free_rates(world, island, articulation, 1 if island.rows == 0 or fast else PASSES)
-    if island.rows > 0 and fast:
-        _settle_free_rates(world, island, articulation)
+    set_free_rates(world, island, articulation, PASSES if island.rows > 0 else 1)
     touched = False
     if island.rows > 0:
         touched = _solve(world, island, articulation, last)
@@ -134,16 +132,6 @@ def _substep(world: Any, island: Any, s: Any, joints: Any, articulation: Any) ->
         _divide(world, island, joints, articulation)
     _leave(world, island, articulation)
     _store(world, island, last, joints, articulation)
-
-
-@njit
-def _settle_free_rates(world: Any, island: Any, articulation: Any) -> None:
-    """Take the rates that the links would have without rows as those from which the rows start."""
-    settle_rates(world, island, articulation)
-    for f in range(island.freedoms):
-        articulation.free[f] = articulation.rate[f]
-        articulation.step[f] = 0.0
-    place_links(world, island, articulation)
 
 
 @njit
