@@ -14,7 +14,7 @@ from ...jit import njit
 from ...methods.disc import minimise_on_disc
 from ...records.options import SolverKind
 from ..rows import DISC, EQUATION, FRICTION, UNILATERAL, push_row
-from .equations import correct_others, start_corrections, sweep_others
+from .equations import add_to, correct_others, dot_with, start_corrections, sweep_others
 
 _PGS = int(SolverKind.PGS)
 POOR = 1e-3  # of the inverse masses: compliance of corrections, which joints hinder where levers are short
@@ -57,25 +57,7 @@ def add_all_impulses(world: Any, island: Any, articulation: Any) -> None:
         z[f] = 0.0
     for r in range(island.rows):
         if rows[r].impulse != 0.0:
-            _apply(spans[r], articulation.ways, articulation.values, z, rows[r].impulse)
-
-
-@njit
-def _apply(span: Any, ways: Any, values: Any, z: Any, impulse: Any) -> None:
-    i = span.values
-    for p in range(span.places, span.places + span.count):
-        z[ways[p]] += values[i] * impulse
-        i += span.stride
-
-
-@njit
-def _dot(span: Any, ways: Any, values: Any, z: Any) -> Any:
-    s = 0.0
-    i = span.values
-    for p in range(span.places, span.places + span.count):
-        s += values[i] * z[ways[p]]
-        i += span.stride
-    return s
+            add_to(spans[r], articulation.ways, articulation.values, z, rows[r].impulse)
 
 
 @njit
@@ -101,7 +83,7 @@ def _sweep(rows: Any, first: Any, count: Any, articulation: Any, push: Any) -> A
         else:
             push_row(row, push)
             old = row.impulse
-            w = span.free + row.softness * old + _dot(span, ways, values, z)
+            w = span.free + row.softness * old + dot_with(span, ways, values, z)
             new = old - row.effective_mass * w
             if row.kind == FRICTION:
                 bound = row.friction * normal
@@ -112,7 +94,7 @@ def _sweep(rows: Any, first: Any, count: Any, articulation: Any, push: Any) -> A
             d = new - old
             row.impulse = new
             if d != 0.0:
-                _apply(span, ways, values, z, d)
+                add_to(span, ways, values, z, d)
             change += d * d * row.diagonal
             r += 1
     return change
@@ -180,16 +162,16 @@ def _solve_disc(rows: Any, r: Any, articulation: Any, normal: Any, push: Any) ->
     s = one.impulse
     t = two.impulse
     c = one.coupling
-    u = spans[r].free + _dot(spans[r], ways, values, z) - one.diagonal * s - c * t
-    v = spans[r + 1].free + _dot(spans[r + 1], ways, values, z) - c * s - two.diagonal * t
+    u = spans[r].free + dot_with(spans[r], ways, values, z) - one.diagonal * s - c * t
+    v = spans[r + 1].free + dot_with(spans[r + 1], ways, values, z) - c * s - two.diagonal * t
     x, y = minimise_on_disc(one.diagonal, c, two.diagonal, u, v, one.friction * max(normal, 0.0))
     one.impulse = x
     two.impulse = y
     x -= s
     y -= t
     if x != 0.0 or y != 0.0:
-        _apply(spans[r], ways, values, z, x)
-        _apply(spans[r + 1], ways, values, z, y)
+        add_to(spans[r], ways, values, z, x)
+        add_to(spans[r + 1], ways, values, z, y)
     return x * x * one.diagonal + y * y * two.diagonal
 
 
@@ -292,13 +274,13 @@ def correct_overlaps(world: Any, island: Any, articulation: Any) -> Any:
                 continue
             give = POOR * (body_parameters[row.body_a].inv_mass + body_parameters[row.body_b].inv_mass)
             w = row.previous + give * row.position_impulse
-            w += _dot(spans[r], articulation.ways, articulation.values, z)
+            w += dot_with(spans[r], articulation.ways, articulation.values, z)
             new = row.position_impulse - w / (row.diagonal + give)
             if one_sided:
                 new = max(new, 0.0)
             d = new - row.position_impulse
             row.position_impulse = new
             if d != 0.0:
-                _apply(spans[r], articulation.ways, articulation.values, z, d)
+                add_to(spans[r], articulation.ways, articulation.values, z, d)
         correct_others(world, island, articulation, others)
     return options.position_sweeps > 0
