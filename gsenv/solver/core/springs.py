@@ -72,6 +72,18 @@ def set_spring(row: Any, parameters: Any, speed: Any, substep_bodies: Any, h: An
 
 
 @njit
+def is_slow(stiffness: Any, damping: Any, inverse_mass: Any, h: Any) -> Any:
+    """Whether a spring and damper can act at the mean position and speed of a substep."""
+    return h * h * stiffness * inverse_mass < EXACT * EXACT and 0.5 * h * damping * inverse_mass < EXACT
+
+
+@njit
+def mean_reach(stiffness: Any, damping: Any, h: Any) -> Any:
+    """Return the force in N or N m that one at the mean of a substep has per m/s or rad/s of the new rate."""
+    return 0.25 * h * stiffness + 0.5 * damping
+
+
+@njit
 def set_rotor_spring(row: Any, parameters: Any, substep_bodies: Any, h: Any) -> None:
     """Make a rigid row the spring and damper of a joint with armature, solved with the rigid joints.
 
@@ -89,8 +101,8 @@ def set_rotor_spring(row: Any, parameters: Any, substep_bodies: Any, h: Any) -> 
         omega = _TWO_PI * parameters.frequency
         stiffness = omega * omega / m
         damping = 2.0 * parameters.damping_ratio * omega / m
-    slow = h * h * stiffness * m < EXACT * EXACT and 0.5 * h * damping * m < EXACT
-    reach = 0.25 * h * stiffness + 0.5 * damping if slow else h * stiffness + damping
+    slow = is_slow(stiffness, damping, m, h)
+    reach = mean_reach(stiffness, damping, h) if slow else h * stiffness + damping
     row.softness = 1.0 / (h * reach)
     row.bias += stiffness / reach * row.error
     if slow:

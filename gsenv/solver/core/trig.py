@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..jit import njit
+from ..jit import inline_njit, njit
 
 # pi/2 in three parts: the first two have 33 significant bits each, so that their product with k is
 # exact for |k| < 2^20; the third is the remainder.  Reduction is good to |x| of about 1.6e6 rad.
@@ -24,7 +24,7 @@ _C4, _C6, _C8, _C10 = 1.0 / 24.0, -1.0 / 720.0, 1.0 / 40320.0, -1.0 / 3628800.0
 _C12, _C14, _C16 = 1.0 / 479001600.0, -1.0 / 87178291200.0, 1.0 / 20922789888000.0
 
 
-@njit
+@inline_njit
 def sin_cos(x: float) -> tuple[float, float]:
     """Return (cos x, sin x), in the order of a 2D rotation; to about 1 ulp for |x| < 1e6 rad."""
     k = np.floor(x * 0.6366197723675814 + 0.5)

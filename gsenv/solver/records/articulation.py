@@ -84,6 +84,7 @@ def link_dtype(dim: int) -> np.dtype[Any]:
             ("anchor", "f8", (dim,)),  # m, pin from the origin, half a substep ahead
             ("half", "f8", (spin,)),  # rad, displacement in the first half of the substep
             ("start", "f8", (dim,)),  # m, centre of mass at the start of the substep
+            ("middle", "f8", (dim,)),  # m, the same half a substep ahead, at which moments of forces are taken
             ("start_pin", "f8", (dim,)),  # m, pin at the same time, in steps of Runge-Kutta
             ("start_spin", "f8", (spin,)),  # rad/s, at the start of the substep
             ("taut", "f8", (1 if dim == 2 else 6,)),  # kg m^2, h^2/4 of the stiffness by tension, as ``moment``

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..core.trig import atan2, sin_cos
-from ..jit import njit
+from ..jit import inline_njit, njit
 
 Vec = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
@@ -22,32 +22,32 @@ class Pose(NamedTuple):
     z: Vec
 
 
-@njit
+@inline_njit
 def dot(a: Vec, b: Vec) -> float:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@njit
+@inline_njit
 def cross(a: Vec, b: Vec) -> Vec:
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
-@njit
+@inline_njit
 def add(a: Vec, b: Vec) -> Vec:
     return a[0] + b[0], a[1] + b[1], a[2] + b[2]
 
 
-@njit
+@inline_njit
 def sub(a: Vec, b: Vec) -> Vec:
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 
-@njit
+@inline_njit
 def scaled(a: Vec, s: float) -> Vec:
     return a[0] * s, a[1] * s, a[2] * s
 
 
-@njit
+@inline_njit
 def along(a: Vec, s: float, d: Vec) -> Vec:
     """Return a + s d."""
     return a[0] + s * d[0], a[1] + s * d[1], a[2] + s * d[2]
@@ -67,7 +67,7 @@ def unit(a: Vec) -> Vec:
     return a[0] / length, a[1] / length, a[2] / length
 
 
-@njit
+@inline_njit
 def vec(array: Any) -> Vec:
     """Return the three numbers of a record's field."""
     return array[0], array[1], array[2]
@@ -108,13 +108,13 @@ def relative(frame: Pose, pose: Pose) -> Pose:
 # ---------------------------------------------------------------- quaternions
 
 
-@njit
+@inline_njit
 def quaternion(array: Any) -> Quaternion:
     """Return the four numbers of a record's field."""
     return array[0], array[1], array[2], array[3]
 
 
-@njit
+@inline_njit
 def multiply(p: Quaternion, q: Quaternion) -> Quaternion:
     """Return the rotation by q, then by p."""
     return (
@@ -125,7 +125,7 @@ def multiply(p: Quaternion, q: Quaternion) -> Quaternion:
     )
 
 
-@njit
+@inline_njit
 def conjugate(q: Quaternion) -> Quaternion:
     return q[0], -q[1], -q[2], -q[3]
 
@@ -139,7 +139,7 @@ def normalised(q: Quaternion) -> Quaternion:
     return q[0] / length, q[1] / length, q[2] / length, q[3] / length
 
 
-@njit
+@inline_njit
 def turned(q: Quaternion, v: Vec) -> Vec:
     """Return v rotated by q: v + 2 w (u x v) + 2 u x (u x v)."""
     u = (q[1], q[2], q[3])
@@ -149,7 +149,7 @@ def turned(q: Quaternion, v: Vec) -> Vec:
     return v[0] + q[0] * t[0] + s[0], v[1] + q[0] * t[1] + s[1], v[2] + q[0] * t[2] + s[2]
 
 
-@njit
+@inline_njit
 def turn_of(r: Vec) -> Quaternion:
     """Return the rotation by |r| rad about r."""
     angle = norm(r)
@@ -159,7 +159,14 @@ def turn_of(r: Vec) -> Quaternion:
     return c, k * r[0], k * r[1], k * r[2]
 
 
-@njit
+@inline_njit
+def turn_about(axis: Vec, angle: float) -> Quaternion:
+    """Return the rotation by an angle in rad about a unit axis."""
+    c, s = sin_cos(0.5 * angle)
+    return c, s * axis[0], s * axis[1], s * axis[2]
+
+
+@inline_njit
 def near_turn_of(r: Vec) -> Quaternion:
     """Return ``turn_of`` to rounding, by series of the half angle below 0.2 rad, in a quarter of the time."""
     z = 0.25 * dot(r, r)
@@ -170,7 +177,7 @@ def near_turn_of(r: Vec) -> Quaternion:
     return c, k * r[0], k * r[1], k * r[2]
 
 
-@njit
+@inline_njit
 def near_unit(q: Quaternion) -> Quaternion:
     """Return the nearest unit quaternion, without a root where only rounding has changed the length."""
     excess = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3] - 1.0

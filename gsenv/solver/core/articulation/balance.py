@@ -11,6 +11,7 @@ from .links import move_links, place_links
 
 keep_momentum = by_dimension("articulation", "keep_momentum")
 carry = by_dimension("articulation", "carry")
+add_moment = by_dimension("articulation", "add_moment")
 resist = by_dimension("tension", "resist")
 
 MOST_ITERATIONS = 25  # of the balance of momentum
@@ -18,6 +19,8 @@ ENOUGH = 1e-8  # the same after the most iterations
 RELAXED = 0.6  # factor of the corrections where taut links would make them oscillate
 LEAST_RELAXED = 0.2
 SETTLED = 1e-16  # of the kinetic energy: largest energy of the last correction of the rates
+LOOSE = 1e-12  # the same at most where forces do work,
+TRUNCATED = 0.1  # and of the cube of the turn in the substep, the method's own error of the rates
 SLOWEST = 0.25  # ratio of the energies of two corrections above which they are relaxed
 
 
@@ -39,6 +42,9 @@ def settle_rates(world: Any, island: Any, articulation: Any) -> Any:
     least = 0.0
     last = 0.0
     relaxed = 1.0
+    settled = SETTLED
+    if island.driven or island.has_springs:
+        settled = min(max(settled, (TRUNCATED * island.turning**3) ** 2), LOOSE)
     for f in range(island.freedoms):
         rate[f] = articulation.free[f]
     for k in range(MOST_ITERATIONS):
@@ -46,12 +52,12 @@ def settle_rates(world: Any, island: Any, articulation: Any) -> Any:
         energy = set_imbalance(world, island, articulation, False)
         energy += set_joint_imbalance(island, articulation)
         error = respond(articulation.links, count, freedoms, change)
-        if error <= (SETTLED if k < MOST_ITERATIONS - 1 else ENOUGH) * energy:
+        if error <= (settled if k < MOST_ITERATIONS - 1 else ENOUGH) * energy:
             for f in range(island.freedoms):
                 rate[f] += change[f]
             move_links(island, articulation, rate)
             return True
-        if k > 0 and error < last and error * (error / last) <= SETTLED * energy:
+        if k > 0 and error < last and error * (error / last) <= settled * energy:
             for f in range(island.freedoms):
                 rate[f] += change[f]
             _end_at_rates(world, island, articulation)
@@ -101,6 +107,7 @@ def set_imbalance(world: Any, island: Any, articulation: Any, touched: Any) -> A
             link.response[d] = link.push[d] - (1.0 + island.h * damping) * link.momentum[d]
             if touched:
                 link.response[d] += link.contact[d]
+        add_moment(link.response, link, link.position, link.momentum, -1.0 - island.h * parameters.linear_damping)
         if island.taut:
             resist(link, -1.0)
         carry(link)

@@ -29,9 +29,7 @@ def settle_rows(world: Any, island: Any, articulation: Any) -> Any:
     Starts from solved rows.  Leaves the links at the end of the substep; returns whether the corrections converged.
     """
     freedoms = articulation.freedoms
-    rate = articulation.rate
     change = articulation.change
-    z = articulation.whitened
     settled = (SETTLED * world.options.tolerance) ** 2  # of the kinetic energy: largest energy of the last correction
     relaxed = 1.0
     last = 0.0
@@ -41,11 +39,9 @@ def settle_rows(world: Any, island: Any, articulation: Any) -> Any:
         energy = set_imbalance(world, island, articulation, True)
         energy = max(energy + set_joint_imbalance(island, articulation), island.kinetic)
         error = respond_inward(articulation.links, island.body_count, freedoms, change)
-        if error <= settled * energy:
-            respond_outward(articulation.links, island.body_count, freedoms, change)
-            for f in range(island.freedoms):
-                rate[f] += change[f]
-            move_links(island, articulation, rate)
+        if error <= settled * energy or (k > 0 and error < last and error * (error / last) <= settled * energy):
+            _solve_with(world, island, articulation, 1.0)
+            end_with_rows(world, island, articulation)
             return True
         if not error <= energy or (k > 0 and error > GROWN * last):
             _solve_again(world, island, articulation)
@@ -53,13 +49,7 @@ def settle_rows(world: Any, island: Any, articulation: Any) -> Any:
         if k > 0 and error > SLOWEST * last:
             relaxed *= RELAXED
         last = error
-        for f in range(island.freedoms):
-            if freedoms[f].root > 0.0:
-                z[f] += relaxed * change[f] / freedoms[f].root
-        sweeps, residual = sweep_rows(world, island, articulation)
-        world.state.world.sweeps += sweeps
-        island.residual = residual
-        rates_of_rows(island, articulation)
+        _solve_with(world, island, articulation, relaxed)
     end_with_rows(world, island, articulation)
     return False
 
@@ -73,11 +63,29 @@ def _solve_again(world: Any, island: Any, articulation: Any) -> None:
         rows[r].impulse = 0.0
     for f in range(island.freedoms):
         z[f] = 0.0
+    _sweep_again(world, island, articulation)
+    end_with_rows(world, island, articulation)
+
+
+@njit
+def _solve_with(world: Any, island: Any, articulation: Any, share: Any) -> None:
+    """Solve the rows again with a share of the correction of the rates, of which ``change`` has the inward half."""
+    freedoms = articulation.freedoms
+    change = articulation.change
+    z = articulation.whitened
+    for f in range(island.freedoms):
+        if freedoms[f].root > 0.0:
+            z[f] += share * change[f] / freedoms[f].root
+    _sweep_again(world, island, articulation)
+
+
+@njit
+def _sweep_again(world: Any, island: Any, articulation: Any) -> None:
+    """Solve the rows from the present impulses, and set the rates."""
     sweeps, residual = sweep_rows(world, island, articulation)
     world.state.world.sweeps += sweeps
     island.residual = residual
     rates_of_rows(island, articulation)
-    end_with_rows(world, island, articulation)
 
 
 @njit

@@ -20,7 +20,33 @@ def _none(inertia: Any, freedoms: Any, first: Any) -> None:
     """Do nothing: 2D has no pivots."""
 
 
-eliminate_pivot = by_dimension("pivot_elimination", "eliminate_pivot", otherwise=_none)
+@njit
+def _eliminate(inertia: Any, freedoms: Any, first: Any, last: Any, more: Any) -> None:
+    """Set the factor of freedoms[first : last + 1], last one first; if ``more`` follow, remove them."""
+    for f in range(last, first - 1, -1):
+        freedom = freedoms[f]
+        motion = freedom.motion
+        hold = freedom.hold
+        size = freedom.stiffness + freedom.armature
+        for d in range(len(motion)):
+            x = 0.0
+            for e in range(len(motion)):
+                x += inertia[d, e] * motion[e]
+            hold[d] = x
+            size += x * motion[d]
+        inverse = 1.0 / size if size > 0.0 else 0.0
+        freedom.inverse = inverse
+        freedom.root = inverse**0.5
+        if not more and f == first:
+            return
+        for d in range(len(motion)):
+            x = hold[d] * inverse
+            for e in range(len(motion)):
+                inertia[d, e] -= x * hold[e]
+
+
+eliminate_axes = by_dimension("elimination", "eliminate_axes", otherwise=_eliminate)
+eliminate_pivot = by_dimension("elimination", "eliminate_pivot", otherwise=_none)
 set_moment = by_dimension("articulation", "set_moment")
 set_inertia = by_dimension("articulation", "set_inertia")
 set_motions = by_dimension("articulation", "set_motions")
@@ -69,36 +95,13 @@ def factorise_links(links: Any, count: Any, freedoms: Any) -> None:
         if links[k].kind == _PIVOT or (links[k].kind == _FREE and links[k].count == 6):
             last -= 3
             eliminate_pivot(inertia, freedoms, last + 1)
-        for f in range(last, links[k].first - 1, -1):
-            _eliminate(inertia, freedoms[f], f > links[k].first or links[k].parent >= 0)
+        if last >= links[k].first:
+            eliminate_axes(inertia, freedoms, links[k].first, last, links[k].parent >= 0)
         if links[k].parent >= 0:
             outer = links[links[k].parent].inertia
             for d in range(len(links[k].velocity)):
                 for e in range(len(links[k].velocity)):
                     outer[d, e] += inertia[d, e]
-
-
-@njit
-def _eliminate(inertia: Any, freedom: Any, more: Any) -> None:
-    """Set the factor of a degree of freedom, and if ``more`` follow, remove it from the articulated inertia."""
-    motion = freedom.motion
-    hold = freedom.hold
-    size = freedom.stiffness + freedom.armature
-    for d in range(len(motion)):
-        x = 0.0
-        for e in range(len(motion)):
-            x += inertia[d, e] * motion[e]
-        hold[d] = x
-        size += x * motion[d]
-    inverse = 1.0 / size if size > 0.0 else 0.0
-    freedom.inverse = inverse
-    freedom.root = inverse**0.5
-    if not more:
-        return
-    for d in range(len(motion)):
-        x = hold[d] * inverse
-        for e in range(len(motion)):
-            inertia[d, e] -= x * hold[e]
 
 
 @njit

@@ -28,7 +28,7 @@ from ..joint_rows import (
 )
 from ..joints import Joint, start_impulse
 from ..slices import part
-from ..springs import has_spring
+from ..springs import has_spring, is_slow, mean_reach
 from .other_joints import main_joint
 
 numbers_of = by_dimension("articulation", "numbers_of")
@@ -174,15 +174,38 @@ def add_joint_forces(world: Any, island: Any, articulation: Any, joints: Any) ->
         if servo.isotropic != 0:
             add_ball_spring(world, articulation, servo, joint, island.h)
         elif has_spring(joint.parameters) and _in_factor(servo, joint.parameters):
-            made = world.scratch.rows[island.rows]  # its row is needed only here
-            _set_spring(world, made, articulation, servo, joint, island.h)
-            if made.softness > 0.0:
-                servo.stiffness = 1.0 / made.softness
-                servo.pull = -made.bias / made.softness
-                freedoms[first + servo.place].stiffness += servo.stiffness
-                freedoms[first + servo.place].pull += servo.pull
+            if not _set_slow_spring(servo, joint, articulation.start[first + servo.place], island.h):
+                _set_any_spring(world, island, articulation, servo, joint)
+            freedoms[first + servo.place].stiffness += servo.stiffness
+            freedoms[first + servo.place].pull += servo.pull
         if servo.driven >= 0:
             freedoms[first + servo.driven].pull += given_impulse(joint, island.h)
+
+
+@njit
+def _set_slow_spring(servo: Any, joint: Any, rate: Any, h: Any) -> Any:
+    """Set impulse and stiffness of a spring beside a rotor that alone makes it slow, as its row would; else False.
+
+    ``rate``: that of the coordinate at the start of the substep.
+    """
+    p = joint.parameters
+    if not (p.stiffness > 0.0 or p.damping > 0.0) or not p.armature > 0.0:
+        return False
+    if not is_slow(p.stiffness, p.damping, 1.0 / p.armature, h):
+        return False
+    servo.stiffness = h * mean_reach(p.stiffness, p.damping, h)
+    servo.pull = -h * p.stiffness * (servo.begin - joint.state.rest) - servo.stiffness * rate
+    return True
+
+
+@njit
+def _set_any_spring(world: Any, island: Any, articulation: Any, servo: Any, joint: Any) -> None:
+    """Set impulse and stiffness of a spring from its row, which is needed only here."""
+    made = world.scratch.rows[island.rows]
+    _set_spring(world, made, articulation, servo, joint, island.h)
+    if made.softness > 0.0:
+        servo.stiffness = 1.0 / made.softness
+        servo.pull = -made.bias / made.softness
 
 
 @njit

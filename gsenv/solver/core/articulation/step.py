@@ -35,7 +35,7 @@ from .links import (
     substeps_of_links,
 )
 from .other_joints import keep_other_velocities, store_other_impulses, substeps_of_others, write_other_rows
-from .reactions import add_impulses, keep_momenta, store_reactions
+from .reactions import add_impulses, keep_momenta, store_reactions, take_moments
 from .rows import whiten_rows
 from .runge_kutta import swing, swings
 from .servos import add_joint_forces, add_servo_rows, keep_coordinates, list_servos, store_servo_impulses
@@ -47,7 +47,7 @@ enter_link = by_dimension("articulation", "enter_link")
 enter_joint = by_dimension("articulation", "enter_joint")
 keep_world_frames = by_dimension("articulation", "keep_world_frames", otherwise=nothing)
 
-SLOW_TURN = 0.004  # rad in a substep: slower links need no balance of momentum where rows act
+SLOW_TURN = 1e-4  # rad in a substep: slower links need no balance of momentum where rows act
 PARTS = 8  # of a substep whose rates do not settle
 
 
@@ -119,7 +119,7 @@ def _substep(world: Any, island: Any, s: Any, joints: Any, articulation: Any) ->
     refresh_contact_rows(world, island)
     _enter_middle(world, island, joints, articulation)
     fast = island.turning > SLOW_TURN
-    set_free_rates(world, island, articulation, PASSES if island.rows > 0 else 1)
+    set_free_rates(world, island, articulation, PASSES if island.rows > 0 or fast else 1)
     touched = False
     if island.rows > 0:
         touched = _solve(world, island, articulation, last)
@@ -152,6 +152,7 @@ def _enter_middle(world: Any, island: Any, joints: Any, articulation: Any) -> No
         articulation.step[f] = 0.5 * island.h * start[f]
     place_links(world, island, articulation)
     set_middle(world, island, articulation)
+    take_moments(island, articulation)
     move_links(island, articulation, start)
     _keep_start_velocities(world, island, articulation)
     write_other_rows(world, island, joints, articulation.others)

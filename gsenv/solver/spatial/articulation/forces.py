@@ -19,7 +19,7 @@ _AXES = int(LinkKind.AXES)
 Wrench = tuple[float, float, float, float, float, float]
 
 
-@njit
+@inline_njit
 def set_force(links: Any, k: Any, rates: Any, mass: Any, h: Any) -> None:
     """Set the impulse in h s on link k about the origin: of what is applied, less that of its motion without rates.
 
@@ -56,7 +56,7 @@ def set_force(links: Any, k: Any, rates: Any, mass: Any, h: Any) -> None:
         link.force[3 + d] = h * (applied[3 + d] + torque[d])
 
 
-@njit
+@inline_njit
 def _bend(link: Any, spin: Vec, rates: Any) -> tuple[Vec, Vec]:
     """Return the angular acceleration at constant rates relative to the parent, of this spin, and the speed of slides.
 
@@ -75,7 +75,7 @@ def _bend(link: Any, spin: Vec, rates: Any) -> tuple[Vec, Vec]:
     return turning, slip
 
 
-@njit
+@inline_njit
 def _times(i: Any, w: Vec) -> Vec:
     """Return the product of a symmetric matrix, xx xy xz yy yz zz, and a vector."""
     return (
@@ -209,6 +209,14 @@ def carry(link: Any) -> None:
     p = impulse_at_origin(link, link.response)
     for d in range(6):
         link.force[d] = p[d]
+
+
+@njit
+def add_moment(field: Any, link: Any, at: Any, momentum: Any, scale: Any) -> None:
+    """Add ``scale`` times the moment of a momentum at ``at``, about the centre of mass half a substep ahead."""
+    moment = cross(sub(vec(at), vec(link.middle)), vec(momentum))
+    for d in range(3):
+        field[3 + d] += scale * moment[d]
 
 
 @njit

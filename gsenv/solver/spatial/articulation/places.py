@@ -12,9 +12,9 @@ from typing import Any
 
 from ...core.joints import OFF_CENTER
 from ...core.slices import part
-from ...jit import njit
+from ...jit import inline_njit, njit
 from ...records.articulation import SLIDES, LinkKind
-from ..joints.axes import FIRST_TURN, LAST_TURN, NODE_TURN, TWIST, axis_of, turn_coordinate
+from ..joints.axes import FIRST_TURN, LAST_TURN, NODE_TURN, TWIST, angle_of, axis_of, cardan_angle, turn_coordinate
 from ..math import (
     Quaternion,
     Vec,
@@ -30,7 +30,7 @@ from ..math import (
     quaternion,
     scaled,
     sub,
-    turn_of,
+    turn_about,
     turned,
     vec,
 )
@@ -167,7 +167,7 @@ def _follow(link: Any, rotation: Quaternion, turn: Vec, step: Any, joint: Any) -
             slid = along(slid, coordinate, u)
         else:
             turn = along(turn, 0.5 * moved, add(row_of(link.base_directions, i), u))
-            q = multiply(q, turn_of(scaled(axis, sign * coordinate)))
+            q = multiply(q, turn_about(axis, sign * coordinate))
     _set_rotation(link, q if link.flipped else multiply(q, rest))
     return turn, slid
 
@@ -183,23 +183,41 @@ def enter_joint(links: Any, k: Any, bodies: Any, body_parameters: Any, joint: An
     outer, inner = _arms(link, joint, body_parameters)
     to_a, to_b = (inner, outer) if link.flipped else (outer, inner)
     frame = quaternion(joint.frame)
+    if link.count == 1 and link.numbers[0] == TWIST:
+        _enter_hinge(link, a, b, joint)
+        return True
     on_a = multiply(quaternion(a.rotation), frame)
     on_b = multiply(quaternion(b.rotation), multiply(conjugate(quaternion(joint.reference)), frame))
-    apart = sub(
-        add(vec(b.position), turned(quaternion(b.rotation), to_b)),
-        add(vec(a.position), turned(quaternion(a.rotation), to_a)),
-    )
+    relative = multiply(conjugate(on_a), on_b)
+    apart = (0.0, 0.0, 0.0)
+    if link.slides > 0:
+        apart = sub(
+            add(vec(b.position), turned(quaternion(b.rotation), to_b)),
+            add(vec(a.position), turned(quaternion(a.rotation), to_a)),
+        )
     for i in range(link.count):
         number = link.numbers[i]
         place = number if number < SLIDES else 2 if number == TWIST else number - FIRST_TURN
         set_row(link.axes, i, axis_of(frame, place))
         if number < SLIDES:
             link.coordinates[i] = dot(apart, axis_of(on_a, number))
+        elif number <= LAST_TURN:
+            link.coordinates[i] = cardan_angle(number, relative)
         else:
             link.coordinates[i] = turn_coordinate(number, on_a, on_b)
         if number == NODE_TURN and abs(link.coordinates[i]) > _LARGEST_NODE:
             return False
     return True
+
+
+@inline_njit
+def _enter_hinge(link: Any, a: Any, b: Any, joint: Any) -> None:
+    """Set axis and angle of a link that only turns about one axis."""
+    axis = axis_of(quaternion(joint.frame), 2)
+    set_row(link.axes, 0, axis)
+    on_b = multiply(quaternion(b.rotation), conjugate(quaternion(joint.reference)))
+    turn = multiply(conjugate(quaternion(a.rotation)), on_b)
+    link.coordinates[0] = angle_of(dot(axis, (turn[1], turn[2], turn[3])), turn[0])
 
 
 @njit

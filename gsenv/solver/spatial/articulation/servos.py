@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ...core.springs import EXACT
+from ...core.springs import is_slow, mean_reach
 from ...jit import njit
 from ...records.articulation import SLIDES
 from ..joints.axes import BALL_TURN, axes_of, counts_turns, turn_coordinate, turn_direction, unwrapped
@@ -137,8 +137,8 @@ def add_ball_spring(world: Any, articulation: Any, servo: Any, joint: Any, h: An
     u = turn_direction(servo.number, axes.middle[0], axes.middle[1])
     set_vec(servo.direction, scaled(u, -1.0) if link.flipped else u)
     give = _largest_give(body_parameters[link.body]) + _largest_give(body_parameters[link.holder])
-    slow = h * h * p.stiffness * give < EXACT * EXACT and 0.5 * h * p.damping * give < EXACT
-    stiffness = h * (0.25 * h * p.stiffness + 0.5 * p.damping if slow else h * p.stiffness + p.damping)
+    slow = is_slow(p.stiffness, p.damping, give, h)
+    stiffness = h * (mean_reach(p.stiffness, p.damping, h) if slow else h * p.stiffness + p.damping)
     servo.stiffness = stiffness
     servo.pull = -h * p.stiffness * (servo.begin - joint.state.rest)
     if slow:

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from ...core.trig import atan2
 from ...jit import njit
 from ..math import (
@@ -96,11 +98,29 @@ def _wrapped(angle: float) -> float:
 
 
 @njit
+def angle_of(along_axis: float, scalar: float) -> float:
+    """Return the angle in rad, (-pi, pi], of a rotation about an axis, from these parts of its quaternion."""
+    return _wrapped(2.0 * atan2(along_axis, scalar))
+
+
+@njit
+def cardan_angle(number: int, e: Quaternion) -> float:
+    """Return the first, the node's or the last angle in rad of a rotation e = R_x R_y R_z."""
+    w, x, y, z = e
+    if number == FIRST_TURN:
+        return atan2(2.0 * (w * x - y * z), 1.0 - 2.0 * (x * x + y * y))
+    if number == LAST_TURN:
+        return atan2(2.0 * (w * z - x * y), 1.0 - 2.0 * (y * y + z * z))
+    p, q = 1.0 - 2.0 * (y * y + z * z), 2.0 * (w * z - x * y)
+    return atan2(2.0 * (x * z + w * y), np.sqrt(p * p + q * q))
+
+
+@njit
 def turn_coordinate(number: int, a: Quaternion, b: Quaternion) -> float:
     """Return a rotational coordinate in rad, not unwrapped."""
     if number == TWIST:
         e = multiply(conjugate(a), b)
-        return _wrapped(2.0 * atan2(e[3], e[0]))
+        return angle_of(e[3], e[0])
     if number == SWING:
         p = axis_of(a, 2)
         q = axis_of(b, 2)
@@ -108,14 +128,7 @@ def turn_coordinate(number: int, a: Quaternion, b: Quaternion) -> float:
     if number >= BALL_TURN:
         turn = turn_between((1.0, 0.0, 0.0, 0.0), multiply(conjugate(a), b))
         return norm(turn) if number == BALL_ANGLE else turn[number - BALL_TURN]
-    if number == FIRST_TURN:
-        last = axis_of(b, 2)
-        return atan2(-dot(axis_of(a, 1), last), dot(axis_of(a, 2), last))
-    if number == LAST_TURN:
-        first = axis_of(a, 0)
-        return atan2(-dot(first, axis_of(b, 1)), dot(first, axis_of(b, 0)))
-    sine, cosine, _ = _sine_cosine(a, b)
-    return atan2(sine, cosine)
+    return cardan_angle(number, multiply(conjugate(a), b))
 
 
 @njit

@@ -1,4 +1,4 @@
-"""Elimination of three rotations, of a pivot or a free link, from an articulated inertia without products by zero."""
+"""Elimination of degrees of freedom from an articulated inertia, half of which is enough."""
 
 from __future__ import annotations
 
@@ -16,8 +16,29 @@ Six = tuple[float, float, float, float, float, float]
 
 
 @njit
+def eliminate_axes(inertia: Any, freedoms: Any, first: Any, last: Any, more: Any) -> None:
+    """Set the factor of freedoms[first : last + 1], last one first; if ``more`` follow, remove them."""
+    n = _half(inertia)
+    for f in range(last, first - 1, -1):
+        freedom = freedoms[f]
+        s = freedom.motion
+        x, y, z, a, b, c = s[0], s[1], s[2], s[3], s[4], s[5]
+        h = _product(n, (x, y, z, a, b, c))
+        size = freedom.stiffness + freedom.armature
+        size += (x * h[0] + y * h[1]) + (z * h[2] + a * h[3]) + (b * h[4] + c * h[5])
+        inverse = 1.0 / size if size > 0.0 else 0.0
+        freedom.inverse = inverse
+        freedom.root = inverse**0.5
+        for d in range(6):
+            freedom.hold[d] = h[d]
+        n = _reduced(n, h, inverse)
+    if more:
+        _set_whole(inertia, n)
+
+
+@njit
 def eliminate_pivot(inertia: Any, freedoms: Any, first: Any) -> None:
-    """Set the factor of three rotations about the axes of the world, and remove them from the articulated inertia."""
+    """Do the same for three rotations about the axes of the world, of a pivot or a free link, without products by 0."""
     n = _half(inertia)
     for k in (2, 1, 0):
         s = freedoms[first + k].motion
@@ -58,6 +79,20 @@ def _columns(n: Half, x: float, y: float, z: float, k: int) -> Six:
         n[6] * x + n[7] * y + n[8] * z + d,
         n[10] * x + n[11] * y + n[12] * z + e,
         n[15] * x + n[16] * y + n[17] * z + f,
+    )
+
+
+@inline_njit
+def _product(n: Half, s: Six) -> Six:
+    """Return the product with a vector."""
+    x, y, z, a, b, c = s
+    return (
+        (n[0] * x + n[1] * y) + (n[3] * z + n[6] * a) + (n[10] * b + n[15] * c),
+        (n[1] * x + n[2] * y) + (n[4] * z + n[7] * a) + (n[11] * b + n[16] * c),
+        (n[3] * x + n[4] * y) + (n[5] * z + n[8] * a) + (n[12] * b + n[17] * c),
+        (n[6] * x + n[7] * y) + (n[8] * z + n[9] * a) + (n[13] * b + n[18] * c),
+        (n[10] * x + n[11] * y) + (n[12] * z + n[13] * a) + (n[14] * b + n[19] * c),
+        (n[15] * x + n[16] * y) + (n[17] * z + n[18] * a) + (n[19] * b + n[20] * c),
     )
 
 
