@@ -84,7 +84,6 @@ def link_dtype(dim: int) -> np.dtype[Any]:
             ("anchor", "f8", (dim,)),  # m, pin from the origin, half a substep ahead
             ("half", "f8", (spin,)),  # rad, displacement in the first half of the substep
             ("start", "f8", (dim,)),  # m, centre of mass at the start of the substep
-            ("middle", "f8", (dim,)),  # m, the same half a substep ahead, at which moments of forces are taken
             ("start_pin", "f8", (dim,)),  # m, pin at the same time, in steps of Runge-Kutta
             ("start_spin", "f8", (spin,)),  # rad/s, at the start of the substep
             ("taut", "f8", (1 if dim == 2 else 6,)),  # kg m^2, h^2/4 of the stiffness by tension, as ``moment``
@@ -165,7 +164,7 @@ def articulation_scratch(dim: int, trees: Array, joint_count: int, row_capacity:
     freedoms = NDOF[dim] * bodies
     deepest = int(trees["depth"].max(initial=NDOF[dim]))
     values = min(row_capacity * 2 * deepest, MOST_VALUES)
-    rates = ("start", "rate", "free", "change", "whitened", "before", "conjugate", "step", "shift")
+    rates = ("start", "rate", "free", "change", "whitened", "before", "conjugate", "step", "shift", "mean")
     runge_kutta = ("path", "slope", "start_slope", "start_acceleration", "path_sum", "rate_sum")
     return {
         "links": np.zeros(bodies, link_dtype(dim)),

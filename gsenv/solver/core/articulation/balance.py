@@ -11,7 +11,6 @@ from .links import move_links, place_links
 
 keep_momentum = by_dimension("articulation", "keep_momentum")
 carry = by_dimension("articulation", "carry")
-add_moment = by_dimension("articulation", "add_moment")
 resist = by_dimension("tension", "resist")
 
 MOST_ITERATIONS = 25  # of the balance of momentum
@@ -107,7 +106,6 @@ def set_imbalance(world: Any, island: Any, articulation: Any, touched: Any) -> A
             link.response[d] = link.push[d] - (1.0 + island.h * damping) * link.momentum[d]
             if touched:
                 link.response[d] += link.contact[d]
-        add_moment(link.response, link, link.position, link.momentum, -1.0 - island.h * parameters.linear_damping)
         if island.taut:
             resist(link, -1.0)
         carry(link)

@@ -11,7 +11,7 @@ from typing import Any
 
 from ...jit import njit
 from .balance import RELAXED, set_imbalance, set_joint_imbalance
-from .dynamics import respond_inward, respond_outward
+from .dynamics import respond_inward, respond_outward, set_forces
 from .links import move_links, place_links
 from .reactions import add_impulses
 from .solve import sweep_rows
@@ -52,6 +52,31 @@ def settle_rows(world: Any, island: Any, articulation: Any) -> Any:
         _solve_with(world, island, articulation, relaxed)
     end_with_rows(world, island, articulation)
     return False
+
+
+@njit
+def correct_forces(world: Any, island: Any, articulation: Any) -> None:
+    """Solve the rows again with the forces that depend on the rates at the mean of the old and the present ones.
+
+    Those of the free rates do not know the impulses of the rows; with them motors would be of first order.
+    """
+    links = articulation.links
+    start = articulation.start
+    rate = articulation.rate
+    change = articulation.change
+    set_forces(world, island, articulation, articulation.mean)
+    for k in range(island.body_count):
+        for d in range(len(links[k].force)):
+            links[k].contact[d] = links[k].force[d]
+    for f in range(island.freedoms):
+        articulation.mean[f] = start[f] + 0.5 * (rate[f] - start[f])
+        change[f] = 0.0
+    set_forces(world, island, articulation, articulation.mean)
+    for k in range(island.body_count):
+        for d in range(len(links[k].force)):
+            links[k].force[d] -= links[k].contact[d]
+    respond_inward(links, island.body_count, articulation.freedoms, change)
+    _solve_with(world, island, articulation, 1.0)
 
 
 @njit

@@ -192,26 +192,33 @@ def set_free_rates(world: Any, island: Any, articulation: Any, passes: Any) -> N
     links = articulation.links
     freedoms = articulation.freedoms
     start = articulation.start
-    rate = articulation.rate
+    mean = articulation.mean
     free = articulation.free
     change = articulation.change
-    count = island.body_count
     bodies = world.state.bodies
     body_parameters = world.parameters.bodies
     gravity = world.parameters.world.gravity
+    move_links(island, articulation, start)
+    for i in range(island.body_count):
+        body = links[i].body
+        set_applied(links[i], bodies[body], body_parameters[body], gravity)
     for f in range(island.freedoms):
         change[f] = 0.0
-    for k in range(passes):
+    for _ in range(passes):
         for f in range(island.freedoms):
-            rate[f] = start[f] + 0.5 * change[f]
+            mean[f] = start[f] + 0.5 * change[f]
             change[f] = freedoms[f].pull - freedoms[f].stiffness * start[f]
-        move_links(island, articulation, rate)
-        for i in range(count):
-            link = links[i]
-            parameters = body_parameters[link.body]
-            if k == 0:
-                set_applied(link, bodies[link.body], parameters, gravity)
-            set_force(links, i, rate, parameters.mass, island.h)
-        respond(links, count, freedoms, change)
+        set_forces(world, island, articulation, mean)
+        respond(links, island.body_count, freedoms, change)
     for f in range(island.freedoms):
         free[f] = start[f] + change[f]
+
+
+@njit
+def set_forces(world: Any, island: Any, articulation: Any, rates: Any) -> None:
+    """Set ``force`` of all links: the impulses of what is applied, less those of their motion at these rates."""
+    links = articulation.links
+    body_parameters = world.parameters.bodies
+    move_links(island, articulation, rates)
+    for i in range(island.body_count):
+        set_force(links, i, rates, body_parameters[links[i].body].mass, island.h)

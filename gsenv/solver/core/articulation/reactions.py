@@ -10,7 +10,6 @@ from ..dispatch import by_dimension
 add_reaction = by_dimension("articulation", "add_reaction")
 keep_momentum = by_dimension("articulation", "keep_momentum")
 carry = by_dimension("articulation", "carry")
-add_moment = by_dimension("articulation", "add_moment")
 resist = by_dimension("tension", "resist")
 
 
@@ -38,17 +37,6 @@ def keep_momenta(world: Any, island: Any, articulation: Any) -> None:
 
 
 @njit
-def take_moments(island: Any, articulation: Any) -> None:
-    """Add the moments of the momenta at the start of the substep about the centres of mass half a substep ahead."""
-    links = articulation.links
-    for k in range(island.body_count):
-        link = links[k]
-        for d in range(len(link.middle)):
-            link.middle[d] = link.position[d]
-        add_moment(link.push, link, link.start, link.momentum, 1.0)
-
-
-@njit
 def store_reactions(world: Any, island: Any, articulation: Any, joints: Any) -> None:
     """Add the impulses of all joints in the substep to their reactions, from the leaves inward.
 
@@ -64,7 +52,6 @@ def store_reactions(world: Any, island: Any, articulation: Any, joints: Any) -> 
         for d in range(len(link.momentum)):
             damping = parameters.linear_damping if d < dim else parameters.angular_damping
             link.response[d] = (1.0 + island.h * damping) * link.momentum[d] - link.push[d] - link.contact[d]
-        add_moment(link.response, link, link.position, link.momentum, 1.0 + island.h * parameters.linear_damping)
         if island.taut:
             resist(link, 1.0)
         carry(link)

@@ -24,7 +24,6 @@ def _same(links: Any, k: Any, path: Any, out: Any) -> None:
     """Do nothing: where the rate of a path is the rate of the degree of freedom."""
 
 
-add_moment = by_dimension("articulation", "add_moment")
 place_link = by_dimension("articulation", "place_link")
 leave_link = by_dimension("articulation", "leave_link")
 set_applied = by_dimension("articulation", "set_applied")
@@ -257,9 +256,6 @@ def _set_middle_arms(world: Any, island: Any, articulation: Any, size: Any) -> N
             origin = root.start[d] + root.position[d]
             link.center[d] = 0.5 * (link.start[d] + link.position[d] - origin)
             link.anchor[d] = 0.5 * (link.start_pin[d] + link.pin[d] - origin)
-            link.middle[d] = 0.5 * (link.start[d] + link.position[d])
-        add_moment(link.push, link, link.start, link.push, 1.0)
-        for d in range(len(gravity)):
             link.push[d] += size * weight * gravity[d]
         for d in range(len(link.push)):
             link.push[d] += size * bodies[link.body].force[d]

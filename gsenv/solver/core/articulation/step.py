@@ -21,7 +21,7 @@ from ..slices import part
 from ..springs import any_sprung
 from .balance import limit_speed, settle_rates
 from .closing import close_others
-from .contact_balance import change_of_rows, end_with_rows, rates_of_rows, settle_rows
+from .contact_balance import change_of_rows, correct_forces, end_with_rows, rates_of_rows, settle_rows
 from .dynamics import PASSES, factorise_links, set_free_rates, set_middle
 from .equations import clear_biases, factorise_equations, smooth_with_others
 from .links import (
@@ -35,7 +35,7 @@ from .links import (
     substeps_of_links,
 )
 from .other_joints import keep_other_velocities, store_other_impulses, substeps_of_others, write_other_rows
-from .reactions import add_impulses, keep_momenta, store_reactions, take_moments
+from .reactions import add_impulses, keep_momenta, store_reactions
 from .rows import whiten_rows
 from .runge_kutta import swing, swings
 from .servos import add_joint_forces, add_servo_rows, keep_coordinates, list_servos, store_servo_impulses
@@ -47,7 +47,8 @@ enter_link = by_dimension("articulation", "enter_link")
 enter_joint = by_dimension("articulation", "enter_joint")
 keep_world_frames = by_dimension("articulation", "keep_world_frames", otherwise=nothing)
 
-SLOW_TURN = 1e-4  # rad in a substep: slower links need no balance of momentum where rows act
+SLOW_TURN = 0.004  # rad in a substep: slower links need no balance of momentum where rows act,
+STILL_TURN = 1e-5  # and these not even the forces at their new rates
 PARTS = 8  # of a substep whose rates do not settle
 
 
@@ -124,7 +125,10 @@ def _substep(world: Any, island: Any, s: Any, joints: Any, articulation: Any) ->
     if island.rows > 0:
         touched = _solve(world, island, articulation, last)
     if touched:
-        if not fast and largest_turn(world, island, articulation) <= SLOW_TURN:
+        turn = largest_turn(world, island, articulation)
+        if not fast and turn <= SLOW_TURN:
+            if turn > STILL_TURN:
+                correct_forces(world, island, articulation)
             end_with_rows(world, island, articulation)
         elif not settle_rows(world, island, articulation):
             limit_speed(world, island, articulation)
@@ -152,7 +156,6 @@ def _enter_middle(world: Any, island: Any, joints: Any, articulation: Any) -> No
         articulation.step[f] = 0.5 * island.h * start[f]
     place_links(world, island, articulation)
     set_middle(world, island, articulation)
-    take_moments(island, articulation)
     move_links(island, articulation, start)
     _keep_start_velocities(world, island, articulation)
     write_other_rows(world, island, joints, articulation.others)
@@ -222,6 +225,7 @@ def _solve(world: Any, island: Any, articulation: Any, last: Any) -> Any:
     if corrected:
         change_of_rows(island, articulation)
         share = largest_share(island, articulation)
+        move_links(island, articulation, articulation.rate)
         add_all_impulses(world, island, articulation)
     for f in range(island.freedoms):
         shift[f] = share * island.h * change[f] if corrected else 0.0

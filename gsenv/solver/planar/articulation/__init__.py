@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from .forces import add_moment as add_moment
 from .forces import add_reaction as add_reaction
 from .forces import added as added
 from .forces import carry as carry

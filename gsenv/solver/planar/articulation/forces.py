@@ -133,12 +133,6 @@ def carry(link: Any) -> None:
 
 
 @njit
-def add_moment(field: Any, link: Any, at: Any, momentum: Any, scale: Any) -> None:
-    """Add ``scale`` times the moment of a momentum at ``at``, about the centre of mass half a substep ahead."""
-    field[2] += scale * cross(at[0] - link.middle[0], at[1] - link.middle[1], momentum[0], momentum[1])
-
-
-@njit
 def add_reaction(link: Any, reaction: Any) -> None:
     """Add the impulse of a joint on its body b, which ``link.force`` has about the origin, about b's anchor."""
     x, y = link.anchor[0], link.anchor[1]

@@ -212,14 +212,6 @@ def carry(link: Any) -> None:
 
 
 @njit
-def add_moment(field: Any, link: Any, at: Any, momentum: Any, scale: Any) -> None:
-    """Add ``scale`` times the moment of a momentum at ``at``, about the centre of mass half a substep ahead."""
-    moment = cross(sub(vec(at), vec(link.middle)), vec(momentum))
-    for d in range(3):
-        field[3 + d] += scale * moment[d]
-
-
-@njit
 def add_reaction(link: Any, reaction: Any) -> None:
     """Add the impulse of a joint on its body b, which ``link.force`` has about the origin, about b's anchor."""
     sign = -1.0 if link.flipped else 1.0
