@@ -106,7 +106,7 @@ def test_copies_go_on_bit_for_bit(way: Any) -> None:
 
 
 def test_has_no_settings_and_no_quantities() -> None:
-    with pytest.raises(TypeError, match="unknown argument 'length'; it has none"):
+    with pytest.raises(TypeError, match="unexpected keyword argument 'length'; it has none"):
         PendulumEnv(length=2.0)
     with pytest.raises(ValueError, match="unknown quantity 'length'; known are none"):
         PendulumEnv(randomize={"length": (1.0, 2.0)})
