@@ -182,7 +182,7 @@ def test_state_and_pixels_are_a_dict_as_in_a_dummy_vec_env() -> None:
     release = np.tile(np.array([0, 0, 0, 1], np.float32), (2, 1))
     ends = 0
     for _ in range(80):
-        results = [vec_env.step(release) for vec_env in (envs, dummy)]
+        results: list[Any] = [vec_env.step(release) for vec_env in (envs, dummy)]
         for name in ("state", "pixels"):
             np.testing.assert_array_equal(starts[0][name], starts[1][name])
             np.testing.assert_array_equal(results[0][0][name], results[1][0][name])

@@ -176,7 +176,7 @@ def shown(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
 def test_the_mode_human_shows_each_reset_and_step(shown: list[Any]) -> None:
     size: dict[str, Any] = {"render_mode": "human", "width": 96, "height": 64}
     single, vector = make("GStack-v0", **size), make_vector("GStack-v0", 5, **size)
-    both = [single, vector]
+    both: list[Any] = [single, vector]
     for env, action in zip(both, (np.zeros(4), np.zeros((5, 4))), strict=True):
         assert "human" in env.metadata["render_modes"]
         shown.clear()

@@ -85,9 +85,7 @@ def test_copies_stay_in_the_split(way: Any) -> None:
 
 
 def test_unseeded_resets_of_a_test_are_of_the_split(monkeypatch: pytest.MonkeyPatch) -> None:
-    import gsenv.envs.core.splits as splits
-
-    monkeypatch.setattr(splits.seeding, "np_random", lambda seed=None: (np.random.default_rng(3), 3))
+    monkeypatch.setattr(seeding, "np_random", lambda seed=None: (np.random.default_rng(3), 3))
     expected = np.random.Generator(np.random.PCG64(np.random.SeedSequence(3, spawn_key=(TEST_KEY,))))
     env: Any = make(IDS[0], split="test").unwrapped
     assert state(env.np_random) == state(expected)
