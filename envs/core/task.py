@@ -135,6 +135,9 @@ class Task(ABC):
         self._bundled_contacts: Array | None = None
         self.term_names = tuple(f"reward_{term.name}" for term in self.reward_terms)
         self._info_names = self.infos.dtype.names or ()
+        reserved = {*self.term_names, *DIAGNOSTIC_NAMES}
+        if clashes := reserved.intersection(self._info_names):
+            raise ValueError(f"{type(self).__name__}.info_fields has names of the base class: {sorted(clashes)}.")
 
     @property
     def world_count(self) -> int:
