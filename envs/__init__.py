@@ -21,6 +21,7 @@ class EnvEntry:
     env: str
     vector_env: str
     max_episode_steps: int
+    reward_threshold: float  # mean return at which the task counts as solved; scripted policies exceed it
     summary: str  # for `gsenv list`
     scripted_policy: str | None = None  # (..., entry) observations to (..., action) actions
 
@@ -31,6 +32,7 @@ ENVS = (
         "stack.env:StackEnv",
         "stack.env:StackVectorEnv",
         600,
+        10.0,
         "2D: build a tower of blocks that stands",
         "stack.policy:build_tower",
     ),
@@ -39,6 +41,7 @@ ENVS = (
         "car.env:CarEnv",
         "car.env:CarVectorEnv",
         1000,
+        13.0,
         "2D: drive a car over hills, bridges and see-saws",
         "car.policy:drive",
     ),
@@ -47,6 +50,7 @@ ENVS = (
         "stack3d.env:Stack3DEnv",
         "stack3d.env:Stack3DVectorEnv",
         600,
+        8.5,
         "3D: build a tower of blocks that stands",
         "stack3d.policy:build_tower",
     ),
@@ -65,6 +69,13 @@ class ParallelEntry:
 PARALLEL_ENVS = (ParallelEntry("tower_v0", 900, "2D: two grippers build one tower together"),)
 
 
+def time_limit(name: str) -> int:
+    """Return the number of steps after which episodes of a registered environment are truncated."""
+    limits = {entry.id: entry.max_episode_steps for entry in ENVS}
+    limits |= {entry.name: entry.max_cycles for entry in PARALLEL_ENVS}
+    return limits[name]
+
+
 def register_envs() -> None:
     """Register all environments with gymnasium; those that are registered already stay as they are.
 
@@ -77,6 +88,7 @@ def register_envs() -> None:
                 entry_point=f"gsenv.envs.{entry.env}",
                 vector_entry_point=f"gsenv.envs.{entry.vector_env}",
                 max_episode_steps=entry.max_episode_steps,
+                reward_threshold=entry.reward_threshold,
             )
     if "pettingzoo" in sys.modules:
         register_parallel_envs()

@@ -17,13 +17,11 @@ from pettingzoo import AECEnv
 from pettingzoo.utils.conversions import parallel_to_aec
 from pettingzoo.utils.wrappers import ClipOutOfBoundsWrapper, OrderEnforcingWrapper
 
-from gsenv.envs import PARALLEL_ENVS, register_parallel_envs
+from gsenv.envs import register_parallel_envs
 from gsenv.envs.tower.parallel_env import TowerParallelEnv
 from gsenv.envs.tower.policy import build_together as scripted_actions
 
 __all__ = ["TowerParallelEnv", "env", "parallel_env", "raw_env", "scripted_actions"]
-
-_MAX_CYCLES = next(entry.max_cycles for entry in PARALLEL_ENVS if entry.name == "tower_v0")
 
 
 def env(**kwargs: Any) -> AECEnv:
@@ -39,9 +37,9 @@ def raw_env(**kwargs: Any) -> AECEnv:
     return parallel_to_aec(parallel_env(**kwargs))
 
 
-def parallel_env(max_cycles: int | None = _MAX_CYCLES, **kwargs: Any) -> TowerParallelEnv:
+def parallel_env(**kwargs: Any) -> TowerParallelEnv:
     """Return the environment whose agents act at once; TowerParallelEnv lists the arguments."""
-    return TowerParallelEnv(max_cycles=max_cycles, **kwargs)
+    return TowerParallelEnv(**kwargs)
 
 
 register_parallel_envs()

@@ -47,7 +47,7 @@ examples:
   gsenv list                                                  all environments and scenes
   gsenv record GStack-v0 --policy scripted --out tower.mp4    an episode as a video
   gsenv train GStack-v0 --seeds 0 1 2                         train with PPO; needs gsenv[train]
-  gsenv evaluate GStack-v0 --policy trained --set blocks=3    success rate on 100 unseen seeds
+  gsenv evaluate GStack-v0 --policy trained --set blocks=3    success rate on 100 unseen episodes
   gsenv record scene:stack --size 1280x720 --out stack.gif    a scene, without a policy
   gsenv warmup                                                compile kernels ahead of time
 """
@@ -124,7 +124,7 @@ def _parser() -> argparse.ArgumentParser:
     train = commands.add_parser(
         "train",
         help="train a policy from scratch",
-        description="Train a policy with Stable-Baselines3 and test it on unseen seeds.\n"
+        description="Train a policy with Stable-Baselines3 and test it on unseen episodes.\n"
         "Ctrl-C stops early and keeps the policy trained so far.",
         epilog=EXAMPLES,
         formatter_class=style,
@@ -140,8 +140,9 @@ def _parser() -> argparse.ArgumentParser:
 
     evaluate = commands.add_parser(
         "evaluate",
-        help="measure a policy's success on unseen seeds",
-        description="Run one episode on each of many seeds that were not used in training, and print the success rate.",
+        help="measure a policy's success on unseen episodes",
+        description="Run one episode on each of many seeds of the split 'test', whose episodes training never sees,\n"
+        "and print the success rate.",
         epilog=EXAMPLES,
         formatter_class=style,
     )
@@ -150,7 +151,7 @@ def _parser() -> argparse.ArgumentParser:
         "--policy", type=_policy_name, default="trained", metavar="POLICY", help=f"{POLICY_HELP} (default: trained)"
     )
     evaluate.add_argument("--episodes", type=_positive, default=100, help="number of episodes (default: 100)")
-    evaluate.add_argument("--seed", type=_seed, help="seed of the first episode (default: 2000000)")
+    evaluate.add_argument("--seed", type=_seed, help="seed of the first episode (default: 0)")
     _add_set(evaluate)
     evaluate.set_defaults(run=_evaluate)
 

@@ -35,7 +35,7 @@ def warmup_targets() -> list[tuple[str, Callable[[], None]]]:
 
 
 def _run_env(env_id: str) -> None:
-    env = gymnasium.make(env_id, render_mode="rgb_array")
+    env = gymnasium.make(env_id, render_mode="rgb_array", observation="state+pixels")
     env.reset(seed=0)
     env.step(np.zeros_like(env.action_space.sample()))
     env.render()
@@ -50,7 +50,7 @@ def _run_vector_env(env_id: str) -> None:
 
 
 def _run_parallel_env(name: str) -> None:
-    env = import_module(f"gsenv.envs.{name}").parallel_env(render_mode="rgb_array")
+    env = import_module(f"gsenv.envs.{name}").parallel_env(render_mode="rgb_array", observation="state+pixels")
     env.reset(seed=0)
     env.step({agent: np.zeros_like(env.action_space(agent).sample()) for agent in env.agents})
     env.render()

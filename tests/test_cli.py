@@ -430,7 +430,7 @@ def test_evaluate_prints_the_success(capsys: pytest.CaptureFixture[str]) -> None
     (["evaluate", "GStack-v0", "--policy", "best"], 2, "invalid choice: 'best'"),
     (["evaluate", "GStack-v0", "--policy", "missing.npz"], 1, "cannot read missing.npz"),
     (["evaluate", "GStack-v0", "--policy", "random", "--set", "blocks=9"], 2, "blocks must be"),
-    (["evaluate", "GStack-v0", "--policy", "random", "--set", "colour=9"], 2, "unknown argument 'colour'"),
+    (["evaluate", "GStack-v0", "--policy", "random", "--set", "colour=9"], 2, "unexpected keyword argument 'colour'"),
 ])  # fmt: skip
 def test_wrong_training_commands_are_one_sentence(
     arguments: list[str], exit_code: int, message: str, capsys: pytest.CaptureFixture[str]

@@ -1,4 +1,4 @@
-"""Evaluation of a policy: one episode on each of many seeds that were not used in training.
+"""Evaluation of a policy: one episode on each of many seeds of the split "test", which training never sees.
 
     python -m gsenv.train.evaluate GStack-v0 --policy trained --set blocks=3
 
@@ -21,8 +21,9 @@ from numpy.typing import NDArray
 
 import gsenv  # noqa: F401  (registers the environments)
 
-TEST_SEED = 2_000_000  # first seed of the test after training
-VALIDATION_SEED = 1_000_000  # first seed of evaluations during training
+SPLIT = "test"  # of all evaluations; training has the other one
+TEST_SEED = 0  # first seed of the test after training
+VALIDATION_SEED = 1_000_000  # first seed of evaluations during training, which also are of the split "test"
 EPISODES = 100
 POLICIES = ("trained", "scripted", "random")
 
@@ -56,8 +57,11 @@ def evaluate(
     seed: int = TEST_SEED,
     arguments: Mapping[str, Any] | None = None,
 ) -> Evaluation:
-    """Run one episode on each of the seeds `seed` .. `seed + episodes - 1`, all in one batch; return the means."""
-    envs = gymnasium.make_vec(env_id, num_envs=episodes, **(arguments or {}))
+    """Run one episode on each of the seeds `seed` .. `seed + episodes - 1`, all in one batch; return the means.
+
+    The seeds are of the split "test", unless `arguments` of the environment say otherwise.
+    """
+    envs = gymnasium.make_vec(env_id, num_envs=episodes, **{"split": SPLIT} | dict(arguments or {}))
     observations, _ = envs.reset(seed=seed)
     returns, lengths = np.zeros(episodes), np.zeros(episodes, np.int64)
     running, success = np.ones(episodes, bool), np.zeros(episodes, bool)
@@ -74,6 +78,8 @@ def evaluate(
 
 def make_actor(policy: str, env_id: str, seed: int = 0) -> Actor:
     """Return an actor: "trained", "scripted", "random", or from a file, policy.npz or SB3's policy.zip.
+
+    Files are only read; whatever is in them, none of it is run.
 
     Raises:
         PolicyError: there is no such policy, or it does not fit this environment.
@@ -99,9 +105,13 @@ def make_actor(policy: str, env_id: str, seed: int = 0) -> Actor:
         raise PolicyError(f"cannot read {path}: {error.strerror or error}.") from None
     except ValueError as error:
         raise PolicyError(str(error)) from None
-    count = gymnasium.make(env_id).observation_space.shape
-    if count != (mlp.observation_count,):
-        raise PolicyError(f"{path} is for {mlp.observation_count} observations, {env_id} has {count}.")
+    env = gymnasium.make(env_id)
+    for what, count, space in (
+        ("observations", mlp.observation_count, env.observation_space),
+        ("actions", mlp.action_count, env.action_space),
+    ):
+        if space.shape != (count,):
+            raise PolicyError(f"{path} is for {count} {what}, {env_id} has {space.shape}.")
     return mlp
 
 
@@ -126,14 +136,17 @@ def _load_zip(path: Path) -> Any:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Evaluate as the command line says; return the exit code."""
-    parser = argparse.ArgumentParser(prog="evaluate", description="Evaluate a policy on unseen seeds.")
+    parser = argparse.ArgumentParser(prog="evaluate", description="Evaluate a policy on unseen episodes.")
     parser.add_argument("env", help="id of the environment")
     parser.add_argument(
         "--policy", default="trained", help="trained, scripted, random, or a .npz or .zip file (default: trained)"
     )
     parser.add_argument("--episodes", type=positive, default=EPISODES, help="number of episodes (default: %(default)s)")
     parser.add_argument(
-        "--seed", type=not_negative, default=TEST_SEED, help="seed of the first episode (default: %(default)s)"
+        "--seed",
+        type=not_negative,
+        default=TEST_SEED,
+        help="seed of the first episode, in the split 'test' (default: %(default)s)",
     )
     add_set_option(parser)
     given = parser.parse_args(arguments)

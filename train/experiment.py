@@ -3,7 +3,7 @@
 Each seed has its own folder. Its files are replaced atomically, so they are complete at any time:
 
     policy.npz       the policy with its observation normalisation, which needs only numpy to run
-    policy.zip, normalize.pkl   the same for Stable-Baselines3; `--resume` continues from them
+    policy.zip, normalize.npz   the same for Stable-Baselines3; `--resume` continues from them
     progress.csv     a row every `log_every` steps; TensorBoard events are written too if it is installed
     settings.json    the settings of the run
     result.json      success and return on unseen seeds, after the run
@@ -70,12 +70,11 @@ class Settings:
 
 @dataclass(frozen=True)
 class Experiment:
-    """An algorithm: its settings for each environment, and how to build and load its model."""
+    """An algorithm: its settings for each environment, and how to build its model."""
 
     name: str
     settings_for: Callable[[str], Settings]
     make_model: Callable[[Any, VecNormalize], BaseAlgorithm]
-    load_model: Callable[[Path, VecNormalize], BaseAlgorithm]
 
 
 class Linear:
@@ -143,6 +142,8 @@ def _parse(experiment: Experiment, arguments: Sequence[str] | None) -> tuple[Set
     given = parser.parse_args(arguments)
     check_env_id(parser, given.env)
     settings = experiment.settings_for(given.env)
+    if dict(given.set).get("split", "train") != "train":
+        parser.error("training takes the split 'train'; 'test' is for evaluation")
     settings = replace(settings, steps=given.steps or settings.steps, arguments=settings.arguments | dict(given.set))
     folder = given.out or Path("runs") / experiment.name / given.env.rpartition(":")[2]
     return settings, given.seeds, folder, given.resume
@@ -163,18 +164,26 @@ def run_seed(experiment: Experiment, settings: Settings, folder: Path, resume: b
 
 
 def prepare(experiment: Experiment, settings: Settings, folder: Path, resume: bool = False) -> Run:
-    """Return a new run or, with `resume`, the run that the folder's files hold."""
+    """Return a new run or, with `resume`, the run that the folder's files hold.
+
+    Raises:
+        ValueError: the files are broken, of other settings, or pickles.
+    """
     from stable_baselines3.common.vec_env import VecNormalize
 
-    from gsenv.train.export import NORMALIZE
+    from gsenv.train.export import NORMALIZE, load_normalize, read_normalize, refuse_pickle, restore
 
+    if resume:
+        refuse_pickle(folder)
     saved = resume and (folder / "policy.zip").is_file() and (folder / NORMALIZE).is_file()
     envs = make_envs(settings)
     folder.mkdir(parents=True, exist_ok=True)
     rows: list[dict[str, Any]] = []
     if saved:
-        normalize = VecNormalize.load(str(folder / NORMALIZE), envs)
-        model = experiment.load_model(folder / "policy.zip", normalize)
+        normalize = load_normalize(folder / NORMALIZE, envs, gamma=settings.discount)
+        model = experiment.make_model(settings, normalize)
+        restore(model, folder / "policy.zip")
+        model.num_timesteps = int(read_normalize(folder / NORMALIZE).steps)
         envs.seed(
             _first_seed(settings) + model.num_timesteps % 10_000
         )  # new seeds, or the same episodes would come again
@@ -204,7 +213,7 @@ def make_envs(settings: Settings) -> Any:
 
 
 def _first_seed(settings: Settings) -> int:
-    """Return the first world's seed; runs and evaluations have disjoint ranges of seeds."""
+    """Return the first world's seed; runs have disjoint ranges of seeds, and evaluations a split of their own."""
     return 10_000 * settings.seed
 
 
@@ -225,11 +234,12 @@ def train(run: Run) -> bool:
 
 def save(run: Run) -> None:
     """Write the policy in all formats and the progress, each file atomically."""
-    from gsenv.train.export import NORMALIZE, export
+    from gsenv.train.export import NORMALIZE, export, save_normalize, statistics_of
 
     mlp = export(run.model, run.normalize, _notes(run))
     write_whole(run.folder / "policy.npz", mlp.save)
-    write_whole(run.folder / NORMALIZE, lambda partial: run.normalize.save(str(partial)))
+    statistics = statistics_of(run.normalize, run.steps)
+    write_whole(run.folder / NORMALIZE, lambda partial: save_normalize(statistics, partial))
     write_whole(run.folder / "policy.zip", run.model.save)
     if run.rows:
         write_rows(run.folder / "progress.csv", run.rows)

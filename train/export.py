@@ -1,55 +1,188 @@
-"""Conversion of Stable-Baselines3 policies to networks that only need numpy."""
+"""Conversion of Stable-Baselines3 policies to networks that only need numpy, and files that are safe to read.
+
+Nothing here unpickles: a pickle runs whatever code its writer put into it. Weights are read as tensors, statistics as
+arrays.
+"""
 
 from __future__ import annotations
 
+import pickle
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from stable_baselines3.common.save_util import load_from_zip_file
-from stable_baselines3.common.vec_env import VecNormalize
+from stable_baselines3.common.save_util import load_from_zip_file, recursive_setattr
+from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 
-from gsenv.envs.core.mlp import MlpPolicy
+from gsenv.envs.core.mlp import MlpPolicy, read_arrays
 
 if TYPE_CHECKING:
     from stable_baselines3.common.base_class import BaseAlgorithm
 
-NORMALIZE = "normalize.pkl"  # in the folder of policy.zip
+NORMALIZE = "normalize.npz"  # in the folder of policy.zip
+PICKLE = "normalize.pkl"  # what Stable-Baselines3 itself writes
+
+_BROKEN = (AssertionError, AttributeError, EOFError, IndexError, KeyError, RuntimeError, TypeError, ValueError)
+
+
+@dataclass(frozen=True)
+class Statistics:
+    """What a VecNormalize has learnt: running moments of the observations (entry,) and of the return ().
+
+    `steps` is the number of environment steps of the model beside it.
+    """
+
+    observation_mean: NDArray[np.float64]
+    observation_variance: NDArray[np.float64]
+    observation_count: NDArray[np.float64]
+    return_mean: NDArray[np.float64]
+    return_variance: NDArray[np.float64]
+    return_count: NDArray[np.float64]
+    epsilon: NDArray[np.float64]
+    steps: NDArray[np.float64]
+
+    def __post_init__(self) -> None:
+        for name, array in asdict(self).items():
+            if not np.issubdtype(array.dtype, np.number) or not np.isfinite(array).all():
+                raise ValueError(f"{name} must be finite numbers.")
+            vector = name in ("observation_mean", "observation_variance")
+            if array.shape != (self.observation_mean.shape if vector else ()) or (vector and array.ndim != 1):
+                raise ValueError(f"{name} has the wrong shape {array.shape}.")
+            if not name.endswith("mean") and array.min(initial=0.0) < 0.0:
+                raise ValueError(f"{name} must not be negative.")
+
+    @property
+    def scale(self) -> NDArray[np.float64]:
+        """(entry,), what observations are divided by."""
+        return np.sqrt(self.observation_variance + self.epsilon)
+
+
+def statistics_of(normalize: VecNormalize, steps: int = 0) -> Statistics:
+    """Return what a VecNormalize of Box observations has learnt."""
+    seen: Any = normalize.obs_rms
+    gained = normalize.ret_rms
+    values = (
+        *((seen.mean, seen.var, seen.count) if normalize.norm_obs else _unit(normalize)),
+        gained.mean, gained.var, gained.count, normalize.epsilon if normalize.norm_obs else 0.0, steps,
+    )  # fmt: skip
+    return Statistics(*(np.array(value, np.float64) for value in values))
+
+
+def _unit(normalize: VecNormalize) -> tuple[Any, Any, float]:
+    shape = normalize.observation_space.shape
+    assert shape is not None
+    return np.zeros(shape), np.ones(shape), 1.0
+
+
+def save_normalize(statistics: Statistics, path: Path) -> None:
+    """Write normalize.npz."""
+    with path.open("wb") as file:
+        np.savez(file, **asdict(statistics))
+
+
+def read_normalize(path: Path) -> Statistics:
+    """Read normalize.npz.
+
+    Raises:
+        OSError: it cannot be read.
+        ValueError: it is no such file.
+    """
+    try:
+        return Statistics(**read_arrays(path))
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"{path} holds no statistics that gsenv has written: {error}") from error
+
+
+def load_normalize(path: Path, envs: VecEnv, **arguments: Any) -> VecNormalize:
+    """Return a VecNormalize with the statistics of normalize.npz; `arguments` are those of VecNormalize.
+
+    Raises:
+        OSError: the file cannot be read.
+        ValueError: it is no such file, or it does not fit the environment.
+    """
+    statistics = read_normalize(path)
+    if statistics.observation_mean.shape != envs.observation_space.shape:
+        raise ValueError(
+            f"{path} is for {len(statistics.observation_mean)} observations, not {envs.observation_space.shape}."
+        )
+    normalize = VecNormalize(envs, **arguments)
+    seen: Any = normalize.obs_rms
+    seen.mean, seen.var = statistics.observation_mean, statistics.observation_variance
+    seen.count = float(statistics.observation_count)
+    gained = normalize.ret_rms
+    gained.mean, gained.var = statistics.return_mean, statistics.return_variance
+    gained.count = float(statistics.return_count)
+    return normalize
+
+
+def restore(model: BaseAlgorithm, path: Path) -> None:
+    """Set weights and optimiser states of a model to those of policy.zip; its settings stay as they are.
+
+    Raises:
+        OSError: the file cannot be read.
+        ValueError: it is of another network or algorithm.
+    """
+    weights, variables = _read_zip(path)
+    try:
+        model.set_parameters(weights, device="cpu")
+        for name, value in variables.items():
+            recursive_setattr(model, f"{name}.data", value.data)
+    except _BROKEN as error:
+        raise ValueError(f"{path} does not fit these settings: {_first_line(error)}") from error
 
 
 def export(model: BaseAlgorithm, normalize: VecNormalize | None, notes: dict[str, Any] | None = None) -> MlpPolicy:
     """Return the mean-action network of a PPO or SAC "MlpPolicy", including its observation normalisation."""
-    return _from_weights(model.policy.state_dict(), normalize, notes or {})
+    statistics = None if normalize is None else statistics_of(normalize)
+    return _from_weights(model.policy.state_dict(), statistics, notes or {})
 
 
 def load_zip(path: Path) -> MlpPolicy:
-    """Return the network of a saved model, with the normalisation of normalize.pkl if that is in the same folder.
+    """Return the network of a saved model, with the normalisation of normalize.npz if that is in the same folder.
 
     Raises:
-        OSError: the file cannot be read.
-        ValueError: the file is not an "MlpPolicy" of PPO or SAC.
+        OSError: a file cannot be read.
+        ValueError: the file is not an "MlpPolicy" of PPO or SAC, or its normalisation is a pickle, which is not read.
     """
+    weights, _ = _read_zip(path)
+    refuse_pickle(path.parent)
+    beside = path.with_name(NORMALIZE)
+    statistics = read_normalize(beside) if beside.is_file() else None
+    try:
+        return _from_weights(weights["policy"], statistics, {})
+    except _BROKEN as error:
+        raise ValueError(f"{path} is not an MlpPolicy of PPO or SAC: {_first_line(error)}") from error
+
+
+def refuse_pickle(folder: Path) -> None:
+    """Raise ValueError where a folder has the normalisation only as a pickle, which could run any code."""
+    if (folder / PICKLE).is_file() and not (folder / NORMALIZE).is_file():
+        raise ValueError(
+            f"{folder / PICKLE} is a pickle, which can run any code when it is read: if you trust it, load it with "
+            f"VecNormalize.load and write {NORMALIZE} with gsenv.train.export.save_normalize(statistics_of(...))."
+        )
+
+
+def _read_zip(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return the state dicts and the variables of a saved model; the pickles in it are not read."""
     if not path.is_file():
         raise FileNotFoundError(2, "there is no such file", str(path))
     try:
-        _, weights, _ = load_from_zip_file(path, device="cpu", load_data=False)
-        return _from_weights(weights["policy"], _read_normalize(path.with_name(NORMALIZE)), {})
-    except (AssertionError, KeyError, ValueError) as error:
-        raise ValueError(f"{path} is not an MlpPolicy of Stable-Baselines3's PPO or SAC: {error}") from error
+        _, weights, variables = load_from_zip_file(path, device="cpu", load_data=False)
+    except (*_BROKEN, pickle.UnpicklingError) as error:  # of torch, for anything but tensors
+        raise ValueError(
+            f"{path} is not an MlpPolicy of Stable-Baselines3's PPO or SAC: {_first_line(error)}"
+        ) from error
+    return dict(weights), dict(variables or {})
 
 
-def _read_normalize(path: Path) -> VecNormalize | None:
-    import pickle
-
-    if not path.is_file():
-        return None
-    with path.open("rb") as file:
-        normalize: VecNormalize = pickle.load(file)
-    return normalize
+def _first_line(error: BaseException) -> str:
+    return str(error).strip().partition("\n")[0]
 
 
-def _from_weights(weights: Any, normalize: VecNormalize | None, notes: dict[str, Any]) -> MlpPolicy:
+def _from_weights(weights: Any, statistics: Statistics | None, notes: dict[str, Any]) -> MlpPolicy:
     arrays = {name: tensor.detach().cpu().numpy().astype(np.float32) for name, tensor in weights.items()}
     is_sac = "actor.mu.weight" in arrays
     body, head = ("actor.latent_pi", "actor.mu") if is_sac else ("mlp_extractor.policy_net", "action_net")
@@ -59,13 +192,7 @@ def _from_weights(weights: Any, normalize: VecNormalize | None, notes: dict[str,
             break
         layers.append((arrays[f"{body}.{k}.weight"], arrays[f"{body}.{k}.bias"]))
     layers.append((arrays[f"{head}.weight"], arrays[f"{head}.bias"]))
-    mean, scale = _statistics(normalize, layers[0][0].shape[1])
+    count = layers[0][0].shape[1]
+    mean = np.zeros(count, np.float32) if statistics is None else statistics.observation_mean.astype(np.float32)
+    scale = np.ones(count, np.float32) if statistics is None else statistics.scale.astype(np.float32)
     return MlpPolicy(mean, scale, tuple(layers), "relu" if is_sac else "tanh", is_sac, notes)
-
-
-def _statistics(normalize: VecNormalize | None, count: int) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    if normalize is None or not normalize.norm_obs:
-        return np.zeros(count, np.float32), np.ones(count, np.float32)
-    statistics: Any = normalize.obs_rms
-    mean, variance = statistics.mean, statistics.var
-    return mean.astype(np.float32), np.sqrt(variance + normalize.epsilon).astype(np.float32)

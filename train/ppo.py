@@ -11,7 +11,6 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from gsenv.train import experiment
@@ -77,13 +76,7 @@ def make_model(settings: Settings, envs: VecNormalize) -> PPO:
     )
 
 
-def load_model(path: Path, envs: VecNormalize) -> PPO:
-    from stable_baselines3 import PPO
-
-    return PPO.load(path, envs, device="cpu")
-
-
-EXPERIMENT = experiment.Experiment("ppo", settings_for, make_model, load_model)
+EXPERIMENT = experiment.Experiment("ppo", settings_for, make_model)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

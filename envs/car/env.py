@@ -5,6 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from gymnasium import Env
+from gymnasium.vector import VectorEnv
+
+from gsenv.envs import time_limit
 from gsenv.envs.car import rules, scene
 from gsenv.envs.car.build import build_scene
 from gsenv.envs.core.arguments import Quantity, Setting
@@ -73,6 +77,7 @@ class CarTask(Task):
     )
     task_state_fields = rules.TASK_STATE_FIELDS
     info_fields = (("success", "?"), ("is_success", "?"), ("distance", "f8"), ("on_roof", "f8"))
+    max_episode_steps = time_limit("GCar-v0")
     draw_count = rules.DRAW_COUNT
     arguments = (Setting("difficulty", 0.3, check_difficulty, "0 to 1: see above"),)
     quantities = (
@@ -107,7 +112,7 @@ class CarTask(Task):
 
 
 @documented
-class CarEnv(TaskEnv):
+class CarEnv(TaskEnv, Env[Any, Any]):
     """Drive across country: GCar-v0.
 
     ## Description
@@ -142,7 +147,7 @@ class CarEnv(TaskEnv):
     box.
 
     ## Rewards
-    The sum of these terms, which `info["reward_terms"]` lists by name:
+    The sum of these terms; `info` has each as `reward_<term>`:
 
     {reward_table}
 
@@ -159,7 +164,7 @@ class CarEnv(TaskEnv):
     - Termination, failure: the car lies on its roof (its upward axis points below the horizon, and
       the chassis touches something) for 1 s in total, bounces not counted, without having been upright
       in between.
-    - Truncation: after 1000 steps (33.3 s), by `gymnasium.make` and `gymnasium.make_vec`.
+    - Truncation: after 1000 steps (33.3 s), by `gymnasium.make`, `gymnasium.make_vec` and the vector environment.
 
     `info` has `success` and `is_success` (bool), `distance` (m, the largest that was reached) and
     `on_roof` (s).
@@ -169,18 +174,16 @@ class CarEnv(TaskEnv):
 
     `reset(options={"difficulty": d})` sets it for one episode. All environments also have these:
 
+    {shared_arguments}
     - `randomize`: domain randomisation, `dict(friction=(0.4, 0.9))`: at each reset each world draws
       these quantities uniformly from (low, high), independently of earlier episodes; the others
       stay nominal. `env.unwrapped.physics` has the values that were drawn.
 
     {quantity_table}
 
-    - `fidelity`: "fast", "balanced" (default) or "accurate", the accuracy of the solver.
-    - `diagnostics`: True adds `info["diagnostics"]`, which describes the last 1/60 s of each step (0 after a reset):
+    - `diagnostics`: True adds these entries to `info`, which describe the last 1/60 s of each step (0 after a reset):
 
     {diagnostics_table}
-
-    - `render_mode`: None or "rgb_array"; `width`, `height`: frame size in px, multiples of 16 (640 x 480).
 
     ## Version History
     - v0: first version.
@@ -190,7 +193,7 @@ class CarEnv(TaskEnv):
     difficulty: float
 
 
-class CarVectorEnv(TaskVectorEnv):
+class CarVectorEnv(TaskVectorEnv, VectorEnv[Any, Any, Any]):
     """N worlds of GCar-v0 in one batch; see CarEnv for the task, TaskVectorEnv for the rest."""
 
     task_class = CarTask

@@ -49,7 +49,8 @@ def check_settings(given: Mapping[str, Any], known: Sequence[Setting], who: str)
     for name in given:
         if name not in names:
             has = f"its own are {', '.join(names)}" if names else "it has none of its own"
-            raise TypeError(f"{who}: unknown argument {name!r}; {has}.")
+            # Python's own words: TorchRL and others look for them and try again without the argument
+            raise TypeError(f"{who} got an unexpected keyword argument {name!r}; {has}.")
     return {s.name: s.check(given.get(s.name, s.default)) for s in known}
 
 
@@ -130,7 +131,7 @@ def add_settings(cls: type[Any]) -> None:
 
 # ---------------------------------------------------------------- diagnostics
 
-DIAGNOSTICS = (  # field of the info, its meaning
+DIAGNOSTICS = (  # name, meaning
     ("residual", "distance of the last substep's impulses from the solution, relative; 0 is exact"),
     ("penetration", "m, deepest overlap"),
     ("joint_error", "m, largest gap of a joint"),
@@ -139,6 +140,7 @@ DIAGNOSTICS = (  # field of the info, its meaning
     ("sweeps", "of the solver, all islands and substeps"),
     ("unconverged", "island substeps that ran out of sweeps, and joints off by over 1 % of their length"),
 )
+DIAGNOSTIC_NAMES = tuple(f"diagnostic_{name}" for name, _ in DIAGNOSTICS)  # in the info
 WHOLE = ("contacts", "sweeps", "unconverged")
 DIAGNOSTICS_DTYPE = np.dtype([(name, "i8" if name in WHOLE else "f8") for name, _ in DIAGNOSTICS])
 

@@ -8,15 +8,15 @@ from typing import Any, ClassVar
 
 import gymnasium
 import numpy as np
-from gymnasium import spaces
 from gymnasium.error import ResetNeeded
 from numpy.typing import NDArray
 
 from gsenv.envs.core.arguments import add_settings
-from gsenv.envs.core.painter import Painter, check_render_mode
-from gsenv.envs.core.pixels import make_pixels
+from gsenv.envs.core.painter import Painter, render_metadata
+from gsenv.envs.core.pixels import Observer
 from gsenv.envs.core.spec_tables import box_of
-from gsenv.envs.core.task import Array, Task, TaskSnapshot
+from gsenv.envs.core.splits import check_split, make_generator
+from gsenv.envs.core.task import Task, TaskSnapshot
 
 
 @dataclass(frozen=True)
@@ -25,19 +25,21 @@ class EnvSnapshot:
 
     task: TaskSnapshot
     generator: dict[str, Any]
-    ready: bool
+    begun: bool
     settings: dict[str, Any]  # defaults of later resets
 
 
-class TaskEnv(gymnasium.Env[Array, NDArray[np.float32]]):
+class TaskEnv(gymnasium.Env[Any, NDArray[np.float32]]):
     """A Gymnasium environment over one world of a task. Pickles and deep-copies with its state.
 
     Args:
-        render_mode: None or "rgb_array"; width, height: px of a frame, multiples of 16.
-        observation: "state" or "pixels".
+        render_mode: None, "human" (a window, which shows each reset and step) or "rgb_array".
+        width, height: px of frames and of observed pixels, multiples of 16; None: 640 x 480 and 84 x 84.
+        observation: "state", "pixels" or "state+pixels", a dict of both.
+        split: "train" or "test": two disjoint sets of episodes, see `splits.make_generator`.
         fidelity: "fast", "balanced" or "accurate".
         randomize: {quantity: (low, high)}, ranges from which each reset draws; the task's table lists the quantities.
-        diagnostics: whether `info["diagnostics"]` has the solver's errors and counters of each step.
+        diagnostics: whether the info has the solver's errors and counters of each step, as `diagnostic_<name>`.
         settings: the task's own arguments, such as `blocks=3`.
 
     Raises:
@@ -46,7 +48,7 @@ class TaskEnv(gymnasium.Env[Array, NDArray[np.float32]]):
     """
 
     task_class: ClassVar[type[Task]]
-    metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 30}  # noqa: RUF012
+    metadata: dict[str, Any] = render_metadata()
 
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()
@@ -55,24 +57,31 @@ class TaskEnv(gymnasium.Env[Array, NDArray[np.float32]]):
     def __init__(
         self,
         render_mode: str | None = None,
-        width: int = 640,
-        height: int = 480,
+        width: int | None = None,
+        height: int | None = None,
         observation: str = "state",
+        split: str = "train",
         fidelity: str = "balanced",
         randomize: Mapping[str, tuple[float, float]] | None = None,
         diagnostics: bool = False,
         **settings: Any,
     ) -> None:
-        self.render_mode = check_render_mode(render_mode, self.metadata["render_modes"])
-        self._painter = Painter(width, height)
-        self._pixels = make_pixels(observation)
-        self.observation_space: spaces.Box = (
-            box_of(self.task_class.observations) if self._pixels is None else self._pixels.space
-        )
-        self.action_space: spaces.Box = box_of(self.task_class.actions)  # type: ignore[assignment]
+        self._painter = Painter(render_mode, width, height, type(self).__name__, self.metadata["render_fps"])
+        self.render_mode = self._painter.render_mode
+        self._observer = Observer(observation, self.task_class, width, height)
+        self.observation_space = self._observer.space
+        self.action_space = box_of(self.task_class.actions)  # type: ignore[assignment]
+        self._split = check_split(split)
+        self._np_random, self._np_random_seed = make_generator(None, self._split)
         self.task = self.task_class(1, 1, settings, fidelity, randomize, diagnostics)
         self._action_shape = self.action_space.shape
-        self._ready = False
+        self._begun = False
+        self._warned = False
+
+    @property
+    def split(self) -> str:
+        """ "train" or "test"; it is set when the environment is made."""
+        return self._split
 
     @property
     def observation(self) -> NDArray[np.float32]:
@@ -84,48 +93,66 @@ class TaskEnv(gymnasium.Env[Array, NDArray[np.float32]]):
         """The task's quantities in this episode, by name."""
         return dict(zip([q.name for q in self.task.quantities], self.task.physics[0].tolist(), strict=True))
 
-    def _observe(self) -> Array:
-        return self.observation if self._pixels is None else self._pixels.draw(self.task, 0)
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
+        """Begin a new episode of the split; `options` set arguments of the task for this episode.
 
-    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Array, dict[str, Any]]:
+        Raises:
+            ValueError: an unknown option, a bad value, or a seed of 2**128 or more; nothing has changed then.
+        """
         checked = self.task.check_options({} if options is None else options)
-        super().reset(seed=seed)
+        if seed is not None:
+            self._np_random, self._np_random_seed = make_generator(seed, self._split)
         draws = self.np_random.random((1, self.task.reset_draws))
         self.task.reset(np.zeros(1, np.intp), draws, checked)
-        self._ready = True
-        return self._observe(), self.task.info(0)
+        self._begun = True
+        self._warned = False
+        self._painter.show(self.task)
+        return self._observer.observe_world(self.task, 0), self.task.info(0)
 
-    def step(self, action: NDArray[np.float32]) -> tuple[Array, float, bool, bool, dict[str, Any]]:
+    def step(self, action: NDArray[np.float32]) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Advance by one control step of 1/30 s.
+
+        A terminated episode stays in its last state: a further step warns, once, and returns the last observation, the
+        reward 0 and terminated=True.
 
         Returns:
             (observation, reward, terminated, False, info); truncation is left to Gymnasium's TimeLimit.
 
         Raises:
             ValueError: the action has a wrong shape or is not finite; nothing has changed then.
-            ResetNeeded: before the first reset, and after an episode has terminated.
+            ResetNeeded: before the first reset.
         """
-        if not self._ready:
-            raise ResetNeeded("step: the episode is over or has not begun, call reset first.")
+        if not self._begun:
+            raise ResetNeeded("step: no episode has begun, call reset first.")
         if np.shape(action) != self._action_shape:
             raise ValueError(f"step: an action has the shape {self._action_shape}, got {np.shape(action)}.")
         task = self.task
-        task.step((action,))
-        terminated = bool(task.terminated[0])
-        self._ready = not terminated
-        info = task.info(0)
-        return self._observe(), float(task.reward[0]), terminated, False, info
+        if task.terminated[0]:
+            self._warn_of_the_end()
+            task.stay(0)
+        else:
+            task.step((action,))
+        self._painter.show(task)
+        observation = self._observer.observe_world(task, 0)
+        return observation, float(task.reward[0]), bool(task.terminated[0]), False, task.info(0)
+
+    def _warn_of_the_end(self) -> None:
+        if not self._warned:
+            gymnasium.logger.warn("step: the episode has terminated; it stays as it is until reset is called.")
+        self._warned = True
 
     def render(self) -> Any:
-        if self.render_mode is None:
-            gymnasium.logger.warn("render: make the environment with render_mode='rgb_array'.")
-            return None
-        return self._painter.paint(self.task, 0)
+        """Return a frame (height, width, 3) in the mode "rgb_array", else None; "human" shows each reset and step."""
+        frames = self._painter.render(self.task)
+        return None if frames is None else frames[0]
+
+    def close(self) -> None:
+        self._painter.close()
 
     def save(self) -> EnvSnapshot:
         """Return a snapshot for a bit-exact continuation: physics, task state, random generator and settings."""
         generator = dict(self.np_random.bit_generator.state)
-        return EnvSnapshot(self.task.save(), generator, self._ready, dict(self.task.settings))
+        return EnvSnapshot(self.task.save(), generator, self._begun, dict(self.task.settings))
 
     def restore(self, snapshot: EnvSnapshot) -> None:
         """Continue bit for bit from a snapshot of this or an equal environment, in any process.
@@ -135,5 +162,6 @@ class TaskEnv(gymnasium.Env[Array, NDArray[np.float32]]):
         """
         self.task.restore(snapshot.task)
         self.np_random.bit_generator.state = snapshot.generator
-        self._ready = snapshot.ready
+        self._begun = snapshot.begun
+        self._warned = False
         self.task.settings.update(snapshot.settings)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import zipfile
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float32]
 
 _CLIP = 10.0  # normalised observations stay within this
+_MOST_BYTES = 2**28  # that an .npz file may unpack to; a few of them are bombs
 
 
 def _relu(x: Array) -> Array:
@@ -42,10 +44,20 @@ class MlpPolicy:
     notes: dict[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        if self.activation not in _ACTIVATIONS:
+        if not isinstance(self.activation, str) or self.activation not in _ACTIVATIONS:
             raise ValueError(f"activation must be one of {list(_ACTIVATIONS)}, got {self.activation!r}.")
+        if not isinstance(self.squash, bool) or not isinstance(self.notes, dict):
+            raise ValueError("squash must be True or False, and notes a dict.")
+        if not self.layers:
+            raise ValueError("there must be at least one layer, got none.")
+        _check_numbers("mean", self.mean, 1)
+        _check_numbers("scale", self.scale, 1)
+        if self.scale.shape != self.mean.shape or not (self.scale > 0.0).all():
+            raise ValueError(f"scale must be {len(self.mean)} positive numbers, as many as mean has.")
         width = len(self.mean)
         for k, (weight, bias) in enumerate(self.layers):
+            _check_numbers(f"the weight of layer {k}", weight, 2)
+            _check_numbers(f"the bias of layer {k}", bias, 1)
             if weight.shape != (len(bias), width):
                 raise ValueError(f"layer {k} must have the shape ({len(bias)}, {width}), got {weight.shape}.")
             width = len(bias)
@@ -53,6 +65,10 @@ class MlpPolicy:
     @property
     def observation_count(self) -> int:
         return len(self.mean)
+
+    @property
+    def action_count(self) -> int:
+        return len(self.layers[-1][1])
 
     def __call__(self, observations: NDArray[Any]) -> Array:
         x = (np.asarray(observations, np.float32) - self.mean) / self.scale
@@ -79,20 +95,54 @@ class MlpPolicy:
 
     @classmethod
     def load(cls, file: Path | BinaryIO) -> MlpPolicy:
-        """Read an .npz file.
+        """Read an .npz file; nothing in it is run.
 
         Raises:
             OSError: it cannot be read.
-            ValueError: it is no such policy.
+            ValueError: it is no such policy: layers or shapes that do not fit, or numbers that are not finite.
         """
         try:
-            with np.load(file, allow_pickle=False) as data:
-                arrays = {name: data[name] for name in data.files}
-            head = json.loads(str(arrays["head"]))
+            arrays = read_arrays(file)
+            head = json.loads(str(arrays.pop("head")))
             count = sum(name.startswith("weight_") for name in arrays)
-            layers = tuple((arrays[f"weight_{k}"], arrays[f"bias_{k}"]) for k in range(count))
-            return cls(arrays["mean"], arrays["scale"], layers, **head)
-        except OSError:
-            raise
-        except Exception as error:  # numpy and zipfile raise all kinds of things for a broken file
+            layers = tuple((arrays.pop(f"weight_{k}"), arrays.pop(f"bias_{k}")) for k in range(count))
+            mean, scale = arrays.pop("mean"), arrays.pop("scale")
+            if arrays:
+                raise ValueError(f"it has arrays of other names: {', '.join(sorted(arrays))}.")
+            return cls(mean, scale, layers, **head)
+        except KeyError as error:
+            raise ValueError(f"{file} is not a policy that gsenv has written: it has no {error}.") from error
+        except (TypeError, ValueError) as error:
             raise ValueError(f"{file} is not a policy that gsenv has written: {error}") from error
+
+
+def read_arrays(file: Path | BinaryIO) -> dict[str, NDArray[Any]]:
+    """Return the arrays of an .npz file by name, without unpickling.
+
+    Raises:
+        OSError: it cannot be read.
+        ValueError: it is no such file, holds objects, or unpacks to more than 256 MB.
+    """
+    try:
+        with zipfile.ZipFile(file) as archive:
+            size = sum(member.file_size for member in archive.infolist())
+        if size > _MOST_BYTES:
+            raise ValueError(f"it would unpack to {size / 2**20:.0f} MB.")
+        if not isinstance(file, Path):
+            file.seek(0)
+        with np.load(file, allow_pickle=False) as data:
+            return {name: data[name] for name in data.files}
+    except OSError:
+        raise
+    except Exception as error:  # numpy and zipfile raise all kinds of things for a broken file
+        raise ValueError(str(error)) from error
+
+
+def _check_numbers(what: str, array: Any, dimensions: int) -> None:
+    """Raise ValueError for anything but a float array of finite numbers."""
+    if not isinstance(array, np.ndarray) or not np.issubdtype(array.dtype, np.floating):
+        raise ValueError(f"{what} must be an array of floats.")
+    if array.ndim != dimensions or array.size == 0:
+        raise ValueError(f"{what} must have {dimensions} dimension(s) and not be empty, got the shape {array.shape}.")
+    if not np.isfinite(array).all():
+        raise ValueError(f"{what} has numbers that are not finite.")

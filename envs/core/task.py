@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from gsenv.envs.core.arguments import (
+    DIAGNOSTIC_NAMES,
     DIAGNOSTICS,
     DIAGNOSTICS_DTYPE,
     Quantity,
@@ -74,8 +75,9 @@ class Task(ABC):
         observation: (world, entry) float32.
         reward: (world,) float64, the sum of `terms`, added from left to right.
         terms: (world,) records of the reward terms, by name.
-        infos: (world,) records of `info_fields`, the entries of Gymnasium's info.
+        infos: (world,) records of `info_fields`, entries of Gymnasium's info beside `reward_<term>` of each term.
         terminated: (world,) bool.
+        term_names: names of the terms in the info, `reward_<term>`.
 
     Where a task has `agents`, the shapes of actions, observation, reward and terms are (world, agent, ...).
 
@@ -94,6 +96,7 @@ class Task(ABC):
     agents: ClassVar[tuple[str, ...]] = ()  # names, where several act in one world
     arguments: ClassVar[tuple[Setting, ...]] = ()
     quantities: ClassVar[tuple[Quantity, ...]] = ()
+    max_episode_steps: ClassVar[int | None] = None  # after which a VectorEnv or ParallelEnv truncates; None: never
 
     def __init__(
         self,
@@ -130,8 +133,11 @@ class Task(ABC):
         self._actions = np.zeros((*each, len(self.actions)), np.float32)
         self._kernel_world: Bundle | None = None
         self._bundled_contacts: Array | None = None
-        self._term_names = self.terms.dtype.names or ()
+        self.term_names = tuple(f"reward_{term.name}" for term in self.reward_terms)
         self._info_names = self.infos.dtype.names or ()
+        reserved = {*self.term_names, *DIAGNOSTIC_NAMES}
+        if clashes := reserved.intersection(self._info_names):
+            raise ValueError(f"{type(self).__name__}.info_fields has names of the base class: {sorted(clashes)}.")
 
     @property
     def world_count(self) -> int:
@@ -296,14 +302,21 @@ class Task(ABC):
         self.evaluate()
 
     def info(self, world: int, agent: int | None = None) -> dict[str, Any]:
-        """Return the info dict of one world, or of one agent in it, as plain Python numbers."""
+        """Return the info dict of one world, or of one agent in it: plain Python numbers by name.
+
+        It is flat, because TorchRL, PettingZoo's clients and CSV loggers read no dict within a dict.
+        """
         at = (world,) if agent is None else (world, agent)
         info = dict(zip(self._info_names, self.infos.item(world), strict=True))
-        info["reward_terms"] = dict(zip(self._term_names, self.terms.item(*at), strict=True))
+        info |= zip(self.term_names, self.terms.item(*at), strict=True)
         if self.with_diagnostics:
-            names = DIAGNOSTICS_DTYPE.names or ()
-            info["diagnostics"] = dict(zip(names, self.diagnostics.item(world), strict=True))
+            info |= zip(DIAGNOSTIC_NAMES, self.diagnostics.item(world), strict=True)
         return info
+
+    def stay(self, world: int) -> None:
+        """Begin a step of a world whose episode is over: nothing happens any more, and nothing is earned."""
+        self.reward[world] = 0.0
+        self.terms[world] = np.zeros((), self.terms.dtype)
 
     # ------------------------------------------------- snapshots
 
@@ -340,6 +353,16 @@ class Task(ABC):
         self.restore(state["snapshot"])
 
 
+SHARED_ARGUMENTS = """\
+- `split`: "train" (default) or "test". The two draw from different random streams, whatever the seeds, so success is
+  judged with "test" on scenes that training never sees.
+- `observation`: "state" (default), "pixels": the picture of the world without captions,
+  `Box(0, 255, (height, width, 3), uint8)`, or "state+pixels": a Dict of both.
+- `render_mode`: None, "rgb_array", or "human" (a window, needs pygame).
+- `width`, `height`: of frames and of observed pixels, multiples of 16 px; 640 x 480 for frames and 84 x 84 for
+  observed pixels where they are not given.
+- `fidelity`: "fast", "balanced" (default) or "accurate", the accuracy of the solver."""
+
 _EnvClass = TypeVar("_EnvClass", bound="type[Any]")
 
 
@@ -353,5 +376,8 @@ def documented(cls: _EnvClass) -> _EnvClass:
         reward_table=reward_table(task.reward_terms),
         argument_table=argument_table(task.arguments),
         quantity_table=quantity_table(task.quantities),
-        diagnostics_table=table(("Diagnostic", "Meaning"), DIAGNOSTICS),
+        diagnostics_table=table(
+            ("Entry of info", "Meaning"), zip(DIAGNOSTIC_NAMES, (text for _, text in DIAGNOSTICS), strict=True)
+        ),
+        shared_arguments=SHARED_ARGUMENTS,
     )

@@ -6,22 +6,24 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-import gymnasium
 import numpy as np
 from gymnasium.error import ResetNeeded
-from gymnasium.utils import seeding
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
-from gsenv.envs.core.arguments import add_settings
-from gsenv.envs.core.painter import Frame, Painter, check_render_mode
-from gsenv.envs.core.pixels import make_pixels
+from gsenv.envs.core.arguments import DIAGNOSTIC_NAMES, add_settings
+from gsenv.envs.core.painter import Frame, Painter, render_metadata
+from gsenv.envs.core.pixels import Observer
 from gsenv.envs.core.spec_tables import box_of
+from gsenv.envs.core.splits import check_split, make_generator
 from gsenv.envs.core.streams import Streams
 from gsenv.envs.core.task import Array, Task, TaskSnapshot
 
-Step = tuple[Array, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]
+Step = tuple[Any, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]
+
+
+NEVER = -1  # as a number of steps: no limit, as for gymnasium.make
 
 
 @dataclass(frozen=True)
@@ -36,7 +38,7 @@ class VectorSnapshot:
     settings: dict[str, Any]  # defaults of later resets
 
 
-class TaskVectorEnv(VectorEnv[Array, NDArray[np.float32], Array]):
+class TaskVectorEnv(VectorEnv[Any, NDArray[np.float32], Array]):
     """N worlds of a task as a Gymnasium vector environment.
 
     World i of `reset(seed=s)` equals the single environment's `reset(seed=s + i)`, bit for bit, for
@@ -44,21 +46,17 @@ class TaskVectorEnv(VectorEnv[Array, NDArray[np.float32], Array]):
 
     Args:
         num_envs: number of worlds.
-        render_mode: None or "rgb_array"; width, height: px of a frame, multiples of 16.
-        observation: "state" or "pixels".
-        max_episode_steps: number of steps after which an episode is truncated; None never truncates.
+        render_mode: None, "human" or "rgb_array", as for a TaskEnv; the window shows the first 16 worlds.
+        max_episode_steps: number of steps after which an episode is truncated; None: the task's own, -1: never, as
+            for `gymnasium.make`.
         autoreset_mode: one of Gymnasium's three modes, or its value as a string.
         threads: number of threads that step the worlds; results do not depend on it.
-        fidelity, randomize, diagnostics, settings: see TaskEnv; settings can be set
+        width, height, observation, split, fidelity, randomize, diagnostics, settings: see TaskEnv; settings can be set
             (`set_attr("blocks", 3)`) for episodes to come.
     """
 
     task_class: ClassVar[type[Task]]
-    metadata: dict[str, Any] = {  # noqa: RUF012
-        "render_modes": ["rgb_array"],
-        "render_fps": 30,
-        "autoreset_mode": AutoresetMode.NEXT_STEP,
-    }
+    metadata: dict[str, Any] = render_metadata(autoreset_mode=AutoresetMode.NEXT_STEP)
 
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()
@@ -70,10 +68,11 @@ class TaskVectorEnv(VectorEnv[Array, NDArray[np.float32], Array]):
         render_mode: str | None = None,
         max_episode_steps: int | None = None,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
-        width: int = 640,
-        height: int = 480,
+        width: int | None = None,
+        height: int | None = None,
         threads: int = 1,
         observation: str = "state",
+        split: str = "train",
         fidelity: str = "balanced",
         randomize: Mapping[str, tuple[float, float]] | None = None,
         diagnostics: bool = False,
@@ -81,8 +80,7 @@ class TaskVectorEnv(VectorEnv[Array, NDArray[np.float32], Array]):
     ) -> None:
         if not _is_positive(num_envs):
             raise ValueError(f"num_envs must be a positive whole number, got {num_envs!r}.")
-        if max_episode_steps is not None and not _is_positive(max_episode_steps):
-            raise ValueError(f"max_episode_steps must be None or a positive whole number, got {max_episode_steps!r}.")
+        self.max_episode_steps = check_limit("max_episode_steps", max_episode_steps, self.task_class)
         try:
             self.autoreset_mode = AutoresetMode(autoreset_mode)
         except ValueError:
@@ -90,23 +88,25 @@ class TaskVectorEnv(VectorEnv[Array, NDArray[np.float32], Array]):
             raise ValueError(f"autoreset_mode must be one of {known}, got {autoreset_mode!r}.") from None
         self.metadata = dict(type(self).metadata, autoreset_mode=self.autoreset_mode)
         self.num_envs = int(num_envs)
-        self.max_episode_steps = max_episode_steps
-        self.render_mode = check_render_mode(render_mode, self.metadata["render_modes"])
-        self._painter = Painter(width, height)
-        agents = self.task_class.agents
-        self._pixels = make_pixels(observation, agents)
-        self.single_observation_space = (
-            box_of(self.task_class.observations, agents) if self._pixels is None else self._pixels.space
-        )
-        self.single_action_space = box_of(self.task_class.actions, agents)
+        self._painter = Painter(render_mode, width, height, type(self).__name__, self.metadata["render_fps"])
+        self.render_mode = self._painter.render_mode
+        self._observer = Observer(observation, self.task_class, width, height)
+        self.single_observation_space = self._observer.space
+        self.single_action_space = box_of(self.task_class.actions, self.task_class.agents)
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self.action_space = batch_space(self.single_action_space, self.num_envs)
         self.task = self.task_class(self.num_envs, threads, settings, fidelity, randomize, diagnostics)
-        self._streams = Streams([seeding.np_random()[0] for _ in range(self.num_envs)])
+        self._split = check_split(split)
+        self._streams = Streams([make_generator(None, self._split)[0] for _ in range(self.num_envs)])
         self._seeds: list[int | None] = [None] * self.num_envs
         self._elapsed = np.zeros(self.num_envs, np.int64)
         self._finished = np.zeros(self.num_envs, np.bool_)
         self._begun = np.zeros(self.num_envs, np.bool_)
+
+    @property
+    def split(self) -> str:
+        """ "train" or "test", of all worlds; it is set when the environment is made."""
+        return self._split
 
     # ------------------------------------------------- reset
 
@@ -115,21 +115,22 @@ class TaskVectorEnv(VectorEnv[Array, NDArray[np.float32], Array]):
         *,
         seed: int | Sequence[int | None] | None = None,
         options: dict[str, Any] | None = None,
-    ) -> tuple[Array, dict[str, Any]]:
-        """Begin new episodes.
+    ) -> tuple[Any, dict[str, Any]]:
+        """Begin new episodes of the split.
 
         Args:
             seed: an int s, which gives world i the seed s + i, or one seed for each world.
             options: `reset_mask`, bool (num_envs,), selects worlds; the other options go to the task.
 
         Raises:
-            ValueError: a bad option or number of seeds; nothing has changed then.
+            ValueError: a bad option or number of seeds, or a seed of 2**128 or more; nothing has changed then.
         """
         rest = {} if options is None else dict(options)
         mask = self._reset_mask(rest.pop("reset_mask", None))
         checked = self.task.check_options(rest)
         self._seed(seed, mask)
         self._begin(np.flatnonzero(mask), checked)
+        self._painter.show(self.task)
         return self.observe(), self._infos(mask)
 
     def _reset_mask(self, given: Any) -> NDArray[np.bool_]:
@@ -150,7 +151,7 @@ class TaskVectorEnv(VectorEnv[Array, NDArray[np.float32], Array]):
             seed = [int(seed) + i for i in range(self.num_envs)]
         if len(seed) != self.num_envs:
             raise ValueError(f"reset: {self.num_envs} seeds are needed, got {len(seed)}.")
-        made = [None if s is None else seeding.np_random(int(s)) for s in seed]
+        made = [None if s is None else make_generator(int(s), self._split) for s in seed]
         for i, pair in enumerate(made):
             if pair is not None and mask[i]:
                 self._streams.seed(i, pair[0])
@@ -174,6 +175,11 @@ class TaskVectorEnv(VectorEnv[Array, NDArray[np.float32], Array]):
             ResetNeeded: a world has not been reset yet, or, where autoreset is disabled, its episode is over.
         """
         self._check_ready()
+        result = self._advance(actions)
+        self._painter.show(self.task)
+        return result
+
+    def _advance(self, actions: NDArray[np.float32]) -> Step:
         if self.autoreset_mode == AutoresetMode.NEXT_STEP and self._finished.any():
             return self._step_and_begin(actions, self._finished.copy())
         self.task.step(actions)
@@ -194,7 +200,7 @@ class TaskVectorEnv(VectorEnv[Array, NDArray[np.float32], Array]):
         """Return which episodes have ended in this step: (terminated, truncated)."""
         self._elapsed += 1
         terminated = self.task.terminated.copy()
-        if self.max_episode_steps is None:
+        if self.max_episode_steps == NEVER:
             truncated = np.zeros(self.num_envs, np.bool_)
         else:
             truncated = self._elapsed >= self.max_episode_steps
@@ -216,8 +222,7 @@ class TaskVectorEnv(VectorEnv[Array, NDArray[np.float32], Array]):
         ended = self._finished.copy()
         reward = self.task.reward.copy()
         last = np.full(self.num_envs, None, object)
-        rows = self._observe_worlds(np.flatnonzero(ended))
-        last[ended] = np.fromiter(rows, object, len(rows))
+        last[ended] = self._observer.observe_worlds(self.task, np.flatnonzero(ended))
         final_info = self._infos(ended)
         self._begin(np.flatnonzero(ended), self.task.check_options({}))
         infos = self._infos(np.ones(self.num_envs, np.bool_))
@@ -225,29 +230,19 @@ class TaskVectorEnv(VectorEnv[Array, NDArray[np.float32], Array]):
         infos |= {"final_info": final_info, "_final_info": ended}
         return self.observe(), reward, terminated, truncated, infos
 
-    def observe(self) -> Array:
+    def observe(self) -> Any:
         """Return a copy of the present observations."""
-        return self.task.observation.copy() if self._pixels is None else self._pixels.draw_all(self.task)
+        return self._observer.observe(self.task)
 
-    def observe_world(self, world: int) -> Array:
+    def observe_world(self, world: int) -> Any:
         """Return a copy of the present observation of one world."""
-        if self._pixels is None:
-            return self.task.observation[world].copy()
-        return self._pixels.draw(self.task, world)
-
-    def _observe_worlds(self, worlds: Array) -> Array:
-        if self._pixels is None:
-            return self.task.observation[worlds]
-        return np.stack([self._pixels.draw(self.task, w) for w in worlds.tolist()])
+        return self._observer.observe_world(self.task, world)
 
     def _infos(self, mask: NDArray[np.bool_]) -> dict[str, Any]:
         """Return the infos of the worlds of `mask`, with zeros and a False mask elsewhere."""
-        infos: dict[str, Any] = {"reward_terms": _columns(self.task.terms, mask)}
-        infos["_reward_terms"] = mask.copy()
-        if self.task.with_diagnostics:
-            infos["diagnostics"] = _columns(self.task.diagnostics, mask)
-            infos["_diagnostics"] = mask.copy()
-        return infos | _columns(self.task.infos, mask)
+        task = self.task
+        infos = _columns(task.infos, task.infos.dtype.names or (), mask) | _columns(task.terms, task.term_names, mask)
+        return infos | _columns(task.diagnostics, DIAGNOSTIC_NAMES, mask) if task.with_diagnostics else infos
 
     @property
     def finished(self) -> NDArray[np.bool_]:
@@ -257,11 +252,12 @@ class TaskVectorEnv(VectorEnv[Array, NDArray[np.float32], Array]):
     # ------------------------------------------------- pictures and snapshots
 
     def render(self) -> tuple[Frame, ...] | None:
-        """Return one frame (height, width, 3) for each world, or None without a render mode."""
-        if self.render_mode is None:
-            gymnasium.logger.warn("render: make the environment with render_mode='rgb_array'.")
-            return None
-        return tuple(self._painter.paint(self.task, w) for w in range(self.num_envs))
+        """Return a frame (height, width, 3) of each world in the mode "rgb_array", else None."""
+        return self._painter.render(self.task)
+
+    def close_extras(self, **kwargs: Any) -> None:
+        """Close the window, if there is one."""
+        self._painter.close()
 
     def save(self) -> VectorSnapshot:
         """Return a snapshot for a bit-exact continuation: physics, task state, random generators and settings."""
@@ -338,16 +334,26 @@ class TaskVectorEnv(VectorEnv[Array, NDArray[np.float32], Array]):
         setattr(self, name, values)
 
 
+def check_limit(name: str, limit: Any, task_class: type[Task]) -> int:
+    """Return the number of steps after which episodes are truncated, or NEVER; raises ValueError for a bad one."""
+    if limit is None:
+        limit = task_class.max_episode_steps
+        return NEVER if limit is None else limit
+    if not _is_positive(limit) and not (limit == NEVER and isinstance(limit, (int, np.integer))):
+        raise ValueError(f"{name} must be a positive whole number, None or -1 for no limit, got {limit!r}.")
+    return int(limit)
+
+
 def _is_positive(value: Any) -> bool:
     """Whether it is a whole number of at least 1."""
     return isinstance(value, (int, np.integer)) and not isinstance(value, bool) and int(value) >= 1
 
 
-def _columns(records: Array, mask: NDArray[np.bool_]) -> dict[str, Any]:
-    """Return the fields of records (world, ...) as arrays, each with its mask `_name`."""
+def _columns(records: Array, names: Sequence[str], mask: NDArray[np.bool_]) -> dict[str, Any]:
+    """Return the fields of records (world, ...) as arrays of the given names, each with its mask `_name`."""
     columns: dict[str, Any] = {}
     chosen = mask.reshape(-1, *(1,) * (records.ndim - 1))
-    for name in records.dtype.names or ():
-        columns[name] = np.where(chosen, records[name], np.zeros((), records.dtype[name]))
+    for field, name in zip(records.dtype.names or (), names, strict=True):
+        columns[name] = np.where(chosen, records[field], np.zeros((), records.dtype[field]))
         columns[f"_{name}"] = mask.copy()
     return columns

@@ -5,6 +5,10 @@ from __future__ import annotations
 from types import ModuleType
 from typing import Any, ClassVar
 
+from gymnasium import Env
+from gymnasium.vector import VectorEnv
+
+from gsenv.envs import time_limit
 from gsenv.envs.core.env import TaskEnv
 from gsenv.envs.core.spec_tables import Entry, RewardTerm
 from gsenv.envs.core.task import documented
@@ -96,6 +100,7 @@ class Stack3DTask(BlocksTask):
     )
     rules: ClassVar[ModuleType] = rules
     task_state_fields = start.TASK_STATE_FIELDS
+    max_episode_steps = time_limit("GStack3D-v0")
     draw_count = start.DRAW_COUNT
     arguments = SETTINGS
 
@@ -115,7 +120,7 @@ class Stack3DTask(BlocksTask):
 
 
 @documented
-class Stack3DEnv(TaskEnv):
+class Stack3DEnv(TaskEnv, Env[Any, Any]):
     """Build a tower in 3D: GStack3D-v0.
 
     ## Description
@@ -143,13 +148,12 @@ class Stack3DEnv(TaskEnv):
     ## Observation Space
     `Box(low, high, (49,), float32)`, always within its bounds. "Block" is the one in the gripper,
     or the last one that was; "support" is what it belongs on. An upright axis is the body's own z
-    axis, seen from above. With `observation="pixels"` it is `Box(0, 255, (84, 84, 3), uint8)`: the
-    picture of the world, without its captions.
+    axis, seen from above.
 
     {observation_table}
 
     ## Rewards
-    The sum of these terms, which `info["reward_terms"]` lists by name:
+    The sum of these terms; `info` has each as `reward_<term>`:
 
     {reward_table}
 
@@ -168,7 +172,7 @@ class Stack3DEnv(TaskEnv):
       gripper off them.
     - Termination, failure: a released block is tilted by more than 0.5 rad, is twisted by more than
       0.3 rad, or its middle is more than a quarter of its height below its level.
-    - Truncation: after 600 steps (20 s), by `gymnasium.make` and `gymnasium.make_vec`.
+    - Truncation: after 600 steps (20 s), by `gymnasium.make`, `gymnasium.make_vec` and the vector environment.
 
     `info` has `success` and `is_success` (bool), `placed` (blocks), and `stand_time` (s that the
     released blocks have stood).
@@ -178,19 +182,16 @@ class Stack3DEnv(TaskEnv):
 
     {argument_table}
 
-    - `observation`: "state" (default) or "pixels".
+    {shared_arguments}
     - `randomize`: domain randomisation, `dict(friction=(0.5, 1.5))`: at each reset each world draws
       these quantities uniformly from (low, high), independently of earlier episodes; the others
       stay nominal.
 
     {quantity_table}
 
-    - `fidelity`: "fast", "balanced" (default) or "accurate", the accuracy of the solver.
-    - `diagnostics`: True adds `info["diagnostics"]`, which describes the last 1/60 s of each step (0 after a reset):
+    - `diagnostics`: True adds these entries to `info`, which describe the last 1/60 s of each step (0 after a reset):
 
     {diagnostics_table}
-
-    - `render_mode`: None or "rgb_array"; `width`, `height`: frame size in px, multiples of 16 (640 x 480).
 
     ## Version History
     - v0: first version.
@@ -200,7 +201,7 @@ class Stack3DEnv(TaskEnv):
     blocks: int
 
 
-class Stack3DVectorEnv(TaskVectorEnv):
+class Stack3DVectorEnv(TaskVectorEnv, VectorEnv[Any, Any, Any]):
     """N worlds of GStack3D-v0 in one batch; see Stack3DEnv for the task, TaskVectorEnv for the rest."""
 
     task_class = Stack3DTask

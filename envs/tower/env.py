@@ -5,6 +5,9 @@ from __future__ import annotations
 from types import ModuleType
 from typing import Any, ClassVar
 
+from gymnasium.vector import VectorEnv
+
+from gsenv.envs import time_limit
 from gsenv.envs.core.arguments import Setting
 from gsenv.envs.core.spec_tables import Entry, RewardTerm
 from gsenv.envs.core.vector import TaskVectorEnv
@@ -99,6 +102,7 @@ class TowerTask(BlocksTask):
     rules: ClassVar[ModuleType] = rules
     task_state_fields = start.TASK_STATE_FIELDS
     info_fields = (*BlocksTask.info_fields, ("bump", "?"))
+    max_episode_steps = time_limit("tower_v0")
     draw_count = start.DRAW_COUNT
     arguments = (
         Setting("blocks", 4, check_blocks, f"levels of the tower: 2, 4, 6 or {scene.MAX_BLOCKS}"),
@@ -113,7 +117,7 @@ class TowerTask(BlocksTask):
         return self.front_camera(world, width, height, 0.35 - scene.REACH_X[0])
 
 
-class TowerVectorEnv(TaskVectorEnv):
+class TowerVectorEnv(TaskVectorEnv, VectorEnv[Any, Any, Any]):
     """N worlds of tower_v0 in one batch, a Gymnasium vector environment whose worlds have two agents.
 
     Observations are (world, agent, entry), actions (world, agent, 4), rewards (world, agent); worlds end

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from typing import Any
 
+from pettingzoo import ParallelEnv
+
+from gsenv.envs.core.painter import render_metadata
 from gsenv.envs.core.parallel import TaskParallelEnv
 from gsenv.envs.core.task import documented
 from gsenv.envs.tower.env import TowerTask
 
 
 @documented
-class TowerParallelEnv(TaskParallelEnv):
+class TowerParallelEnv(TaskParallelEnv, ParallelEnv):
     """Build one tower with two grippers: tower_v0.
 
     ## Description
@@ -43,13 +46,13 @@ class TowerParallelEnv(TaskParallelEnv):
     ## Observation Space
     Of each agent: `Box(low, high, (42,), float32)`, always within its bounds. "Block" is the one in the
     gripper, or the last one that was; "support" is what it belongs on. `state()` is both agents'
-    observations, one after the other. With `observation="pixels"` an agent sees the picture of the
-    world in its own frame, without captions: `Box(0, 255, (84, 84, 3), uint8)`.
+    observations, one after the other. An agent sees pixels in its own frame too: the right one's are
+    mirrored.
 
     {observation_table}
 
     ## Rewards
-    Of each agent the sum of these terms, which `infos[agent]["reward_terms"]` lists by name:
+    Of each agent the sum of these terms; `infos[agent]` has each as `reward_<term>`:
 
     {reward_table}
 
@@ -78,31 +81,22 @@ class TowerParallelEnv(TaskParallelEnv):
 
     {argument_table}
 
-    - `max_cycles`: steps until truncation; None never truncates.
-    - `observation`: "state" (default) or "pixels".
+    - `max_cycles`: steps until truncation; None for 900, -1 for no limit.
+    {shared_arguments}
     - `randomize`: domain randomisation, `{"friction": (0.5, 1.5)}`: at each reset these quantities are
       drawn uniformly from (low, high), independently of earlier episodes; the others stay nominal.
 
     {quantity_table}
 
-    - `fidelity`: "fast", "balanced" (default) or "accurate", the accuracy of the solver.
-    - `diagnostics`: True adds `infos[agent]["diagnostics"]`, which describes the last 1/60 s of each step (0 after
-      a reset):
+    - `diagnostics`: True adds these entries to `infos[agent]`, which describe the last 1/60 s of each step (0 after a
+      reset):
 
     {diagnostics_table}
-
-    - `render_mode`: None, "rgb_array", or "human" (a window, needs pygame); `width`, `height`: of frames,
-      multiples of 16 (640 x 480).
 
     ## Version History
     - v0: first version.
     """
 
     task_class = TowerTask
-    metadata: dict[str, Any] = {  # noqa: RUF012
-        "name": "tower_v0",
-        "render_modes": ["human", "rgb_array"],
-        "render_fps": 30,
-        "is_parallelizable": True,
-    }
+    metadata: dict[str, Any] = render_metadata(name="tower_v0", is_parallelizable=True)
     blocks: int

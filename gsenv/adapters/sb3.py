@@ -24,7 +24,8 @@ from stable_baselines3.common.monitor import Monitor
 from stable_baselines3.common.vec_env import VecEnv
 
 from gsenv.envs.core.env import TaskEnv
-from gsenv.envs.core.vector import TaskVectorEnv
+from gsenv.envs.core.pixels import put, take
+from gsenv.envs.core.vector import NEVER, TaskVectorEnv
 
 Array = NDArray[Any]
 Indices = int | Iterable[int] | None
@@ -78,7 +79,7 @@ class BatchedVecEnv(VecEnv):
 
     # ------------------------------------------------- VecEnv
 
-    def reset(self) -> Array:
+    def reset(self) -> Any:
         """Begin new episodes in all worlds, with the seeds and options set for the next reset; return observations."""
         everywhere = np.arange(self.num_envs)
         groups: dict[str, list[int]] = {}  # worlds with equal options are reset together
@@ -95,7 +96,7 @@ class BatchedVecEnv(VecEnv):
         """Set the actions of the next `step_wait`."""
         self._actions = actions
 
-    def step_wait(self) -> tuple[Array, Array, Array, list[dict[str, Any]]]:
+    def step_wait(self) -> tuple[Any, Array, Array, list[dict[str, Any]]]:
         """Step all worlds; return observations, rewards, dones and infos. Ended worlds are reset, as SB3 expects."""
         assert self._actions is not None, "step_wait: call step_async first"
         observations, rewards, terminated, truncated, _ = self.batch.step(self._actions)
@@ -111,7 +112,7 @@ class BatchedVecEnv(VecEnv):
             ended = np.flatnonzero(dones)
             for w in ended.tolist():
                 info = self.batch.task.info(w)
-                info["terminal_observation"] = observations[w].copy()
+                info["terminal_observation"] = take(observations, w)
                 info["TimeLimit.truncated"] = bool(truncated[w] and not terminated[w])
                 if self._monitor is not None:
                     info["episode"] = self._episode(self._monitor, w, info)
@@ -119,7 +120,7 @@ class BatchedVecEnv(VecEnv):
             self._reset(ended, None, {})
             self._fill_reset_infos(ended)
             for w in ended.tolist():
-                observations[w] = self.batch.observe_world(w)
+                put(observations, w, self.batch.observe_world(w))
         return observations, rewards.astype(np.float32), dones, infos
 
     def close(self) -> None:
@@ -224,7 +225,7 @@ def _make_batch(layers: list[gymnasium.Env[Any, Any]], world_count: int, threads
         vectorization_mode="vector_entry_point",
         threads=threads,
         autoreset_mode=AutoresetMode.DISABLED,
+        max_episode_steps=min(limits, default=NEVER),
     )
     assert isinstance(batch, TaskVectorEnv)
-    batch.max_episode_steps = min(limits, default=None)
     return batch

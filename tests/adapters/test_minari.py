@@ -9,7 +9,7 @@ import gymnasium
 import numpy as np
 import pytest
 
-from tests.envs.registered import IDS, make, random_actions
+from tests.envs.registered import IDS, make, random_actions, terms_of
 
 minari = pytest.importorskip("minari")  # of the extra "test"
 pytest.importorskip("h5py")  # its storage
@@ -50,8 +50,9 @@ def test_collects_episodes(
         np.testing.assert_array_equal(episode.observations, [step[0] for step in steps])
         np.testing.assert_array_equal(episode.rewards, [step[1] for step in steps[1:]])
         np.testing.assert_array_equal(episode.infos["success"], [step[2]["success"] for step in steps])
-        for name, values in episode.infos["reward_terms"].items():
-            np.testing.assert_array_equal(values, [step[2]["reward_terms"][name] for step in steps])
+        assert terms_of(episode.infos)
+        for name, values in terms_of(episode.infos).items():
+            np.testing.assert_array_equal(values, [step[2][f"reward_{name}"] for step in steps])
     recovered = loaded.recover_environment()
     assert isinstance(recovered, gymnasium.Env)
     assert recovered.spec is not None

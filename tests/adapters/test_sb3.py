@@ -171,6 +171,30 @@ def test_pixels() -> None:
     pytest.fail("no world ended")
 
 
+def test_state_and_pixels_are_a_dict_as_in_a_dummy_vec_env() -> None:
+    kwargs: dict[str, Any] = {"observation": "state+pixels", "width": 48, "height": 48, "blocks": 1}
+    envs = make(count=2, env_kwargs=kwargs)
+    dummy = make_vec_env("gsenv:GStack-v0", 2, env_kwargs=kwargs)
+    starts: list[Any] = []
+    for vec_env in (envs, dummy):
+        vec_env.seed(5)
+        starts.append(vec_env.reset())
+    release = np.tile(np.array([0, 0, 0, 1], np.float32), (2, 1))
+    ends = 0
+    for _ in range(80):
+        results: list[Any] = [vec_env.step(release) for vec_env in (envs, dummy)]
+        for name in ("state", "pixels"):
+            np.testing.assert_array_equal(starts[0][name], starts[1][name])
+            np.testing.assert_array_equal(results[0][0][name], results[1][0][name])
+            for w in np.flatnonzero(results[0][2]):
+                last = [result[3][w]["terminal_observation"][name] for result in results]
+                np.testing.assert_array_equal(last[0], last[1], strict=True)
+                ends += 1
+    assert ends > 0
+    model = PPO("MultiInputPolicy", envs, n_steps=8, batch_size=16, n_epochs=1, device="cpu")
+    assert model.learn(16).num_timesteps == 16
+
+
 def test_monitor_is_known_and_its_file_holds_all_episodes(tmp_path: Path) -> None:
     envs = make(monitor_dir=str(tmp_path), monitor_kwargs={"info_keywords": ("placed",)})
     assert envs.env_is_wrapped(Monitor) == [True, True, True]

@@ -103,7 +103,7 @@ def test_options_and_methods_equal_dummy_vec_env(env_id: str) -> None:
         if name:
             vec_env.set_attr(name, value)
             assert vec_env.get_attr(name) == [value] * COUNT
-        for key, item in (("render_fps", 30), ("render_modes", ["rgb_array"])):
+        for key, item in (("render_fps", 30), ("render_modes", ["human", "rgb_array"])):
             assert vec_env.metadata[key] == item
         with pytest.raises(AttributeError):
             vec_env.get_attr("nothing_of_this_name")

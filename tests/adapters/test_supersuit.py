@@ -14,7 +14,7 @@ import pytest
 from gymnasium.vector import AutoresetMode
 from gymnasium.wrappers.vector import DictInfoToList
 
-from tests.envs.registered import IDS, make, make_vector, random_actions
+from tests.envs.registered import IDS, make, make_vector, random_actions, terms_of
 
 supersuit = pytest.importorskip("supersuit")  # of the extra "test"
 COPIES, WORLDS = 3, 2
@@ -58,7 +58,7 @@ def test_copies_do_what_they_do_alone(env_id: str, processes: int, seeds: list[i
             np.testing.assert_array_equal(np.float32(result[1]), np.float32(rewards))  # between processes float32
             np.testing.assert_array_equal(result[2], terminated)
             np.testing.assert_array_equal(result[3], truncated)
-            assert [info["reward_terms"].keys() for info in result[4]]
+            assert all(terms_of(info) for info in result[4])
     finally:
         envs.close()
 

@@ -34,7 +34,7 @@ def test_equals_single_episodes() -> None:
     result = evaluate(make_actor("scripted", "GStack-v0"), "GStack-v0", 2, seed=7, arguments={"blocks": 1})
     lengths, returns = [], []
     for seed in (7, 8):
-        env = gymnasium.make("GStack-v0", blocks=1)
+        env = gymnasium.make("GStack-v0", blocks=1, split="test")
         observation, _ = env.reset(seed=seed)
         done, length, total = False, 0, 0.0
         while not done:
@@ -44,6 +44,15 @@ def test_equals_single_episodes() -> None:
         returns.append(total)
     assert result.mean_length == np.mean(lengths)
     assert result.mean_return == pytest.approx(np.mean(returns))
+
+
+def test_evaluates_episodes_that_training_never_sees() -> None:
+    """The same seeds of the split "train" are other episodes; `--set split=train` evaluates those."""
+    actor = make_actor("scripted", "GStack-v0")
+    results = [
+        evaluate(actor, "GStack-v0", 5, arguments=given) for given in ({}, {"split": "test"}, {"split": "train"})
+    ]
+    assert results[0] == results[1] != results[2]
 
 
 def test_time_limits_end_episodes() -> None:

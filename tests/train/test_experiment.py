@@ -17,7 +17,7 @@ from gsenv.train.export import load_zip
 from gsenv.train.files import read_rows
 from tests.train.small import EXPERIMENTS, PPO
 
-POLICY_FILES = {"policy.npz", "policy.zip", "normalize.pkl"}
+POLICY_FILES = {"policy.npz", "policy.zip", "normalize.npz"}
 BOTH = pytest.mark.parametrize(("kind", "settings"), EXPERIMENTS, ids=["ppo", "sac"])
 
 

@@ -254,7 +254,7 @@ def test_a_second_on_the_roof_ends_the_episode() -> None:
         steps += 1
     assert terminated
     assert not info["success"]
-    assert info["reward_terms"]["roof"] == rules.ROOF_REWARD
+    assert info["reward_roof"] == rules.ROOF_REWARD
     assert info["on_roof"] == pytest.approx(1.0)
     assert 30 <= steps < 40
 
@@ -269,7 +269,7 @@ def test_the_finish_ends_the_episode_with_success() -> None:
     assert info["success"]
     assert info["is_success"]
     assert info["distance"] == scene.FINISH
-    assert info["reward_terms"]["finish"] == rules.FINISH_REWARD
+    assert info["reward_finish"] == rules.FINISH_REWARD
     assert total == pytest.approx(scene.FINISH * rules.PROGRESS_WEIGHT + rules.FINISH_REWARD, rel=0.03)
 
 

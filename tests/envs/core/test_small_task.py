@@ -64,6 +64,13 @@ def test_passes_the_checker() -> None:
     check_env(PendulumEnv(), skip_render_check=True)
 
 
+@pytest.mark.parametrize("name", ["reward_height", "diagnostic_energy"])
+def test_info_fields_may_not_hide_reward_terms(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(PendulumTask, "info_fields", ((name, "f8"),))
+    with pytest.raises(ValueError, match=f"names of the base class: .'{name}'"):
+        PendulumEnv()
+
+
 def test_actions_fill_the_actuators_range() -> None:
     env = PendulumEnv()
     env.reset(seed=0)
@@ -106,7 +113,7 @@ def test_copies_go_on_bit_for_bit(way: Any) -> None:
 
 
 def test_has_no_settings_and_no_quantities() -> None:
-    with pytest.raises(TypeError, match="unknown argument 'length'; it has none"):
+    with pytest.raises(TypeError, match="unexpected keyword argument 'length'; it has none"):
         PendulumEnv(length=2.0)
     with pytest.raises(ValueError, match="unknown quantity 'length'; known are none"):
         PendulumEnv(randomize={"length": (1.0, 2.0)})

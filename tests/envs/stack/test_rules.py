@@ -48,14 +48,14 @@ def test_a_tower_succeeds_after_one_second(env: StackEnv) -> None:
         assert terminated == info["success"] == info["is_success"] == (step == 30)
         assert info["placed"] == 3
         assert info["stand_time"] == pytest.approx(step / 30)
-    assert info["reward_terms"]["success"] == 5.0
+    assert info["reward_success"] == 5.0
 
 
 def test_a_block_counts_once(env: StackEnv) -> None:
     set_up_tower(env.task, 2)
     env.task.task_state["blocks"] = 2
-    assert env.step(IDLE)[4]["reward_terms"]["placed"] == 1.0
-    assert env.step(IDLE)[4]["reward_terms"]["placed"] == 0.0
+    assert env.step(IDLE)[4]["reward_placed"] == 1.0
+    assert env.step(IDLE)[4]["reward_placed"] == 0.0
 
 
 def test_a_tower_under_the_gripper_does_not_count(env: StackEnv) -> None:
@@ -93,8 +93,8 @@ def test_a_fallen_block_ends_the_episode(env: StackEnv, how: str) -> None:
     _, _, terminated, _, info = run(env, 60)
     assert terminated
     assert not info["success"]
-    assert info["reward_terms"]["fall"] == -2.0
-    assert info["reward_terms"]["success"] == 0.0
+    assert info["reward_fall"] == -2.0
+    assert info["reward_success"] == 0.0
 
 
 def test_the_held_block_may_be_anywhere(env: StackEnv) -> None:
@@ -174,6 +174,6 @@ def test_going_to_and_fro_earns_nothing(env: StackEnv) -> None:
     for _ in range(8):
         for action in (UP, DOWN):
             for _ in range(10):
-                total += env.step(action)[4]["reward_terms"]["approach"]
+                total += env.step(action)[4]["reward_approach"]
     after = env.task.task_state["distance"][0]
     assert total == pytest.approx(0.5 * (before - after), abs=1e-9)

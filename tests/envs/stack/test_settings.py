@@ -11,6 +11,7 @@ from gsenv.envs.stack.env import StackEnv, StackVectorEnv
 from gsenv.envs.stack.policy import build_tower
 from gsenv.envs.stack.scene import FIRST_BLOCK, FIRST_BLOCK_SHAPE
 from gsenv.solver import Options
+from tests.envs.registered import terms_of
 from tests.envs.stack.worlds import IDLE, assert_equal, mixed_actions
 
 NAN = float("nan")
@@ -95,7 +96,7 @@ def test_reward_weights_scale_their_terms() -> None:
         action = build_tower(observation)
         observation, _, terminated, _, info = plain.step(action)
         _, reward, _, _, other = changed.step(action)
-        terms, others = info["reward_terms"], other["reward_terms"]
+        terms, others = terms_of(info), terms_of(other)
         assert others["approach"] == 0.0
         assert others["placed"] == 3.0 * terms["placed"]
         assert others["effort"] == pytest.approx(500 * terms["effort"])

@@ -13,6 +13,7 @@ from gsenv.envs.stack3d import blocks as parts
 from gsenv.envs.stack3d import scene
 from gsenv.envs.stack3d.env import Stack3DEnv, Stack3DTask, Stack3DVectorEnv
 from gsenv.envs.stack3d.scene import FIRST_BLOCK, FIRST_BLOCK_SHAPE, GRIPPER_BODY
+from tests.envs.registered import terms_of
 from tests.envs.stack3d.worlds import (
     DOWN,
     IDLE,
@@ -57,14 +58,14 @@ def test_a_tower_succeeds_after_one_second(env: Stack3DEnv) -> None:
         assert terminated == info["success"] == info["is_success"] == (step == 30)
         assert info["placed"] == 3
         assert info["stand_time"] == pytest.approx(step / 30)
-    assert info["reward_terms"]["success"] == 5.0
+    assert info["reward_success"] == 5.0
 
 
 def test_a_block_counts_once(env: Stack3DEnv) -> None:
     set_up_tower(env.task, 2)
     env.task.task_state["blocks"] = 2
-    assert env.step(IDLE)[4]["reward_terms"]["placed"] == 1.0
-    assert env.step(IDLE)[4]["reward_terms"]["placed"] == 0.0
+    assert env.step(IDLE)[4]["reward_placed"] == 1.0
+    assert env.step(IDLE)[4]["reward_placed"] == 0.0
 
 
 def test_a_tower_under_the_gripper_does_not_count(env: Stack3DEnv) -> None:
@@ -101,8 +102,8 @@ def test_a_fallen_block_ends_the_episode(env: Stack3DEnv, how: str) -> None:
     _, _, terminated, _, info = run(env, 60)
     assert terminated
     assert not info["success"]
-    assert info["reward_terms"]["fall"] == -2.0
-    assert info["reward_terms"]["success"] == 0.0
+    assert info["reward_fall"] == -2.0
+    assert info["reward_success"] == 0.0
 
 
 @pytest.mark.parametrize("turn", [0.25, 0.5 * np.pi, -0.5 * np.pi + 0.2, np.pi - 0.1])
@@ -218,14 +219,14 @@ def test_reward_is_the_sum_of_its_terms(env: Stack3DEnv) -> None:
             if policy == "builder":
                 action = build_tower(observation)
             observation, reward, terminated, _, info = env.step(action)
-            assert sum(info["reward_terms"].values()) == reward
-            seen |= {name for name, value in info["reward_terms"].items() if value}
+            assert sum(terms_of(info).values()) == reward
+            seen |= {name for name, value in terms_of(info).items() if value}
             if terminated:
                 break
     env.reset(options={"blocks": 2})
     set_up_tower(env.task, 2)
     env.task.world.set_pose("block_1", position=(1.5, 0.5, 0.1))
-    seen |= {name for name, value in env.step(IDLE)[4]["reward_terms"].items() if value}
+    seen |= {name for name, value in terms_of(env.step(IDLE)[4]).items() if value}
     assert seen == {term.name for term in Stack3DTask.reward_terms}
 
 

@@ -13,6 +13,7 @@ from gsenv.envs.stack import scene as stack
 from gsenv.envs.tower import scene
 from gsenv.envs.tower.env import TowerTask, TowerVectorEnv
 from gsenv.envs.tower.policy import build_together
+from tests.envs.registered import terms_of
 from tests.envs.stack.worlds import assert_equal, mixed_actions
 
 INDEX = {entry.name: k for k, entry in enumerate(TowerTask.observations)}
@@ -76,7 +77,7 @@ def test_world_i_equals_the_single_environment_seeded_s_plus_i(threads: int) -> 
     count, steps, seed = 5, 220, 40
     arguments: dict[str, Any] = {"randomize": {"mass": (0.5, 2.0), "force": (1.0, 2.0)}, "blocks": 6}
     vector = TowerVectorEnv(count, threads=threads, autoreset_mode="Disabled", **arguments)
-    singles = [tower_v0.parallel_env(max_cycles=None, **arguments) for _ in range(count)]
+    singles = [tower_v0.parallel_env(max_cycles=-1, **arguments) for _ in range(count)]
     observations, _ = vector.reset(seed=seed)
     for w, single in enumerate(singles):
         single.reset(seed=seed + w)
@@ -93,8 +94,8 @@ def test_world_i_equals_the_single_environment_seeded_s_plus_i(threads: int) -> 
             assert list(reward.values()) == rewards[w].tolist()
             assert list(ends.values()) == [terminated[w]] * 2
             for a, agent in enumerate(single.possible_agents):
-                for name, value in info[agent]["reward_terms"].items():
-                    assert value == infos["reward_terms"][name][w, a]
+                for name, value in terms_of(info[agent]).items():
+                    assert value == infos[f"reward_{name}"][w, a]
         if terminated.any():
             vector.reset(options={"reset_mask": terminated})
             for w in np.flatnonzero(terminated).tolist():
@@ -181,7 +182,7 @@ def test_grippers_collide() -> None:
         infos = vector.step(actions)[4]
         assert step > 5 or not infos["bump"].any()
         paid = np.where(infos["bump"], -0.02, 0.0)
-        np.testing.assert_array_equal(infos["reward_terms"]["bump"], np.stack([paid, paid], axis=1))
+        np.testing.assert_array_equal(infos["reward_bump"], np.stack([paid, paid], axis=1))
         met |= infos["bump"]
     assert met.all()
     assert vector.task.world.diagnostics().penetration.max() < 0.01
@@ -206,15 +207,15 @@ def test_either_may_begin(first: int) -> None:
             actions[:, second] = [-1.0, 0.0, 0.0, -1.0]
             actions[:, first] = build_together(seen_alone(observations[:, first]))
         observations, _, terminated, _, infos = vector.step(actions)
-        terms += infos["reward_terms"]["placed"][0]
-        partner += infos["reward_terms"]["partner"][0]
+        terms += infos["reward_placed"][0]
+        partner += infos["reward_partner"][0]
         if terminated[0]:
             break
     assert infos["success"][0]
     assert vector.task.task_state["order"][0, :2].tolist() == [first, second]
     assert terms.tolist() == [1.0, 1.0]
     assert partner.tolist() == [0.5, 0.5]
-    np.testing.assert_array_equal(infos["reward_terms"]["success"][0], [5.0, 5.0])
+    np.testing.assert_array_equal(infos["reward_success"][0], [5.0, 5.0])
 
 
 def seen_alone(observation: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -235,7 +236,7 @@ def test_released_beside_the_plinth_is_a_fall(vector: TowerVectorEnv) -> None:
             break
     assert terminated[0]
     assert not infos["success"][0]
-    np.testing.assert_array_equal(infos["reward_terms"]["fall"][0], [-2.0, -2.0])
+    np.testing.assert_array_equal(infos["reward_fall"][0], [-2.0, -2.0])
     assert (rewards < -1.9).all()
 
 
@@ -265,7 +266,7 @@ def test_waiting_earns_nothing_when_the_other_builds() -> None:
         observations, _, _, _, infos = vector.step(build_together(observations))
         released = int(vector.task.task_state["released"][0])
         if released > before:
-            np.testing.assert_array_equal(infos["reward_terms"]["approach"][0], [0.0, 0.0])
+            np.testing.assert_array_equal(infos["reward_approach"][0], [0.0, 0.0])
             before = released
     assert before >= 1
 

@@ -1,0 +1,47 @@
+"""The pages in docs/envs are what the code says."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("pettingzoo")
+
+from gsenv.envs import ENVS, PARALLEL_ENVS, pages
+
+FOLDER = Path(__file__).parents[3] / "docs" / "envs"
+NAMES = [*(entry.id for entry in ENVS), *(entry.name for entry in PARALLEL_ENVS)]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_page_is_current(name: str) -> None:
+    path = FOLDER / f"{name}.md"
+    assert path.is_file(), "run `python -m gsenv.envs.pages`"
+    assert path.read_text(encoding="utf-8") == pages.pages()[path.name], "run `python -m gsenv.envs.pages`"
+
+
+def test_there_are_no_other_pages_and_the_index_has_them() -> None:
+    assert sorted(path.name for path in FOLDER.iterdir()) == sorted(f"{name}.md" for name in NAMES)
+    index = (FOLDER.parent / "README.md").read_text(encoding="utf-8")
+    assert all(f"(envs/{name}.md)" in index for name in NAMES)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_page_has_the_sections_of_gymnasium_and_says_what_holds(name: str) -> None:
+    text = (FOLDER / f"{name}.md").read_text(encoding="utf-8")
+    headings = [line.removeprefix("## ") for line in text.splitlines() if line.startswith("## ")]
+    assert headings == [
+        "Description", "Action Space", "Observation Space", "Observation Scaling", "Rewards", "Starting State",
+        "Episode End", "Arguments", "Version History",
+    ]  # fmt: skip
+    assert 'info["reward_terms"]' not in text
+    assert "`reward_<term>`" in text
+    assert '`split`: "train" (default) or "test"' in text
+
+
+def test_the_command_writes_them(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert pages.main([str(tmp_path / "new")]) == 0
+    assert len(capsys.readouterr().out.splitlines()) == len(NAMES)
+    for path in FOLDER.iterdir():
+        assert (tmp_path / "new" / path.name).read_bytes() == path.read_bytes()

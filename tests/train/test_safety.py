@@ -1,0 +1,244 @@
+"""Files that a user was handed run no code, and broken ones are refused in one sentence."""
+
+from __future__ import annotations
+
+import json
+import os
+import pickle
+import zipfile
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gsenv import cli
+from gsenv.envs.core.mlp import MlpPolicy
+from gsenv.train.evaluate import PolicyError, make_actor
+from tests.train.small import EXPERIMENTS, PPO
+from tests.train.test_evaluate import still
+
+COUNT = 30  # observations of GStack-v0
+
+
+class Trap:
+    """Makes a folder where it is unpickled."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+
+    def __reduce__(self) -> Any:
+        return os.mkdir, (str(self.folder),)
+
+
+@pytest.fixture
+def trained(tmp_path: Path) -> Path:
+    """The folder of a run."""
+    pytest.importorskip("stable_baselines3")
+    from gsenv.train import experiment
+
+    kind, _ = EXPERIMENTS[0]
+    experiment.train(experiment.prepare(kind, replace(PPO, steps=128), tmp_path / "run"))
+    return tmp_path / "run"
+
+
+def one_sentence(error: BaseException) -> str:
+    message = str(error)
+    assert "\n" not in message
+    assert len(message) < 500
+    return message
+
+
+def complaint(path: Path) -> str:
+    with pytest.raises(PolicyError) as error:
+        make_actor(str(path), "GStack-v0")
+    return one_sentence(error.value)
+
+
+# ---------------------------------------------------------------- no code is run
+
+
+def test_a_pickle_beside_a_policy_is_not_read(trained: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    trap = trained / "sprung"
+    (trained / "normalize.pkl").write_bytes(pickle.dumps(Trap(trap)))
+    make_actor(str(trained / "policy.zip"), "GStack-v0")  # its statistics are in normalize.npz
+    (trained / "normalize.npz").unlink()
+    assert "is a pickle" in complaint(trained / "policy.zip")
+    assert cli.main(["evaluate", "GStack-v0", "--policy", str(trained / "policy.zip"), "--episodes", "1"]) == 1
+    assert "is a pickle" in capsys.readouterr().err
+    assert not trap.exists()
+
+
+def test_resuming_reads_no_pickle_either(trained: Path) -> None:
+    from gsenv.train import experiment
+
+    trap = trained / "sprung"
+    kind, _ = EXPERIMENTS[0]
+    with zipfile.ZipFile(trained / "policy.zip") as archive:
+        members = {name: archive.read(name) for name in archive.namelist()}
+    import base64
+
+    data = json.loads(members["data"])
+    data["lr_schedule"] = {
+        ":type:": "<class 'function'>",
+        ":serialized:": base64.b64encode(pickle.dumps(Trap(trap))).decode(),
+    }
+    members["data"] = json.dumps(data).encode()
+    with zipfile.ZipFile(trained / "policy.zip", "w") as archive:
+        for name, content in members.items():
+            archive.writestr(name, content)
+    assert experiment.prepare(kind, PPO, trained, resume=True).steps == 128
+    make_actor(str(trained / "policy.zip"), "GStack-v0")
+    (trained / "normalize.pkl").write_bytes(pickle.dumps(Trap(trap)))
+    (trained / "normalize.npz").unlink()
+    with pytest.raises(ValueError, match="is a pickle"):
+        experiment.prepare(kind, PPO, trained, resume=True)
+    assert not trap.exists()
+
+
+def test_pickles_in_place_of_tensors_are_not_read(trained: Path) -> None:
+    trap = trained / "sprung"
+    with zipfile.ZipFile(trained / "policy.zip", "w") as archive:
+        archive.writestr("policy.pth", pickle.dumps(Trap(trap)))
+    assert "is not an MlpPolicy" in complaint(trained / "policy.zip")
+    assert not trap.exists()
+
+
+def test_pickles_in_an_npz_are_not_read(tmp_path: Path) -> None:
+    trap = tmp_path / "sprung"
+    np.savez(tmp_path / "policy.npz", head=np.array(Trap(trap), object), mean=np.zeros(COUNT))
+    assert "is not a policy" in complaint(tmp_path / "policy.npz")
+    (tmp_path / "bare.npz").write_bytes(pickle.dumps(Trap(trap)))
+    assert "is not a policy" in complaint(tmp_path / "bare.npz")
+    assert not trap.exists()
+
+
+# ---------------------------------------------------------------- broken files
+
+
+def write(path: Path, fields: dict[str, Any] | None = None, **changes: Any) -> Path:
+    """A policy file with some arrays replaced or, where None, left out."""
+    policy = still()
+    arrays: dict[str, Any] = {"mean": policy.mean, "scale": policy.scale}
+    arrays |= {"weight_0": policy.layers[0][0], "bias_0": policy.layers[0][1]}
+    arrays["head"] = np.array(json.dumps({"activation": "tanh", "squash": False, "notes": {}} | (fields or {})))
+    arrays = {name: array for name, array in (arrays | changes).items() if array is not None}
+    np.savez(path, **arrays)
+    return path
+
+
+NAN = np.full((4, COUNT), np.nan, np.float32)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"weight_0": NAN}, "the weight of layer 0 has numbers that are not finite"),
+        ({"bias_0": np.full(4, np.inf, np.float32)}, "the bias of layer 0 has numbers that are not finite"),
+        ({"mean": np.full(COUNT, np.nan, np.float32)}, "mean has numbers that are not finite"),
+        ({"scale": np.zeros(COUNT, np.float32)}, "scale must be 30 positive numbers"),
+        ({"scale": np.ones(COUNT - 1, np.float32)}, "scale must be 30 positive numbers"),
+        ({"scale": np.ones((COUNT, 1), np.float32)}, "scale must have 1 dimension"),
+        ({"weight_0": np.zeros((4, COUNT - 1), np.float32)}, r"layer 0 must have the shape \(4, 30\), got \(4, 29\)"),
+        ({"weight_0": np.zeros((COUNT, 4), np.float32)}, "layer 0 must have the shape"),
+        ({"weight_0": np.array(["a"])}, "must be an array of floats"),
+        ({"bias_0": np.zeros((4, 1), np.float32)}, "the bias of layer 0 must have 1 dimension"),
+        ({"weight_0": None, "bias_0": None}, "at least one layer"),
+        ({"weight_0": None}, "at least one layer|other names"),
+        ({"bias_0": None}, "it has no 'bias_0'"),
+        ({"scale": None}, "it has no 'scale'"),
+        ({"head": None}, "it has no 'head'"),
+        ({"weight_2": np.zeros((4, 4), np.float32)}, "it has no 'weight_1'"),
+        ({"extra": np.zeros(2)}, "arrays of other names: extra"),
+        ({"head": np.array("no json")}, "is not a policy"),
+        ({"head": np.array('["list"]')}, "is not a policy"),
+    ],
+)
+def test_broken_policies_are_refused(changes: dict[str, Any], message: str, tmp_path: Path) -> None:
+    path = write(tmp_path / "policy.npz", **changes)
+    with pytest.raises(ValueError, match=message) as error:
+        MlpPolicy.load(path)
+    one_sentence(error.value)
+    assert str(path) in complaint(path)
+
+
+@pytest.mark.parametrize(
+    ("head", "message"),
+    [
+        ({"activation": "gelu"}, "activation must be one of"),
+        ({"activation": ["tanh"]}, "activation must be one of"),
+        ({"squash": "yes"}, "squash must be True or False"),
+        ({"notes": "text"}, "notes a dict"),
+        ({"colour": 1}, "unexpected keyword argument 'colour'"),
+    ],
+)
+def test_broken_heads_are_refused(head: dict[str, Any], message: str, tmp_path: Path) -> None:
+    path = write(tmp_path / "policy.npz", fields=head)
+    with pytest.raises(ValueError, match=message) as error:
+        MlpPolicy.load(path)
+    one_sentence(error.value)
+
+
+def test_policies_of_other_environments_are_refused(tmp_path: Path) -> None:
+    path = write(tmp_path / "policy.npz", weight_0=np.zeros((3, COUNT), np.float32), bias_0=np.zeros(3, np.float32))
+    assert "is for 3 actions, GStack-v0 has (4,)" in complaint(path)
+
+
+def test_a_bomb_is_not_unpacked(tmp_path: Path) -> None:
+    path = tmp_path / "policy.npz"
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive, archive.open("mean.npy", "w") as member:
+        for _ in range(300):
+            member.write(bytes(2**20))
+    assert path.stat().st_size < 2**20
+    assert "it would unpack to 300 MB" in complaint(path)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"observation_mean": np.full(COUNT, np.nan)}, "observation_mean must be finite numbers"),
+        ({"observation_variance": np.full(COUNT, -1.0)}, "observation_variance must not be negative"),
+        ({"observation_variance": np.ones(COUNT + 1)}, "observation_variance has the wrong shape"),
+        ({"return_mean": np.zeros(2)}, "return_mean has the wrong shape"),
+        ({"epsilon": None}, "epsilon"),
+        ({"extra": np.zeros(1)}, "extra"),
+    ],
+)
+def test_broken_statistics_are_refused(changes: dict[str, Any], message: str, trained: Path) -> None:
+    path = trained / "normalize.npz"
+    with np.load(path) as data:
+        arrays: dict[str, Any] = {name: data[name] for name in data.files} | changes
+    np.savez(path, **{name: array for name, array in arrays.items() if array is not None})
+    assert message in complaint(trained / "policy.zip")
+
+
+def test_weights_of_nan_are_refused_in_a_zip_too(trained: Path) -> None:
+    from gsenv.train import experiment
+
+    kind, _ = EXPERIMENTS[0]
+    run = experiment.prepare(kind, PPO, trained, resume=True)
+    for tensor in run.model.policy.parameters():
+        tensor.data.fill_(float("nan"))
+    run.model.save(trained / "policy.zip")
+    assert "numbers that are not finite" in complaint(trained / "policy.zip")
+
+
+def test_a_policy_of_other_layers_cannot_be_resumed(trained: Path) -> None:
+    from gsenv.train import experiment
+
+    kind, _ = EXPERIMENTS[0]
+    with pytest.raises(ValueError, match="does not fit these settings") as error:
+        experiment.prepare(kind, replace(PPO, layers=(8, 8)), trained, resume=True)
+    one_sentence(error.value)
+
+
+# ---------------------------------------------------------------- splits
+
+
+def test_training_on_the_split_for_tests_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    from gsenv.train import ppo
+
+    with pytest.raises(SystemExit):
+        ppo.main(["--env", "GStack-v0", "--set", "split=test"])
+    assert "training takes the split 'train'" in capsys.readouterr().err
