@@ -9,7 +9,8 @@ An impact of bodies with velocities u and v, in any direction, leaves v in the b
 change in a central impact (Thales): (1 + e) m_u / (m_u + m_v) (u - v).  So each body has a box of velocities
 that grows by those of bodies that it may hit, and its possible velocities are in the ball around the box.
 The masses reduce the velocities that pass on in a heap, except from fixed bodies and from what rests on them, and
-except in fast impacts: there a body may be pushed by all that stick together behind it, whose velocity it takes over.
+except in fast impacts between bodies that no fixed one blocks: there all that stick together behind a body may push
+it, and it may take over their velocity.
 """
 
 from __future__ import annotations
@@ -188,7 +189,8 @@ def exchange_velocities(
         inverse_a = body_parameters[a].inv_mass
         inverse_b = body_parameters[b].inv_mass
         bounce = 1.0 + contact.restitution
-        pushed = 1.0 if timestep * speed > DEEP * contact.extent else 0.0
+        free = substep_bodies[a].blocked + substep_bodies[b].blocked == 0
+        pushed = 1.0 if free and timestep * speed > DEEP * contact.extent else 0.0
         if inverse_a > 0.0:
             share = max(bounce * inverse_a / (inverse_a + inverse_b), pushed)
             changed |= widen_velocities(bodies[a], substep_bodies[a], substep_bodies[b], share, inverse_b == 0.0, least)
