@@ -165,6 +165,51 @@ def test_a_body_that_follows_one_that_is_stopped_does_not_enter_it(
     assert deepest < 3e-3
 
 
+def worst_overlap(world: World, steps: int) -> float:
+    worst = 0.0
+    for _ in range(steps):
+        world.step()
+        worst = max(worst, float(world.diagnostics().penetration[0]))
+    return worst
+
+
+@BOTH
+@pytest.mark.parametrize("gap", [0.01, 0.05])
+@pytest.mark.parametrize("speed", [10.0, 30.0])
+def test_row_that_is_hit_fast_does_not_overlap(dim: int, speed: float, gap: float) -> None:
+    """Bodies that stick together push the next one with the mass of all: it moves at once, and so does what follows."""
+    scene = Scene(dim=dim, gravity=(0.0,) * dim)
+    for k in range(8):
+        x = (1.0 + gap) * k + (1.0 if k > 0 else 0.0)
+        velocity = place(dim, speed if k == 0 else 0.0, 0.0)
+        shape = box(dim, 0.5, 0.5, 0.5)
+        scene.add_body(f"b{k}", shapes=[shape], position=place(dim, x, 0.0), linear_velocity=velocity)
+    world = World(scene)
+    assert worst_overlap(world, 60) < 1e-3
+    np.testing.assert_allclose(world.linear_velocity[0, :, 0], speed / 8.0, rtol=1e-3)
+
+
+@BOTH
+@pytest.mark.parametrize(("speed", "gap"), [(10.0, 0.01), (30.0, 0.01), (30.0, 0.05)])
+def test_bodies_asleep_that_are_hit_meet_each_other_as_those_awake_do(dim: int, speed: float, gap: float) -> None:
+    """Sleeping bodies are no pairs until one of them may be woken; they overlapped by 0.2 m then."""
+    worst = []
+    for asleep in (False, True):
+        scene = Scene(dim=dim)
+        scene.add_body("ground", "static", shapes=[planar.HalfPlane() if dim == 2 else spatial.Plane()])
+        for k in range(8):
+            at = place(dim, (0.5 + gap) * k, 0.25)
+            scene.add_body(f"b{k}", shapes=[box(dim, 0.25, 0.25, 0.25)], position=at)
+        scene.add_body("hit", shapes=[box(dim, 0.25, 0.25, 0.25)], position=place(dim, -2.0, 0.25))
+        world = World(scene)
+        world.step(300 if asleep else 1)
+        assert world.asleep[0, 1:].all() == asleep
+        world.set_velocity("hit", linear=place(dim, speed, 0.0))
+        worst.append(worst_overlap(world, 40))
+    assert worst[1] < worst[0] + 1e-3
+    assert worst[1] < 0.06
+
+
 @BOTH
 @pytest.mark.parametrize("size", [0.02, 0.004, 0.002, 0.001])
 def test_small_cubes_stand_on_each_other(dim: int, size: float) -> None:

@@ -8,7 +8,9 @@ free flight, none is kept.
 An impact of bodies with velocities u and v, in any direction, leaves v in the ball whose diameter is its
 change in a central impact (Thales): (1 + e) m_u / (m_u + m_v) (u - v).  So each body has a box of velocities
 that grows by those of bodies that it may hit, and its possible velocities are in the ball around the box.
-The masses reduce the velocities that pass on in a heap, except from fixed bodies and from what rests on them.
+The masses reduce the velocities that pass on in a heap, except from fixed bodies and from what rests on them, and
+except in fast impacts between bodies that no fixed one blocks: there all that stick together behind a body may push
+it, and it may take over their velocity.
 """
 
 from __future__ import annotations
@@ -29,6 +31,7 @@ approach_speed = by_dimension("narrowphase.motion", "approach_speed")
 IMPACT = 1e-3  # of the extent: smallest depth that an approach within the step must reach to count as an impact
 FALL = 0.1  # of the extent: the same for the fall of a small body at rest within the step
 TOUCHING = 1e-3  # of the extent: gap of bodies that rest on each other, and may block each other
+DEEP = 0.05  # of the extent: smallest depth of an approach within the step at which it counts who pushes from behind
 MAX_ROUNDS = 8  # largest number of passes over all contacts
 MAX_LOOKS = 8  # largest number of searches for contacts in a step
 
@@ -186,11 +189,13 @@ def exchange_velocities(
         inverse_a = body_parameters[a].inv_mass
         inverse_b = body_parameters[b].inv_mass
         bounce = 1.0 + contact.restitution
+        free = substep_bodies[a].blocked + substep_bodies[b].blocked == 0
+        pushed = 1.0 if free and timestep * speed > DEEP * contact.extent else 0.0
         if inverse_a > 0.0:
-            share = bounce * inverse_a / (inverse_a + inverse_b)
+            share = max(bounce * inverse_a / (inverse_a + inverse_b), pushed)
             changed |= widen_velocities(bodies[a], substep_bodies[a], substep_bodies[b], share, inverse_b == 0.0, least)
         if inverse_b > 0.0:
-            share = bounce * inverse_b / (inverse_a + inverse_b)
+            share = max(bounce * inverse_b / (inverse_a + inverse_b), pushed)
             changed |= widen_velocities(bodies[b], substep_bodies[b], substep_bodies[a], share, inverse_a == 0.0, least)
     return changed
 
@@ -261,7 +266,10 @@ def any_wider(
 def widen_boxes(
     shape_models: Array, bodies: Array, body_parameters: Array, substep_bodies: Array, timestep: float, geometry: Array
 ) -> None:
-    """Widen boxes and margins, which are those of the present paths, by the velocities after secondary impacts."""
+    """Widen boxes and margins, which are those of the present paths, by the velocities after secondary impacts.
+
+    Contacts of sleeping bodies with each other are searched where these may be hit.
+    """
     for k in range(len(shape_models)):
         b = shape_models[k].body
         entry = geometry[k]
@@ -273,6 +281,7 @@ def widen_boxes(
         substep_bodies[b].widened_radius = radius
         if not timestep * radius > BASE_MARGIN * extent:
             continue
+        entry.awake = 1  # it may be woken, and then meet others that sleep
         entry.reach += min(timestep * radius, extent)
         for d in range(len(entry.lower)):
             v = timestep * bodies[b].velocity[d]

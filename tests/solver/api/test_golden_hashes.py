@@ -69,11 +69,11 @@ WORLDS: dict[str, tuple[Callable[[], World], int]] = {  # and how many steps
 }
 GOLDEN = {
     "2D mixed": "5c8acd0c161f743ef2acb9a5519226a0090171b237d9f5b11facf999ee187615",
-    "2D tumble": "543c4a5021a2ed9bff1e7a29ae470067c447f8166854b050499aefca87002d3a",
+    "2D tumble": "7214bf6af1060d8a73eef657f3d59c6d89c224fc68717e69ef28ec4fce68b220",
     "2D pyramid": "edb5f93318832ff604f2b0f0c3f8760b3a8dd4c42e721d2a0531ba6bb7c82121",
-    "3D mixed": "af42ecb689122e0c0fea16690cceaa3865a5cffb5c86c8aec1665e8f124edf17",
+    "3D mixed": "799d493056ba56067d6c874abc7319e7915d0fedc6876cf113ac6667d8ca4f87",
     "3D tumble": "6c7c75747210b178c27445012ddffa884e3b9b9e53dc325b75d43e229a0b4bab",
-    "3D chain": "39ad2538b9a07e1ae4f193d3941dae4d3d2c212eadac717d0e46bc3f334a0179",
+    "3D chain": "b02bb87321c33e216ea6097a7350337531966c55479029a4a0e47e355339556c",
 }
 
 

@@ -10,8 +10,10 @@ from numba import int64
 from ...jit import njit
 from ..kinds import BOX, CAPSULE, CYLINDER, HULL, SPHERE
 from ..math import Pose, Vec, add, along, dot, rotate, scaled, sub, to_world, vec
+from .fields import FLAT, TILT
 
 FACING = 1e-3  # sine: a face that faces the ground less is a side
+SHALLOW = 0.01  # of the extent: largest depth of an edge that is tilted beyond a ridge
 UPRIGHT = 0.7  # cosine: a cylinder at a larger tilt does not stand on its flat end
 
 
@@ -25,13 +27,14 @@ class Body(NamedTuple):
     radius: float  # m, rounding of the points; of a cylinder that of its rims
     half_length: float  # m
     extent: float  # m, smallest half-width
+    turn: float  # rad, largest angle by which it may turn within the step
     pose: Pose
     low: Vec  # m, bounding box
     high: Vec
 
 
 @njit
-def body_over_field(model: Any, parameter: Any, vertices: Any, pose: Pose, scratch: Any) -> Body:
+def body_over_field(model: Any, parameter: Any, vertices: Any, pose: Pose, turn: float, scratch: Any) -> Body:
     """Return the Body of a shape and write its parts; `pose`: in the field's frame."""
     kind = int64(model.kind)
     radius, half_length = parameter.radius, parameter.size[2]
@@ -53,7 +56,7 @@ def body_over_field(model: Any, parameter: Any, vertices: Any, pose: Pose, scrat
     else:
         write_point(scratch[0], pose.at)
     low, high = box_around(kind, points, radius, half_length, pose, scratch)
-    return Body(kind, points, faces, edges, radius, half_length, parameter.extent, pose, low, high)
+    return Body(kind, points, faces, edges, radius, half_length, parameter.extent, turn, pose, low, high)
 
 
 @njit
@@ -151,6 +154,16 @@ def faces_ground(body: Body, scratch: Any, index: int, n: Vec) -> bool:
         if dot(m, p) - scratch[f].offset > -1e-4 * body.extent and dot(m, n) < -FACING:
             return True
     return False
+
+
+@njit
+def slack_of(body: Body, gap: float) -> float:
+    """Return the sine by which a direction may be beyond the range of normals of two edges that cross at a gap, m.
+
+    A small rotation brings it into the range: an edge that rocks on a triangle has its weight on one of the ridges
+    around this, and must not fall through another. Nothing else holds it there.
+    """
+    return FLAT + (min(body.turn, TILT) if gap > -SHALLOW * body.extent else 0.0)
 
 
 @njit

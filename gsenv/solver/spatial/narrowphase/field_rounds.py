@@ -9,11 +9,10 @@ import numpy as np
 from ...jit import njit
 from ..kinds import CAPSULE
 from ..math import Vec, add, along, cross, dot, norm, scaled, sub, unit
-from .field_bodies import Body
-from .fields import FLAT, Cell, Fold, Grid, beyond_fold, beyond_peak, closest_on_segment, sample
+from .field_bodies import Body, slack_of
+from .fields import TILT, Cell, Fold, Grid, beyond_fold, beyond_peak, closest_on_segment, sample
 from .spread import offer
 
-TILT = 0.1  # sine: largest tilt of a cylinder's flat end beyond the faces of a ridge that supports it
 CROSSED = 1e-4  # sine: lines nearer to parallel touch at their ends
 ALONG = 1e-3  # sine: a ridge this nearly along a cylinder supports it at both ends
 SECTIONS = 40  # steps of the golden-section search: 0.618^40 < 1e-8
@@ -65,10 +64,10 @@ def side_on_fold(fold: Fold, body: Body, margin: float, feature: int, scratch: A
     d = scaled(d, 1.0 / length)
     if dot(d, add(fold.normal_a, fold.normal_b)) < 0.0:
         d = scaled(d, -1.0)
-    if beyond_fold(fold, d) > FLAT:
-        return total
     apart = sub(a, fold.start)
     gap = dot(d, apart) - body.radius
+    if beyond_fold(fold, d) > slack_of(body, gap):
+        return total
     across = uu * ww - uw * uw
     t = (dot(apart, u) * ww - dot(apart, w) * uw) / across
     s = (dot(apart, u) * uw - dot(apart, w) * uu) / across

@@ -18,6 +18,7 @@ from ..math import Vec, along, cross, dot, norm, scaled, sub, unit
 
 FLAT = 1e-7  # sine: a fold with a smaller angle is flat
 EDGE_SLACK = 1e-9  # of a cell: a point this far beyond a triangle counts as over it
+TILT = 0.1  # sine: largest tilt of a face or an edge beyond the neighbours of a peak or ridge that supports it
 DOWN = (0.0, 0.0, -1.0)
 
 

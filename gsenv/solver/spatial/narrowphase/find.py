@@ -28,7 +28,7 @@ def pair_contacts(world: Any, one: PlacedShape, other: PlacedShape, extent: floa
     start = count
     miss = 0.0
     if PAIR_TABLE[shapes.models[one.number].kind, shapes.models[other.number].kind] == FIELDS:
-        count = find_field_contacts(world, one, other, margin, count, narrowphase.field)
+        count = find_field_contacts(world, one, other, extent, margin, count, narrowphase.field)
     else:
         collide(shapes, one, other, margin, narrowphase)
         m = narrowphase.manifold
@@ -97,9 +97,12 @@ def write_points(m: Any, contacts: Array, count: int) -> int:
 
 @njit
 def find_field_contacts(
-    world: Any, one: PlacedShape, other: PlacedShape, margin: float, count: int, scratch: Array | None
+    world: Any, one: PlacedShape, other: PlacedShape, extent: float, margin: float, count: int, scratch: Array | None
 ) -> int:
-    """Find the contacts of a pair with a heightfield, normals from `one` to `other`; `scratch`: None without any."""
+    """Find the contacts of a pair with a heightfield, normals from `one` to `other`; `scratch`: None without any.
+
+    The margin contains how far the surface may move within the step, and so how far the shape may turn.
+    """
     if scratch is None:
         return count
     contacts = world.scratch.found
@@ -107,7 +110,9 @@ def find_field_contacts(
     field = other if flip else one
     shape = one if flip else other
     start = count
-    count = heightfield_contacts(world.shapes, field, shape, margin, contacts, count, world.scratch.narrowphase)
+    turn = max(margin / extent - BASE_MARGIN, 0.0)
+    narrowphase = world.scratch.narrowphase
+    count = heightfield_contacts(world.shapes, field, shape, margin, turn, contacts, count, narrowphase)
     if flip:
         for k in range(start, min(count, len(contacts))):
             for d in range(3):

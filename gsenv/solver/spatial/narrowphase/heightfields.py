@@ -20,10 +20,11 @@ from ...core.geometry import PlacedShape
 from ...jit import njit
 from ..kinds import CAPSULE, CYLINDER, SPHERE
 from ..math import Pose, Vec, add, along, cross, dot, norm, relative, rotate, scaled, sub, to_world, vec
-from .field_bodies import Body, body_over_field, depth_inside, faces_ground, reach_along
+from .field_bodies import Body, body_over_field, depth_inside, faces_ground, reach_along, slack_of
 from .field_rounds import cylinder_on_face, round_on_fold, round_on_peak
 from .fields import (
     FLAT,
+    TILT,
     Cell,
     Fold,
     Grid,
@@ -47,7 +48,6 @@ from .fields import (
 from .manifold import clear_manifold, set_normal
 from .spread import CHOSEN, choose, offer
 
-TILT = 0.1  # sine: largest tilt of a face beyond the neighbours of a peak that supports it
 CROSSED = 1e-4  # sine: edges nearer to parallel touch at their ends
 STEEPEST = 4.0  # largest ratio of a ridge's depth below an edge of the shape to that below a face not at that edge
 INDICES = 256  # largest number of corners, edges or faces of a shape, in feature ids
@@ -64,9 +64,18 @@ class Corner(NamedTuple):
 
 @njit
 def heightfield_contacts(
-    shapes: Any, field: PlacedShape, shape: PlacedShape, margin: float, contacts: Any, count: int, narrowphase: Any
+    shapes: Any,
+    field: PlacedShape,
+    shape: PlacedShape,
+    margin: float,
+    turn: float,
+    contacts: Any,
+    count: int,
+    narrowphase: Any,
 ) -> int:
     """Find all contacts of a shape with a heightfield within a margin, m; at most sixteen.
+
+    `turn`: largest angle in rad by which the shape may turn within the step.
 
     Writes point (midpoint between the surfaces), normal (out of the field), separation and feature from entry
     `count` of `contacts` on, as far as there is room, sorted by feature.  `narrowphase.manifold` gets the normal
@@ -80,17 +89,18 @@ def heightfield_contacts(
     vertices = shapes.vertices
     clear_manifold(manifold)
     grid = grid_of(shapes.models[field.number], vertices)
-    body = placed_body(shapes, field, shape, scratch)
+    body = placed_body(shapes, field, shape, turn, scratch)
     total = candidates(vertices, grid, body, margin, scratch)
     choose(scratch, total, body.extent)
     return write_chosen(scratch, total, field.pose, contacts, count, manifold)
 
 
 @njit
-def placed_body(shapes: Any, field: PlacedShape, shape: PlacedShape, scratch: Any) -> Body:
+def placed_body(shapes: Any, field: PlacedShape, shape: PlacedShape, turn: float, scratch: Any) -> Body:
     """Return the shape in the field's frame."""
     pose = relative(field.pose, shape.pose)
-    return body_over_field(shapes.models[shape.number], shapes.parameters[shape.number], shapes.vertices, pose, scratch)
+    model, parameter = shapes.models[shape.number], shapes.parameters[shape.number]
+    return body_over_field(model, parameter, shapes.vertices, pose, turn, scratch)
 
 
 @njit
@@ -285,13 +295,14 @@ def edge_on_fold(fold: Fold, body: Body, edge: int, margin: float, feature: int,
     d = scaled(d, 1.0 / length)
     if dot(d, add(fold.normal_a, fold.normal_b)) < 0.0:
         d = scaled(d, -1.0)
-    if beyond_fold(fold, d) > FLAT:
-        return total
-    m, o = vec(scratch[entry.left].normal), vec(scratch[entry.right].normal)
-    if not is_between(scaled(d, -1.0), m, o, w):
-        return total
     apart = sub(a, fold.start)
     gap = dot(d, apart)
+    slack = slack_of(body, gap)
+    if beyond_fold(fold, d) > slack:
+        return total
+    m, o = vec(scratch[entry.left].normal), vec(scratch[entry.right].normal)
+    if not is_between(scaled(d, -1.0), m, o, w, slack):
+        return total
     across = uu * ww - uw * uw
     t = (dot(apart, u) * ww - dot(apart, w) * uw) / across  # position along the ridge
     s = (dot(apart, u) * uw - dot(apart, w) * uu) / across  # position along the shape's edge
@@ -307,12 +318,12 @@ def edge_on_fold(fold: Fold, body: Body, edge: int, margin: float, feature: int,
 
 
 @njit
-def is_between(x: Vec, m: Vec, o: Vec, w: Vec) -> bool:
-    """Whether x = alpha m + beta o with both factors not negative; all three are normal to w."""
+def is_between(x: Vec, m: Vec, o: Vec, w: Vec, slack: float) -> bool:
+    """Whether x = alpha m + beta o with no factor below -slack, about; all are unit vectors normal to w."""
     turn = dot(cross(m, o), w)
     sign = 1.0 if turn > 0.0 else -1.0
-    slack = -FLAT * norm(w)
-    return sign * dot(cross(m, x), w) >= slack and sign * dot(cross(x, o), w) >= slack
+    least = -slack * norm(w)
+    return sign * dot(cross(m, x), w) >= least and sign * dot(cross(x, o), w) >= least
 
 
 @njit
@@ -413,7 +424,7 @@ def heightfield_gap(shapes: Any, field: PlacedShape, shape: PlacedShape, margin:
     """
     vertices = shapes.vertices
     grid = grid_of(shapes.models[field.number], vertices)
-    body = placed_body(shapes, field, shape, scratch)
+    body = placed_body(shapes, field, shape, 0.0, scratch)
     room = (margin, margin, margin)
     span = span_of(grid, sub(body.low, room), add(body.high, room))
     least = np.inf

@@ -38,5 +38,5 @@ def overlap_separation(shapes: Any, geometry: Any, a: int, b: int, narrowphase: 
 def _under_field(shapes: Any, field: PlacedShape, shape: PlacedShape, narrowphase: Any, scratch: Array | None) -> float:
     if scratch is None:
         return np.inf
-    heightfield_contacts(shapes, field, shape, 0.0, narrowphase.no_contacts, int64(0), narrowphase)
+    heightfield_contacts(shapes, field, shape, 0.0, 0.0, narrowphase.no_contacts, int64(0), narrowphase)
     return narrowphase.manifold.separation

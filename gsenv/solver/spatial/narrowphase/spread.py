@@ -1,4 +1,8 @@
-"""Selection of contact points: in each group of similar normals the deepest and those with the largest spread."""
+"""Selection of contact points: in each group of similar normals the deepest and those with the largest spread.
+
+On flat ground these imply all others. On bumpy ground another one may be deeper than the plane through those chosen,
+and a shape would fall onto it when it rocks; such points form further groups.
+"""
 
 from __future__ import annotations
 
@@ -14,6 +18,7 @@ SCRATCH_SIZE = 192  # no hull has more edges: 3 * 64 - 6
 AGREE = 0.995  # cosine: normals within 5.7 degrees form one group
 MAX_GROUPS = 4  # largest number of groups, deepest first
 APART = 0.02  # of the extent: points of one group nearer than this count as one
+LEVEL = 1e-5  # of the extent: a point this close to the plane through others is implied by them
 FREE, TAKEN, CHOSEN = 0, 1, 2
 
 
@@ -69,12 +74,15 @@ def choose(scratch: Any, total: int, extent: float) -> None:
                 first = int64(i)
         if first < 0:
             return
-        choose_group(scratch, total, first, APART * extent)
+        choose_group(scratch, total, first, APART * extent, LEVEL * extent)
 
 
 @njit
-def choose_group(scratch: Any, total: int, first: int, apart: float) -> None:
-    """Choose the deepest, the farthest from it, the farthest from their line, the farthest beyond that triangle."""
+def choose_group(scratch: Any, total: int, first: int, apart: float, level: float) -> None:
+    """Choose the deepest, the farthest from it, the farthest from their line, the farthest beyond that triangle.
+
+    The others of the group that these imply are TAKEN.
+    """
     n = vec(scratch[first].push)
     a = vec(scratch[first].spot)
     second = farthest(scratch, total, n, a, a, a, 0, apart)
@@ -84,13 +92,56 @@ def choose_group(scratch: Any, total: int, first: int, apart: float) -> None:
         third = farthest(scratch, total, n, a, b, b, 1, apart)
         if third >= 0:
             fourth = farthest(scratch, total, n, a, b, vec(scratch[third].spot), 2, apart)
-    for i in range(total):
-        if scratch[i].state == FREE and dot(vec(scratch[i].push), n) > AGREE:
-            scratch[i].state = TAKEN
     scratch[first].state = CHOSEN
     for k in (second, third, fourth):
         if k >= 0:
             scratch[k].state = CHOSEN
+    for i in range(total):
+        if scratch[i].state == FREE and dot(vec(scratch[i].push), n) > AGREE:
+            if is_implied(scratch, i, n, (first, second, third, fourth), level):
+                scratch[i].state = TAKEN
+
+
+@njit
+def is_implied(scratch: Any, i: int, n: Vec, chosen: tuple[int, int, int, int], level: float) -> bool:
+    """Whether a candidate keeps its gap, or a larger one, wherever those of the chosen ones stay open.
+
+    Between these it must not be deeper than the plane through them; beyond them it must be in this plane.
+    """
+    first, second, third, fourth = chosen
+    gap = scratch[i].gap
+    if second < 0:
+        return True
+    p = vec(scratch[i].spot)
+    if third < 0:
+        way = sub(vec(scratch[second].spot), vec(scratch[first].spot))
+        t = dot(sub(p, vec(scratch[first].spot)), way) / dot(way, way)
+        above = gap - (1.0 - t) * scratch[first].gap - t * scratch[second].gap
+        return abs(above) <= level or (above > 0.0 and t >= 0.0 and t <= 1.0)
+    inside, plane = gap_between(scratch, n, p, first, second, third)
+    above = gap - plane
+    if fourth >= 0 and not inside:
+        for k in range(3):
+            a = second if k == 0 else first
+            b = second if k == 2 else third
+            inside, plane = gap_between(scratch, n, p, a, b, fourth)
+            if inside:
+                above = gap - plane
+                break
+    return abs(above) <= level or (above > 0.0 and inside)
+
+
+@njit
+def gap_between(scratch: Any, n: Vec, p: Vec, i: int, j: int, k: int) -> tuple[bool, float]:
+    """Return (whether p is in the triangle of three candidates seen along n, the gap there of the plane of theirs)."""
+    a, b, c = vec(scratch[i].spot), vec(scratch[j].spot), vec(scratch[k].spot)
+    area = dot(n, cross(sub(b, a), sub(c, a)))
+    if area == 0.0:
+        return False, np.inf
+    u = dot(n, cross(sub(b, p), sub(c, p))) / area
+    v = dot(n, cross(sub(c, p), sub(a, p))) / area
+    w = 1.0 - u - v
+    return u >= 0.0 and v >= 0.0 and w >= 0.0, u * scratch[i].gap + v * scratch[j].gap + w * scratch[k].gap
 
 
 @njit

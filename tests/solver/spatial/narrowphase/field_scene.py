@@ -59,11 +59,12 @@ class OverField:
         margin: float = 0.01,
         field: Pose | None = None,
         room: int = ROOM,
+        turn: float = 0.0,
     ) -> Found:
         out = as_records(np.zeros(room, contact_dtype(3)))
         ground = PlacedShape(0, field or pose_at((0, 0, 0)))
         shape = PlacedShape(1, pose_at(at, rotation))
-        count = heightfield_contacts(self.shapes, ground, shape, margin, out, 0, self.narrowphase)
+        count = heightfield_contacts(self.shapes, ground, shape, margin, turn, out, 0, self.narrowphase)
         self.total = count
         n = min(count, room)
         point, normal, separation, feature = (

@@ -105,6 +105,34 @@ def test_on_a_ridge() -> None:
     assert across.point[0] == pytest.approx((0.0, 0.05, -0.0005))
 
 
+@pytest.mark.nojit
+def test_a_bump_among_the_points_of_a_face_is_a_contact() -> None:
+    """Four points around it are farther apart, but a face that rocks on two of them falls onto it."""
+    field = field_over(lambda x, y: 0.002 * (abs(x) + abs(y) < 1e-6) - 0.0, samples=21)
+    over = OverField(field, Box(half_extents=(0.6, 0.6, 0.2)))
+    tilt = np.arcsin(0.006 / 1.2)  # it stands on the corners at -x
+    found = over.contacts((0.0, 0.0, 0.2 + 0.003), (np.cos(tilt / 2), 0.0, np.sin(tilt / 2), 0.0), margin=0.01)
+    bump = found.point[np.hypot(found.point[:, 0], found.point[:, 1]) < 0.01]
+    assert len(bump) == 1
+    assert found.number >= 5
+
+
+@pytest.mark.nojit
+def test_a_ridge_beside_the_one_that_carries_an_edge_is_a_contact_if_the_shape_may_turn() -> None:
+    """A capsule along x leans on one edge of a flat top; it may turn onto the other."""
+    top = field_over(lambda x, y: -0.5 * np.maximum(abs(x) - 0.2, 0.0), samples=21)
+    over = OverField(top, Capsule(half_length=0.5, radius=0.1))
+    lean = 0.01
+    rotation = (np.cos(np.pi / 4 + lean / 2), 0.0, np.sin(np.pi / 4 + lean / 2), 0.0)
+    at = (0.0, 0.03, 0.1 * 1.0 + 0.2 * lean)
+    near = over.contacts(at, rotation, margin=0.01)
+    turned = over.contacts(at, rotation, margin=0.01, turn=0.02)
+    assert near.point[:, 0] == pytest.approx([0.2], abs=2e-3)
+    assert np.sort(turned.point[:, 0]) == pytest.approx([-0.2, 0.2], abs=2e-3)
+    other = int(np.argmin(turned.point[:, 0]))
+    assert turned.separation[other] == pytest.approx(0.4 * lean, rel=0.02)
+
+
 def test_a_box_standing_on_its_corner_and_on_its_edge() -> None:
     over = OverField(FLAT, Box(half_extents=(0.2, 0.2, 0.2)))
     on_edge = over.contacts((0.03, 0.04, 0.2 * np.sqrt(2.0) - 0.001), (np.cos(np.pi / 8), np.sin(np.pi / 8), 0, 0))
