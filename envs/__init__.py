@@ -23,6 +23,7 @@ class EnvEntry:
     max_episode_steps: int
     summary: str  # for `gsenv list`
     scripted_policy: str | None = None  # (..., entry) observations to (..., action) actions
+    reward_threshold: float | None = None  # mean return of an episode at which the task counts as solved
 
 
 ENVS = (
@@ -49,6 +50,24 @@ ENVS = (
         600,
         "3D: build a tower of blocks that stands",
         "stack3d.policy:build_tower",
+    ),
+    EnvEntry(
+        "GRagdoll2D-v0",
+        "ragdoll2d.env:RagdollEnv",
+        "ragdoll2d.env:RagdollVectorEnv",
+        600,
+        "2D: keep a figure on its feet that is pushed",
+        "ragdoll2d.policy:balance",
+        reward_threshold=15.0,
+    ),
+    EnvEntry(
+        "GRagdoll2D-hardcore-v0",
+        "ragdoll2d.env:RagdollHardcoreEnv",
+        "ragdoll2d.env:RagdollHardcoreVectorEnv",
+        600,
+        "2D: the same with harder pushes",
+        "ragdoll2d.policy:balance",
+        reward_threshold=12.0,
     ),
 )
 
@@ -77,6 +96,7 @@ def register_envs() -> None:
                 entry_point=f"gsenv.envs.{entry.env}",
                 vector_entry_point=f"gsenv.envs.{entry.vector_env}",
                 max_episode_steps=entry.max_episode_steps,
+                reward_threshold=entry.reward_threshold,
             )
     if "pettingzoo" in sys.modules:
         register_parallel_envs()

@@ -48,6 +48,18 @@ SETTINGS = {
         tests=({"blocks": 3}, {"blocks": 5}),
     ),
     "GCar-v0": replace(DEFAULTS, steps=1_500_000, arguments={"difficulty": 0.3}, tests=({"difficulty": 0.3},)),
+    "GRagdoll2D-v0": replace(
+        DEFAULTS,
+        steps=1_500_000,
+        world_count=128,
+        rollout=64,
+        learning_rate=1e-3,
+        epochs=5,
+        arguments={"push": 0.6},
+        curriculum=((0.15, {"push": 0.2}), (0.4, {"push": 0.4})),
+        tests=({"push": 0.3}, {"push": 0.6}, {"push": 1.0}),
+        log_std=-1.0,
+    ),
 }
 
 
