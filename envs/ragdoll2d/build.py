@@ -79,7 +79,12 @@ def _shapes(body: int) -> list[Any]:
     neck = _limb((0.005, n.SHOULDER + 0.03), 0.046, (0.02, n.SHOULDER + 0.13), 0.044)
     chest = _limb((0.0, 0.0), 0.092, (-0.005, n.SHOULDER - 0.05), 0.116)
     head = _limb((0.03, n.SHOULDER + 0.145), 0.076, (0.012, n.CROWN - 0.1), 0.1, HEAD_CORNERS)
-    return [_solid(0.1 * n.HEAD_MASS, neck), _solid(n.CHEST_MASS, chest), _solid(0.9 * n.HEAD_MASS, head)]
+    face = n.CROWN - 0.13
+    nose = [(0.106, face + 0.025), (0.132, face - 0.022), (0.1, face - 0.026)]
+    return [
+        _solid(0.1 * n.HEAD_MASS, neck), _solid(n.CHEST_MASS, chest),
+        Polygon(vertices=nose, density=0.0, mask=n.NOTHING), _solid(0.9 * n.HEAD_MASS, head),
+    ]  # fmt: skip
 
 
 def _foot() -> list[tuple[float, float]]:

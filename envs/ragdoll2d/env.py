@@ -88,12 +88,17 @@ class RagdollTask(Task):
     reward_terms = (
         RewardTerm(
             "stand",
-            f"{rules.STAND_WEIGHT:g} h u exp(-(v / {rules.CALM_SPEED:g} m/s)^2): h the height of the crown over that in "
-            "the stand, at most 1, u the cosine of the chest's tilt, v the speed of the centre of mass forwards",
+            f"{rules.STAND_WEIGHT:g} h u exp(-(v / {rules.CALM_SPEED:g} m/s)^2): h the height of the crown over that "
+            "in the stand, at most 1, u the cosine of the chest's tilt, v the speed of the centre of mass forwards",
         ),
         RewardTerm(
             "posture",
-            f"{rules.POSTURE_WEIGHT:g} exp(-d^2): d^2 the sum of the squares of the angles from those of the stand, rad^2",
+            f"{rules.POSTURE_WEIGHT:g} exp(-d^2): d^2 the sum of the squares of the angles from the stand, rad^2",
+        ),
+        RewardTerm(
+            "apart",
+            f"{rules.APART_WEIGHT:g} times the part of {rules.STRIDE:g} m by which the distance of the ankles along "
+            f"the ground exceeds {rules.FREE_STRIDE:g} m, at most 1",
         ),
         RewardTerm("smoothness", f"{rules.SMOOTH_WEIGHT:g} times the square of the change of the action"),
         RewardTerm("effort", f"{rules.EFFORT_WEIGHT:g} times the sum of the squares of torques over their bounds"),
@@ -144,7 +149,7 @@ class RagdollTask(Task):
     def camera(self, world: int, width: int, height: int) -> Any:
         from gsenv.render.camera import Camera
 
-        return Camera((float(self.task_state["gaze"][world]), 0.95), max(2.5, 2.4 * height / width))
+        return Camera((float(self.task_state["gaze"][world]), 0.9), max(2.2, 2.6 * height / width))
 
     def captions(self, world: int) -> Sequence[str]:
         state = self.task_state[world]
@@ -166,10 +171,11 @@ class RagdollEnv(TaskEnv):
 
     ## Description
     Seen from the side, a person of 1.7 m and 60 kg stands on level ground with bent knees and is pushed
-    at the chest every 2 to 4 s. Drives at waist, hips, knees and ankles follow the angles that the
+    at the hips every 2 to 4 s. Drives at waist, hips, knees and ankles follow the angles that the
     actions ask for, with bounded torques; the arms hang from the shoulders on soft springs. The ankles
-    alone hold only light pushes, for the soles are short: harder ones need hips, waist and steps.
-    Control runs at 30 Hz. Left and right legs do not collide: the near one passes in front.
+    alone hold only light pushes, for the soles are short: harder ones need hips, waist and steps, and
+    after a step the feet must come together again. Control runs at 30 Hz. The legs do not collide: the
+    near one passes in front of the far one.
 
     GRagdoll2D-v0 pushes with up to 0.6 m/s, GRagdoll2D-hardcore-v0 with up to 1 m/s.
 
@@ -207,6 +213,8 @@ class RagdollEnv(TaskEnv):
     ## Episode End
     - Termination: a fall. The crown is below 0.6 of its height in the stand, pelvis or chest tilt by
       more than 1 rad, or anything but the feet touches the ground.
+    - Termination: the ankles are more than 0.15 m apart for more than 2 s, from which time with the feet
+      together is taken back. (Legs astride, a constant action would hold the pushes.)
     - Truncation: after 600 steps (20 s), by `gymnasium.make` and `gymnasium.make_vec`. Standing at that
       time is success.
 

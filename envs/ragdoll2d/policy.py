@@ -19,18 +19,18 @@ _AXES = {entry.name: k for k, entry in enumerate(RagdollTask.actions)}
 class Habits(NamedTuple):
     """Numbers of `balance`, found by random search."""
 
-    ankle: float = 4.0  # action for each m of the capture point
-    pelvis: float = 1.5  # of the stance hip, for the sine of the pelvis' tilt
-    pelvis_rate: float = 0.15  # s/rad
-    waist: float = 0.8  # for the sine of the chest's tilt
-    step: float = 0.13  # m, of the capture point, beyond which it steps
-    reach: float = 1.0  # of the step, over the way to the capture point
-    beyond: float = 0.03  # m, added to it
-    lift: float = 0.8  # of the swinging knee
-    near: float = 0.1  # m from its place, at which the swinging foot comes down
-    gather: float = 0.12  # m between the feet, beyond which it gathers them
-    calm: float = 0.25  # m/s, below which it gathers them
-    bias: float = 0.0  # m, of the capture point
+    ankle: float = 5.4  # action for each m of the capture point
+    pelvis: float = 2.1  # of the stance hip, for the sine of the pelvis' tilt
+    pelvis_rate: float = 0.14  # s/rad
+    waist: float = 0.83  # for the sine of the chest's tilt
+    step: float = 0.142  # m, of the capture point, beyond which it steps
+    reach: float = 0.94  # of the step, over the way to the capture point
+    beyond: float = -0.013  # m, added to it
+    lift: float = 1.04  # of the swinging knee
+    near: float = 0.126  # m from its place, at which the swinging foot comes down
+    gather: float = 0.14  # m between the feet, beyond which it gathers them
+    calm: float = 0.23  # m/s, below which it gathers them
+    bias: float = -0.007  # m, of the capture point
 
 
 HABITS = Habits()

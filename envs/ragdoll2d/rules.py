@@ -51,6 +51,9 @@ MOST_APART = 2.0  # s
 STAND_WEIGHT = 0.03
 POSTURE_WEIGHT = 0.01
 CALM_SPEED = 0.5  # m/s
+APART_WEIGHT = -0.02
+FREE_STRIDE = 0.1  # m between the ankles
+STRIDE = 0.3  # m beyond that, which cost the whole weight
 SMOOTH_WEIGHT = -0.002
 EFFORT_WEIGHT = -0.0005
 FALL_REWARD = -0.5
@@ -304,14 +307,12 @@ def _show_push(world):  # type: ignore[no-untyped-def]
 
 
 @njit
-def _count_apart(world):  # type: ignore[no-untyped-def]
-    """Count the time with the feet apart, which time with the feet together takes back; whether it is too long."""
-    task, bodies, parameters = world.task.state, world.state.bodies, world.parameters.bodies
+def _stride(world):  # type: ignore[no-untyped-def]
+    """Return the distance in m between the ankles along the ground."""
+    bodies, parameters = world.state.bodies, world.parameters.bodies
     near = point_of(bodies[_NEAR_FOOT], parameters[_NEAR_FOOT], 0.0, 0.0)[0]
     far = point_of(bodies[_FAR_FOOT], parameters[_FAR_FOOT], 0.0, 0.0)[0]
-    change = CONTROL_TIME if abs(near - far) > APART else -CONTROL_TIME
-    task.apart = max(task.apart + change, 0.0)
-    return task.apart > MOST_APART
+    return abs(near - far)
 
 
 @njit
@@ -325,10 +326,13 @@ def evaluate_world(world, timestep):  # type: ignore[no-untyped-def]
     _, _, others = _foot_loads(active_contacts(world), timestep)
     tilt = max(abs(bodies[_TORSO].angle), abs(bodies[_PELVIS].angle))
     fell = height < FALL_HEIGHT or tilt > FALL_TILT or others
-    failed = _count_apart(world) or fell
+    stride = _stride(world)
+    task.apart = max(task.apart + (CONTROL_TIME if stride > APART else -CONTROL_TIME), 0.0)
+    failed = fell or task.apart > MOST_APART
     calm = _bell((vx / CALM_SPEED) * (vx / CALM_SPEED))
     term.stand = STAND_WEIGHT * min(max(height, 0.0), 1.0) * max(upright, 0.0) * calm
     term.posture = POSTURE_WEIGHT * _bell(_posture(bodies))
+    term.apart = APART_WEIGHT * min(max(stride - FREE_STRIDE, 0.0) / STRIDE, 1.0)
     term.smoothness = SMOOTH_WEIGHT * task.change
     term.effort = EFFORT_WEIGHT * _effort(world.state.joints, _EFFORT, timestep)
     term.fall = FALL_REWARD if failed else 0.0
@@ -339,7 +343,7 @@ def evaluate_world(world, timestep):  # type: ignore[no-untyped-def]
     info.pushes = task.push_count
     task.gaze += 0.12 * (bodies[_PELVIS].position[0] - task.gaze)
     _show_push(world)
-    return term.stand + term.posture + term.smoothness + term.effort + term.fall, failed
+    return term.stand + term.posture + term.apart + term.smoothness + term.effort + term.fall, failed
 
 
 # ---------------------------------------------------------------- observe
@@ -416,14 +420,12 @@ def initialize_worlds(world, worlds, most, draws, timestep):  # type: ignore[no-
 
 
 @njit
-def _count_apart(world):  # type: ignore[no-untyped-def]
-    """Count the time with the feet apart, which time with the feet together takes back; whether it is too long."""
-    task, bodies, parameters = world.task.state, world.state.bodies, world.parameters.bodies
+def _stride(world):  # type: ignore[no-untyped-def]
+    """Return the distance in m between the ankles along the ground."""
+    bodies, parameters = world.state.bodies, world.parameters.bodies
     near = point_of(bodies[_NEAR_FOOT], parameters[_NEAR_FOOT], 0.0, 0.0)[0]
     far = point_of(bodies[_FAR_FOOT], parameters[_FAR_FOOT], 0.0, 0.0)[0]
-    change = CONTROL_TIME if abs(near - far) > APART else -CONTROL_TIME
-    task.apart = max(task.apart + change, 0.0)
-    return task.apart > MOST_APART
+    return abs(near - far)
 
 
 @njit
