@@ -213,7 +213,7 @@ class RagdollEnv(TaskEnv):
     ## Episode End
     - Termination: a fall. The crown is below 0.6 of its height in the stand, pelvis or chest tilt by
       more than 1 rad, or anything but the feet touches the ground.
-    - Termination: the ankles are more than 0.15 m apart for more than 2 s, from which time with the feet
+    - Termination: the ankles are more than 0.2 m apart for more than 2 s, from which time with the feet
       together is taken back. (Legs astride, a constant action would hold the pushes.)
     - Truncation: after 600 steps (20 s), by `gymnasium.make` and `gymnasium.make_vec`. Standing at that
       time is success.

@@ -46,7 +46,7 @@ START_SPEED = 0.1  # m/s
 
 FALL_HEIGHT = 0.6  # of the height of the stand
 FALL_TILT = 1.0  # rad
-APART = 0.15  # m between the ankles, beyond which the feet are apart
+APART = 0.2  # m between the ankles, beyond which the feet are apart
 MOST_APART = 2.0  # s
 STAND_WEIGHT = 0.03
 POSTURE_WEIGHT = 0.01
@@ -417,15 +417,6 @@ def initialize_worlds(world, worlds, most, draws, timestep):  # type: ignore[no-
         select_world(world, worlds[i])
         initialize_world(world, most, draws[i])
         observe_world(world, timestep)
-
-
-@njit
-def _stride(world):  # type: ignore[no-untyped-def]
-    """Return the distance in m between the ankles along the ground."""
-    bodies, parameters = world.state.bodies, world.parameters.bodies
-    near = point_of(bodies[_NEAR_FOOT], parameters[_NEAR_FOOT], 0.0, 0.0)[0]
-    far = point_of(bodies[_FAR_FOOT], parameters[_FAR_FOOT], 0.0, 0.0)[0]
-    return abs(near - far)
 
 
 @njit
