@@ -209,8 +209,9 @@ def test_docstring_is_the_specification(heading: str) -> None:
     assert f"## {heading}\n" in doc
     for entry in (*RagdollTask.actions, *RagdollTask.observations):
         assert f"| {entry.name} " in doc
-    for named in (*RagdollTask.reward_terms, *RagdollTask.quantities, *RagdollTask.arguments):
-        assert f"| {named.name} " in doc
+    names = [term.name for term in RagdollTask.reward_terms] + [one.name for one in RagdollTask.quantities]
+    for name in (*names, *(setting.name for setting in RagdollTask.arguments)):
+        assert f"| {name} " in doc
 
 
 @pytest.mark.parametrize(
