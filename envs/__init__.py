@@ -54,6 +54,24 @@ ENVS = (
         "3D: build a tower of blocks that stands",
         "stack3d.policy:build_tower",
     ),
+    EnvEntry(
+        "GRagdoll2D-v0",
+        "ragdoll2d.env:RagdollEnv",
+        "ragdoll2d.env:RagdollVectorEnv",
+        600,
+        18.0,
+        "2D: keep a figure on its feet that is pushed",
+        "ragdoll2d.policy:balance",
+    ),
+    EnvEntry(
+        "GRagdoll2D-hardcore-v0",
+        "ragdoll2d.env:RagdollHardcoreEnv",
+        "ragdoll2d.env:RagdollHardcoreVectorEnv",
+        600,
+        10.0,
+        "2D: the same with harder pushes",
+        "ragdoll2d.policy:balance",
+    ),
 )
 
 

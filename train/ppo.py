@@ -36,6 +36,18 @@ class Settings(experiment.Settings):
 
 
 DEFAULTS = Settings()
+RAGDOLL = replace(
+    DEFAULTS,
+    steps=1_500_000,
+    world_count=128,
+    rollout=64,
+    epochs=5,
+    learning_rate=1e-3,
+    log_std=-1.0,
+    arguments={"push": 0.8},  # more than the environment's own, so that it learns to step
+    curriculum=((0.12, {"push": 0.3}), (0.3, {"push": 0.5})),
+    tests=({"push": 0.3}, {"push": 0.6}, {"push": 1.0}),
+)
 SETTINGS = {
     "GStack-v0": replace(
         DEFAULTS,
@@ -47,6 +59,8 @@ SETTINGS = {
         tests=({"blocks": 3}, {"blocks": 5}),
     ),
     "GCar-v0": replace(DEFAULTS, steps=1_500_000, arguments={"difficulty": 0.3}, tests=({"difficulty": 0.3},)),
+    "GRagdoll2D-v0": RAGDOLL,
+    "GRagdoll2D-hardcore-v0": replace(RAGDOLL, arguments={"push": 1.2}),
 }
 
 

@@ -1,0 +1,275 @@
+"""GRagdoll2D-v0: a planar figure with seven driven joints keeps its balance while it is pushed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from gymnasium import Env
+from gymnasium.vector import VectorEnv
+
+from gsenv.envs import time_limit
+from gsenv.envs.core.arguments import Quantity, Setting
+from gsenv.envs.core.env import TaskEnv
+from gsenv.envs.core.spec_tables import Entry, RewardTerm
+from gsenv.envs.core.task import Array, Task, documented
+from gsenv.envs.core.vector import TaskVectorEnv
+from gsenv.envs.ragdoll2d import rules, scene
+from gsenv.envs.ragdoll2d.build import build_scene
+from gsenv.solver import Options, Scene
+
+TOLERANCE = 1e-3  # of "balanced": drives with bounded torques converge slowly, and errors of this size are not seen
+RANGES = {  # drawn in each episode, unless `randomize` says otherwise
+    "friction": (0.6, 1.2),
+    "trunk_mass": (0.85, 1.15),
+    "leg_mass": (0.85, 1.15),
+    "strength": (0.85, 1.15),
+    "delay": (0.0, 1.0),
+}
+
+
+def check_push(push: Any) -> float:
+    """Return a push from 0 to 3 m/s as a float; raises ValueError for anything else."""
+    try:
+        value = float(push)
+    except (TypeError, ValueError):
+        value = float("nan")
+    if isinstance(push, bool) or not 0.0 <= value <= 3.0:
+        raise ValueError(f"push must be a speed from 0 to 3 m/s, got {push!r}.")
+    return value
+
+
+def _push_setting(most: float) -> tuple[Setting, ...]:
+    return (Setting("push", most, check_push, "m/s, the largest change of velocity by a push; 0: no pushes"),)
+
+
+def _axis_actions() -> list[Entry]:
+    entries = []
+    for axis, span in zip(scene.AXES, rules._SPAN, strict=True):
+        text = f"target of the {axis.name.replace('_', ' ')}: {axis.stand:g} {span:+.2f} a rad"
+        entries.append(Entry(text, axis.name, -1, 1))
+    return entries
+
+
+def _joint_entries() -> list[Entry]:
+    names = [(axis.name, axis.name.replace("_", " ")) for axis in scene.JOINTS]
+    return [
+        *(Entry(f"{text}, angle from that of the stand", f"{name}_angle", -4, 4, "rad") for name, text in names),
+        *(Entry(f"{text}, rate", f"{name}_rate", -5, 5, "10 rad/s") for name, text in names),
+        *(Entry(f"last action, {axis.name.replace('_', ' ')}", f"last_{axis.name}", -1, 1) for axis in scene.AXES),
+    ]
+
+
+def _foot_entries(side: str) -> tuple[Entry, ...]:
+    return (
+        Entry(f"{side} foot, forwards from the centre of mass", f"{side}_foot_x", -4, 4, "0.5 m"),
+        Entry(f"{side} foot, height of its centre of mass", f"{side}_foot_y", -1, 10, "0.2 m"),
+        Entry(f"{side} foot, sine of its angle (toes up is positive)", f"{side}_foot_sine", -1, 1),
+    )
+
+
+class RagdollTask(Task):
+    """The rules for many worlds; `settings` has the defaults of a reset."""
+
+    actions = tuple(_axis_actions())
+    observations = (
+        Entry("height of the crown over that in the stand, less 1", "height", -5, 5, "0.2"),
+        Entry("pelvis, sine of its tilt (backwards is positive)", "pelvis_sine", -1, 1),
+        Entry("chest, sine of its tilt", "chest_sine", -1, 1),
+        Entry("pelvis, rate of its tilt", "pelvis_rate", -5, 5, "5 rad/s"),
+        Entry("centre of mass, velocity forwards", "vx", -5, 5, "m/s"),
+        Entry("centre of mass, velocity upwards", "vy", -5, 5, "m/s"),
+        Entry("centre of mass, forwards from the middle of the support", "mass_x", -10, 10, "0.2 m"),
+        Entry("capture point, forwards from the middle of the support", "capture_x", -10, 10, "0.2 m"),
+        Entry("near foot, load over the weight of the figure", "near_load", 0, 5),
+        Entry("far foot, load over the weight of the figure", "far_load", 0, 5),
+        *_foot_entries("near"),
+        *_foot_entries("far"),
+        Entry("time with the feet apart", "apart", 0, 1.1, "2 s"),
+        *_joint_entries(),
+    )
+    reward_terms = (
+        RewardTerm(
+            "stand",
+            f"{rules.STAND_WEIGHT:g} h u exp(-(v / {rules.CALM_SPEED:g} m/s)^2): h the height of the crown over that "
+            "in the stand, at most 1, u the cosine of the chest's tilt, v the speed of the centre of mass forwards",
+        ),
+        RewardTerm(
+            "posture",
+            f"{rules.POSTURE_WEIGHT:g} exp(-d^2): d^2 the sum of the squares of the angles from the stand, rad^2",
+        ),
+        RewardTerm(
+            "apart",
+            f"{rules.APART_WEIGHT:g} times the part of {rules.STRIDE:g} m by which the distance of the ankles along "
+            f"the ground exceeds {rules.FREE_STRIDE:g} m, at most 1",
+        ),
+        RewardTerm("smoothness", f"{rules.SMOOTH_WEIGHT:g} times the square of the change of the action"),
+        RewardTerm("effort", f"{rules.EFFORT_WEIGHT:g} times the sum of the squares of torques over their bounds"),
+        RewardTerm("fall", f"{rules.FALL_REWARD:g} for a fall"),
+    )
+    task_state_fields = rules.TASK_STATE_FIELDS
+    info_fields = (("success", "?"), ("is_success", "?"), ("fell", "?"), ("time", "f8"), ("pushes", "i8"))
+    max_episode_steps = time_limit("GRagdoll2D-v0")
+    draw_count = rules.DRAW_COUNT
+    engine_steps = rules.ENGINE_STEPS
+    arguments = _push_setting(0.6)
+    quantities = (
+        Quantity("friction", "friction coefficient of the soles and of all else", scene.FRICTION, 0.05, 2.0),
+        Quantity("trunk_mass", "masses of pelvis, chest, head and arms over their nominal ones", 1.0, 0.5, 2.0),
+        Quantity("leg_mass", "masses of legs and feet over their nominal ones", 1.0, 0.5, 2.0),
+        Quantity("strength", "bounds of the torques over their nominal ones", 1.0, 0.2, 3.0),
+        Quantity("delay", "actions act one step late where this is 0.5 or more", 0.0, 0.0, 1.0, "steps"),
+    )
+
+    def __init__(
+        self,
+        world_count: int = 1,
+        threads: int = 1,
+        settings: Mapping[str, Any] | None = None,
+        fidelity: str = "balanced",
+        randomize: Mapping[str, Any] | None = None,
+        diagnostics: bool = False,
+    ) -> None:
+        super().__init__(
+            world_count, threads, settings, fidelity, RANGES if randomize is None else randomize, diagnostics
+        )
+
+    def build_scene(self) -> Scene:
+        return build_scene()
+
+    def solver_options(self) -> Options:
+        options = Options.preset(self.fidelity, articulated=True)
+        return replace(options, tolerance=max(options.tolerance, TOLERANCE)) if self.fidelity == "balanced" else options
+
+    def initialize_episode(self, worlds: Array, draws: Array, options: Mapping[str, Any]) -> None:
+        rules.initialize_worlds(self.kernel_world, worlds, options["push"], draws, self.world.timestep)
+
+    def apply_action(self, actions: Array) -> int:
+        return rules.apply_actions(self.kernel_world, actions)
+
+    def evaluate(self) -> None:
+        rules.evaluate_worlds(self.kernel_world, self.world.timestep)
+
+    def camera(self, world: int, width: int, height: int) -> Any:
+        from gsenv.render.camera import Camera
+
+        return Camera((float(self.task_state["gaze"][world]), 0.9), max(2.2, 2.6 * height / width))
+
+    def captions(self, world: int) -> Sequence[str]:
+        state = self.task_state[world]
+        lines = [f"{state['steps'] * rules.CONTROL_TIME:.1f} s"]
+        if state["pushed"] < rules.SHOWN_STEPS:
+            lines.append(f"push {abs(state['push']):.2f} m/s")
+        return lines
+
+
+class RagdollHardcoreTask(RagdollTask):
+    """The same with harder pushes."""
+
+    max_episode_steps = time_limit("GRagdoll2D-hardcore-v0")
+    arguments = _push_setting(1.0)
+
+
+@documented
+class RagdollEnv(TaskEnv, Env[Any, Any]):
+    """Keep a figure on its feet: GRagdoll2D-v0.
+
+    ## Description
+    Seen from the side, a person of 1.7 m and 60 kg stands on level ground with bent knees and is pushed
+    at the hips every 2 to 4 s. Drives at waist, hips, knees and ankles follow the angles that the
+    actions ask for, with bounded torques; the arms hang from the shoulders on soft springs. The ankles
+    alone hold only light pushes, for the soles are short: harder ones need hips, waist and steps, and
+    after a step the feet must come together again. Control runs at 30 Hz. The legs do not collide: the
+    near one passes in front of the far one.
+
+    GRagdoll2D-v0 pushes with up to 0.6 m/s, GRagdoll2D-hardcore-v0 with up to 1 m/s.
+
+    ## Action Space
+    `Box(-1, 1, (7,), float32)`. Values beyond are clipped; NaN and infinity are refused.
+
+    {action_table}
+
+    An action a sets the target of each drive to the angle of the stand plus 0.6 of half the joint's
+    range times a; 0 asks for the stand. The drive is a spring and damper of 300 N m/rad and 30 N m s/rad
+    with at most 150 N m; at the ankles they are 150 N m/rad, 15 N m s/rad and 80 N m. Angles are those of
+    the upper body part relative to the lower one at the waist, else of the lower one relative to the
+    upper one, counterclockwise: positive bends a hip, lifts the toes, and leans the chest back.
+
+    ## Observation Space
+    `Box(low, high, (42,), float32)`, always within its bounds.
+
+    {observation_table}
+
+    The support reaches from the rearmost to the foremost point of the soles that carry load. The capture
+    point is where the figure would have to step to come to rest: x + v sqrt(h / g), of the centre of
+    mass at the height h (J. Pratt et al., "Capture point: a step toward humanoid push recovery", 2006).
+
+    ## Rewards
+    The sum of these terms; `info` has each as `reward_<term>`:
+
+    {reward_table}
+
+    ## Starting State
+    The figure stands on one foot or both, each joint within 0.06 rad of the stand, and moves forwards
+    or backwards with up to 0.1 m/s. The first push comes after 1 to 4 s, the others 2 to 4 s after the
+    one before. A push lasts 0.1 s and changes the velocity of the whole figure by 0.1 m/s to `push`,
+    uniformly drawn, forwards or backwards.
+
+    ## Episode End
+    - Termination: a fall. The crown is below 0.6 of its height in the stand, pelvis or chest tilt by
+      more than 1 rad, or anything but the feet touches the ground.
+    - Termination: the ankles are more than 0.2 m apart for more than 2 s, from which time with the feet
+      together is taken back. (Legs astride, a constant action would hold the pushes.)
+    - Truncation: after 600 steps (20 s), by `gymnasium.make`, `gymnasium.make_vec` and the vector environment. Standing at that
+      time is success.
+
+    `info` has `success` and `is_success` (bool), `fell` (bool), `time` (s) and `pushes` (their number).
+
+    ## Arguments
+    {argument_table}
+
+    `reset(options={"push": p})` sets it for one episode. All environments also have these:
+
+    {shared_arguments}
+    - `randomize`: domain randomisation: at each reset each world draws these quantities uniformly from
+      (low, high), independently of earlier episodes. Here the default is
+      `dict(friction=(0.6, 1.2), trunk_mass=(0.85, 1.15), leg_mass=(0.85, 1.15), strength=(0.85, 1.15), delay=(0, 1))`;
+      `{}` draws nothing, and quantities that are not named stay nominal. `env.unwrapped.physics` has the
+      values that were drawn.
+
+    {quantity_table}
+
+    - `diagnostics`: True adds these entries to `info`, which describe the last 1/60 s of each step (0 after a reset):
+
+    {diagnostics_table}
+
+    In frames an arrow shows each push; its length is proportional to the change of velocity.
+
+    ## Version History
+    - v0: first version.
+    """
+
+    task_class = RagdollTask
+    push: float
+
+
+class RagdollVectorEnv(TaskVectorEnv, VectorEnv[Any, Any, Any]):
+    """N worlds of GRagdoll2D-v0 in one batch; see RagdollEnv for the task, TaskVectorEnv for the rest."""
+
+    task_class = RagdollTask
+    push: float
+
+
+class RagdollHardcoreEnv(TaskEnv, Env[Any, Any]):
+    """GRagdoll2D-hardcore-v0: pushes of up to 1 m/s; see RagdollEnv for the task."""
+
+    task_class = RagdollHardcoreTask
+    push: float
+
+
+class RagdollHardcoreVectorEnv(TaskVectorEnv, VectorEnv[Any, Any, Any]):
+    """N worlds of GRagdoll2D-hardcore-v0 in one batch; see RagdollEnv for the task, TaskVectorEnv for the rest."""
+
+    task_class = RagdollHardcoreTask
+    push: float

@@ -1,0 +1,429 @@
+"""GRagdoll2D's kernels: initialize, apply actions, evaluate, observe. The docstring of RagdollEnv states the rules."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from gsenv.envs.core.kernels import active_contacts, between, clip, first_not_finite
+from gsenv.envs.ragdoll2d import scene
+from gsenv.solver.core.edit import place_body, set_mass
+from gsenv.solver.core.trig import exp_minus, sin_cos
+from gsenv.solver.jit import njit
+from gsenv.solver.records.bundle import select_world
+
+ACTIONS = len(scene.AXES)
+JOINTS = len(scene.JOINTS)
+PUSHES = 10  # of a schedule, which then begins again
+DRAW_COUNT = JOINTS + 2 + 2 * PUSHES
+
+TASK_STATE_FIELDS: list[tuple[Any, ...]] = [
+    ("steps", "i8"),
+    ("action", "f8", (ACTIONS,)),  # the last one
+    ("change", "f8"),  # sum of the squares of its change
+    ("mass", "f8"),  # kg, of the figure
+    ("gaps", "i8", (PUSHES,)),  # steps before each push
+    ("pushes", "f8", (PUSHES,)),  # m/s, what each changes the velocity by
+    ("next_push", "i8"),  # step
+    ("push_count", "i8"),
+    ("push", "f8"),  # m/s, the last push
+    ("pushed", "i8"),  # steps since it began
+    ("apart", "f8"),  # s with the feet apart
+    ("gaze", "f8"),  # m, where the camera looks
+]
+
+CONTROL_TIME = 1.0 / 30.0  # s
+ENGINE_STEPS = 2
+SUCCESS_STEPS = 600
+PUSH_STEPS = 3
+SHOWN_STEPS = 14  # how long a push's arrow is shown
+FEWEST_GAP, MOST_GAP = 60, 120  # steps from the begin of a push to the next
+FIRST_GAP = 30  # steps before the first push, at least
+LEAST_PUSH = 0.1  # m/s
+START_ANGLE = 0.06  # rad, largest deviation of a joint from the stand at the start
+START_TILT = 0.03  # rad
+START_SPEED = 0.1  # m/s
+
+FALL_HEIGHT = 0.6  # of the height of the stand
+FALL_TILT = 1.0  # rad
+APART = 0.2  # m between the ankles, beyond which the feet are apart
+MOST_APART = 2.0  # s
+STAND_WEIGHT = 0.03
+POSTURE_WEIGHT = 0.01
+CALM_SPEED = 0.5  # m/s
+APART_WEIGHT = -0.02
+FREE_STRIDE = 0.1  # m between the ankles
+STRIDE = 0.3  # m beyond that, which cost the whole weight
+SMOOTH_WEIGHT = -0.002
+EFFORT_WEIGHT = -0.0005
+FALL_REWARD = -0.5
+
+_PELVIS, _TORSO, _ARROW, _FIRST = scene.PELVIS, scene.TORSO, scene.ARROW_BODY, scene.FIRST_PART
+_NEAR_FOOT, _FAR_FOOT = scene.FEET
+_BODIES = len(scene.BODIES)
+_PARENTS = tuple(axis.parent for axis in scene.JOINTS)
+_CHILDREN = tuple(axis.child for axis in scene.JOINTS)
+_ANCHOR_X = tuple(axis.anchor[0] for axis in scene.JOINTS)
+_ANCHOR_Y = tuple(axis.anchor[1] for axis in scene.JOINTS)
+_STAND = tuple(axis.stand for axis in scene.JOINTS)
+_SPAN = tuple(0.5 * scene.REACH * (axis.limits[1] - axis.limits[0]) for axis in scene.AXES)
+_EFFORT = tuple(axis.effort for axis in scene.AXES)
+_TILT = -sum(axis.stand for axis in scene.AXES[1:4])  # of the pelvis where the soles are level
+_STAND_HEIGHT = scene.stand_height()
+_LEGS = (scene.NEAR_THIGH, scene.FAR_THIGH, scene.NEAR_SHIN, scene.FAR_SHIN, scene.NEAR_FOOT, scene.FAR_FOOT)
+_HEEL, _TOE, _ANKLE, _CROWN = scene.HEEL, scene.TOE, scene.ANKLE, scene.CROWN
+_ARROW_LENGTH, _ARROW_HEAD, _ARROW_GAP = scene.ARROW_LENGTH, scene.ARROW_HEAD, scene.ARROW_GAP
+_PARKED_X, _PARKED_Y = scene.PARKED
+_SPRING_SLOT = 4  # of a revolute joint's impulses
+_FRICTION, _TRUNK, _LEG, _STRENGTH, _DELAY = range(5)  # of RagdollTask.quantities
+
+
+# ---------------------------------------------------------------- initialize
+
+
+@njit
+def _apply_physics(world):  # type: ignore[no-untyped-def]
+    """Write the quantities of the episode, in the order of RagdollTask.quantities, to a world's parameters."""
+    physics, parameters = world.task.physics, world.parameters
+    for s in range(len(parameters.shapes)):
+        parameters.shapes[s].friction = physics[_FRICTION]
+    mass = 0.0
+    for b in range(_FIRST, _BODIES):
+        body = parameters.bodies[b]
+        factor = physics[_TRUNK]
+        for k in range(len(_LEGS)):
+            if b == _LEGS[k]:
+                factor = physics[_LEG]
+        set_mass(body, factor * body.mass)
+        mass += body.mass
+    world.task.state.mass = mass
+    for j in range(ACTIONS):
+        parameters.joints[j].spring_effort = physics[_STRENGTH] * _EFFORT[j]
+
+
+@njit
+def _place(world, b, x, y, angle, speed):  # type: ignore[no-untyped-def]
+    c, s = sin_cos(angle)
+    place_body(
+        b, world.state.bodies, world.parameters.bodies, active_contacts(world), (x, y), (c, s, angle), (speed, 0.0, 0.0)
+    )
+
+
+@njit
+def _place_figure(world, x, y, tilt, speed, draws):  # type: ignore[no-untyped-def]
+    """Place the figure near its stand, the hips at (x, y) m and the pelvis tilted; all bodies move at `speed` m/s."""
+    bodies, parameters = world.state.bodies, world.parameters.bodies
+    _place(world, _PELVIS, x, y, tilt, speed)
+    for j in range(JOINTS):
+        parent = bodies[_PARENTS[j]]
+        c, s = parent.rotation[0], parent.rotation[1]
+        ax = _ANCHOR_X[j] - parameters[_PARENTS[j]].center[0]
+        ay = _ANCHOR_Y[j] - parameters[_PARENTS[j]].center[1]
+        angle = parent.angle + _STAND[j] + between(-START_ANGLE, START_ANGLE, draws[j])
+        _place(
+            world, _CHILDREN[j], parent.position[0] + c * ax - s * ay, parent.position[1] + s * ax + c * ay,
+            angle, speed,
+        )  # fmt: skip
+
+
+@njit
+def point_of(body, parameters, x, y):  # type: ignore[no-untyped-def]
+    """Return where a point (x, y) in m of a body's own frame is in the world."""
+    c, s = body.rotation[0], body.rotation[1]
+    dx, dy = x - parameters.center[0], y - parameters.center[1]
+    return body.position[0] + c * dx - s * dy, body.position[1] + s * dx + c * dy
+
+
+@njit
+def _lowest_sole(world):  # type: ignore[no-untyped-def]
+    bodies, parameters = world.state.bodies, world.parameters.bodies
+    low = math.inf
+    for b in (_NEAR_FOOT, _FAR_FOOT):
+        for x in (_HEEL, _TOE):
+            low = min(low, point_of(bodies[b], parameters[b], x, -_ANKLE)[1])
+    return low
+
+
+@njit
+def _plan_pushes(task, most, draws):  # type: ignore[no-untyped-def]
+    """Draw when and how hard the figure is pushed; `most` m/s, no pushes where it is 0."""
+    least = min(LEAST_PUSH, most)
+    for k in range(PUSHES):
+        first = FIRST_GAP if k == 0 else FEWEST_GAP
+        task.gaps[k] = int(between(float(first), float(MOST_GAP), draws[2 * k]))
+        side = 2.0 * draws[2 * k + 1] - 1.0
+        size = between(least, most, abs(side))
+        task.pushes[k] = size if side >= 0.0 else -size
+    task.next_push = task.gaps[0]
+    task.pushed = SHOWN_STEPS
+
+
+@njit
+def initialize_world(world, most, draws):  # type: ignore[no-untyped-def]
+    """Begin an episode: the figure stands with bent knees, nearly at rest, with one foot on the ground."""
+    _apply_physics(world)
+    tilt = _TILT + between(-START_TILT, START_TILT, draws[JOINTS])
+    speed = between(-START_SPEED, START_SPEED, draws[JOINTS + 1])
+    _place_figure(world, 0.0, 0.0, tilt, speed, draws)
+    _place_figure(world, 0.0, -_lowest_sole(world), tilt, speed, draws)
+    _plan_pushes(world.task.state, most, draws[JOINTS + 2 :])
+    world.task.state.gaze = world.state.bodies[_PELVIS].position[0]
+
+
+# ---------------------------------------------------------------- apply actions
+
+
+@njit
+def apply_actions(world, actions):  # type: ignore[no-untyped-def]
+    """Apply actions (world, axis) to the drives, and the pushes; return -1, or the first world with a bad action."""
+    bad = first_not_finite(actions)
+    if bad >= 0:
+        return bad
+    for w in range(len(actions)):
+        select_world(world, w)
+        _apply_action(world, actions[w])
+        _push(world.task.state, world.state.bodies)
+    return -1
+
+
+@njit
+def _apply_action(world, action):  # type: ignore[no-untyped-def]
+    task, control = world.task.state, world.state.control
+    late = world.task.physics[_DELAY] >= 0.5
+    task.change = 0.0
+    for a in range(ACTIONS):
+        new = min(max(action[a], -1.0), 1.0)
+        last = task.action[a]
+        task.change += (new - last) * (new - last)
+        task.action[a] = new
+        control[a] = _STAND[a] + _SPAN[a] * (last if late else new)
+
+
+@njit
+def _push(task, bodies):  # type: ignore[no-untyped-def]
+    """Push the hips with a force that changes the figure's velocity evenly over PUSH_STEPS."""
+    if task.steps >= task.next_push:
+        k = task.push_count % PUSHES
+        task.push_count += 1
+        task.push = task.pushes[k]
+        task.pushed = 0
+        task.next_push += task.gaps[task.push_count % PUSHES]
+    if task.pushed < PUSH_STEPS:  # a force acts in the first engine step only
+        bodies[_PELVIS].force[0] += task.mass * task.push / (PUSH_STEPS * CONTROL_TIME / ENGINE_STEPS)
+    task.pushed = min(task.pushed + 1, SHOWN_STEPS)
+
+
+# ---------------------------------------------------------------- evaluate
+
+
+@njit
+def _crown(world):  # type: ignore[no-untyped-def]
+    """Return the height in m of the top of the head."""
+    return point_of(world.state.bodies[_TORSO], world.parameters.bodies[_TORSO], 0.0, _CROWN)[1]
+
+
+@njit
+def _foot_loads(contacts, timestep):  # type: ignore[no-untyped-def]
+    """Return the mean forces in N under the near and the far foot in the last engine step, and whether others touch."""
+    near, far, others = 0.0, 0.0, False
+    for i in range(len(contacts)):
+        push = contacts[i].total_impulse[0] / timestep
+        if push <= 0.0:
+            continue
+        a, b = contacts[i].body_a, contacts[i].body_b
+        if a == _NEAR_FOOT or b == _NEAR_FOOT:
+            near += push
+        elif a == _FAR_FOOT or b == _FAR_FOOT:
+            far += push
+        else:
+            others = True
+    return near, far, others
+
+
+@njit
+def mass_motion(world):  # type: ignore[no-untyped-def]
+    """Return place (x, y) in m and velocity (vx, vy) in m/s of the figure's centre of mass."""
+    bodies, parameters = world.state.bodies, world.parameters.bodies
+    x, y, vx, vy, mass = 0.0, 0.0, 0.0, 0.0, 0.0
+    for b in range(_FIRST, _BODIES):
+        m = parameters[b].mass
+        x += m * bodies[b].position[0]
+        y += m * bodies[b].position[1]
+        vx += m * bodies[b].velocity[0]
+        vy += m * bodies[b].velocity[1]
+        mass += m
+    return x / mass, y / mass, vx / mass, vy / mass
+
+
+@njit
+def _joint_angle(bodies, j):  # type: ignore[no-untyped-def]
+    return bodies[_CHILDREN[j]].angle - bodies[_PARENTS[j]].angle
+
+
+@njit
+def _posture(bodies):  # type: ignore[no-untyped-def]
+    """Return the sum of the squares of the axes' deviations from the stand, rad^2."""
+    total = 0.0
+    for j in range(ACTIONS):
+        off = _joint_angle(bodies, j) - _STAND[j]
+        total += off * off
+    return total
+
+
+@njit
+def _effort(joints, efforts, timestep):  # type: ignore[no-untyped-def]
+    """Return the sum of the squares of the drives' torques over their bounds."""
+    total = 0.0
+    for j in range(ACTIONS):
+        share = joints[j].total_impulse[_SPRING_SLOT] / (timestep * efforts[j])
+        total += share * share
+    return total
+
+
+@njit
+def _bell(x):  # type: ignore[no-untyped-def]
+    """Return e^-x for x >= 0, at least e^-16."""
+    root = exp_minus(0.25 * min(x, 16.0))
+    root *= root
+    return root * root
+
+
+@njit
+def _show_push(world):  # type: ignore[no-untyped-def]
+    """Move the arrow to the hips while a push is shown; it grows to its length and then withdraws."""
+    task, bodies = world.task.state, world.state.bodies
+    if task.pushed >= SHOWN_STEPS:
+        if bodies[_ARROW].position[1] != _PARKED_Y:
+            _place(world, _ARROW, _PARKED_X, _PARKED_Y, 0.0, 0.0)
+        return
+    half = 0.5 * _ARROW_LENGTH * abs(task.push)
+    shaft = world.parameters.shapes[1]  # the ground's is the first
+    shaft.size[0] = half
+    shaft.local_position[0] = -0.9 * _ARROW_HEAD - half
+    side = 1.0 if task.push >= 0.0 else -1.0
+    back = 0.015 * max(task.pushed - PUSH_STEPS, 0)
+    x = bodies[_PELVIS].position[0] - side * (_ARROW_GAP + back)
+    _place(world, _ARROW, x, bodies[_PELVIS].position[1], 0.0 if side > 0.0 else math.pi, 0.0)
+
+
+@njit
+def _stride(world):  # type: ignore[no-untyped-def]
+    """Return the distance in m between the ankles along the ground."""
+    bodies, parameters = world.state.bodies, world.parameters.bodies
+    near = point_of(bodies[_NEAR_FOOT], parameters[_NEAR_FOOT], 0.0, 0.0)[0]
+    far = point_of(bodies[_FAR_FOOT], parameters[_FAR_FOOT], 0.0, 0.0)[0]
+    return abs(near - far)
+
+
+@njit
+def evaluate_world(world, timestep):  # type: ignore[no-untyped-def]
+    """Set reward terms and info of one world after a control step; return (reward, terminated)."""
+    task, term, info, bodies = world.task.state, world.task.terms, world.task.info, world.state.bodies
+    task.steps += 1
+    _, _, vx, _ = mass_motion(world)
+    height = _crown(world) / _STAND_HEIGHT
+    upright = bodies[_TORSO].rotation[0]
+    _, _, others = _foot_loads(active_contacts(world), timestep)
+    tilt = max(abs(bodies[_TORSO].angle), abs(bodies[_PELVIS].angle))
+    fell = height < FALL_HEIGHT or tilt > FALL_TILT or others
+    stride = _stride(world)
+    task.apart = max(task.apart + (CONTROL_TIME if stride > APART else -CONTROL_TIME), 0.0)
+    failed = fell or task.apart > MOST_APART
+    calm = _bell((vx / CALM_SPEED) * (vx / CALM_SPEED))
+    term.stand = STAND_WEIGHT * min(max(height, 0.0), 1.0) * max(upright, 0.0) * calm
+    term.posture = POSTURE_WEIGHT * _bell(_posture(bodies))
+    term.apart = APART_WEIGHT * min(max(stride - FREE_STRIDE, 0.0) / STRIDE, 1.0)
+    term.smoothness = SMOOTH_WEIGHT * task.change
+    term.effort = EFFORT_WEIGHT * _effort(world.state.joints, _EFFORT, timestep)
+    term.fall = FALL_REWARD if failed else 0.0
+    info.success = task.steps >= SUCCESS_STEPS and not failed
+    info.is_success = info.success
+    info.fell = fell
+    info.time = task.steps * CONTROL_TIME
+    info.pushes = task.push_count
+    task.gaze += 0.12 * (bodies[_PELVIS].position[0] - task.gaze)
+    _show_push(world)
+    return term.stand + term.posture + term.apart + term.smoothness + term.effort + term.fall, failed
+
+
+# ---------------------------------------------------------------- observe
+
+
+@njit
+def _support(world, near_load, far_load):  # type: ignore[no-untyped-def]
+    """Return x in m of the middle of the soles that stand on the ground, of both where none does."""
+    bodies, parameters = world.state.bodies, world.parameters.bodies
+    low, high = math.inf, -math.inf
+    flying = near_load + far_load <= 0.0
+    for k in range(2):
+        if flying or (near_load if k == 0 else far_load) > 0.0:
+            b = _NEAR_FOOT if k == 0 else _FAR_FOOT
+            heel = point_of(bodies[b], parameters[b], _HEEL, -_ANKLE)[0]
+            toe = point_of(bodies[b], parameters[b], _TOE, -_ANKLE)[0]
+            low = min(low, min(heel, toe))
+            high = max(high, max(heel, toe))
+    return 0.5 * (low + high)
+
+
+@njit
+def _observe_joints(task, bodies, out):  # type: ignore[no-untyped-def]
+    """Write angles from the stand and rates of all joints, and the last action; return the next place."""
+    place = 0
+    for j in range(JOINTS):
+        out[place + j] = _joint_angle(bodies, j) - _STAND[j]
+        rate = bodies[_CHILDREN[j]].velocity[2] - bodies[_PARENTS[j]].velocity[2]
+        out[place + JOINTS + j] = rate / 10.0
+    place += 2 * JOINTS
+    for a in range(ACTIONS):
+        out[place + a] = task.action[a]
+    return place + ACTIONS
+
+
+@njit
+def observe_world(world, timestep):  # type: ignore[no-untyped-def]
+    """Write all observations of a world, clipped to their bounds."""
+    task, out, bodies = world.task.state, world.task.observation, world.state.bodies
+    near, far, _ = _foot_loads(active_contacts(world), timestep)
+    x, y, vx, vy = mass_motion(world)
+    support = _support(world, near, far)
+    weight = task.mass * -world.parameters.world.gravity[1]
+    out[0] = 5.0 * (_crown(world) / _STAND_HEIGHT - 1.0)
+    out[1] = bodies[_PELVIS].rotation[1]
+    out[2] = bodies[_TORSO].rotation[1]
+    out[3] = bodies[_PELVIS].velocity[2] / 5.0
+    out[4] = vx
+    out[5] = vy
+    out[6] = (x - support) / 0.2
+    out[7] = (x + vx * math.sqrt(max(y, 0.1) / scene.GRAVITY) - support) / 0.2
+    out[8] = near / weight
+    out[9] = far / weight
+    for k in range(2):
+        foot = bodies[_NEAR_FOOT if k == 0 else _FAR_FOOT]
+        out[10 + 3 * k] = (foot.position[0] - x) / 0.5
+        out[11 + 3 * k] = foot.position[1] / 0.2
+        out[12 + 3 * k] = foot.rotation[1]
+    out[16] = task.apart / MOST_APART
+    _observe_joints(task, bodies, out[17:])
+    clip(out, world.task.low, world.task.high)
+
+
+# ---------------------------------------------------------------- all worlds
+
+
+@njit
+def initialize_worlds(world, worlds, most, draws, timestep):  # type: ignore[no-untyped-def]
+    """Begin episodes in chosen worlds; `draws` is (chosen world, number), uniform in [0, 1)."""
+    for i in range(len(worlds)):
+        select_world(world, worlds[i])
+        initialize_world(world, most, draws[i])
+        observe_world(world, timestep)
+
+
+@njit
+def evaluate_worlds(world, timestep):  # type: ignore[no-untyped-def]
+    """Set rewards, terminations and observations of all worlds."""
+    rewards, terminated = world.task.rewards, world.task.terminated
+    for w in range(len(rewards)):
+        select_world(world, w)
+        rewards[w], terminated[w] = evaluate_world(world, timestep)
+        observe_world(world, timestep)
