@@ -55,7 +55,7 @@ def pins(world: World) -> Array:
     """Jacobian (3 joints, 6 bodies) of the relative velocities of the anchors of joints between moving bodies."""
     x, _, _ = bodies_of(world)
     bodies = world.parameters.bodies[0]
-    moving = list(np.flatnonzero((bodies["inv_mass"] > 0.0) & (bodies["enabled"] != 0)))
+    moving = [int(i) for i in np.flatnonzero((bodies["inv_mass"] > 0.0) & (bodies["enabled"] != 0))]
     dim = world.model.dim
     rows = []
     for model, joint in zip(world.model.joints, world.parameters.joints[0], strict=True):
