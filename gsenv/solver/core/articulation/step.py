@@ -276,7 +276,9 @@ def _solve_rows(world: Any, island: Any, articulation: Any, last: Any) -> None:
     if residual <= world.options.tolerance and clear_biases(world, island, articulation, articulation.others):
         sweeps, residual = sweep_rows(world, island, articulation)
         counters.sweeps += sweeps
-    residual = max(residual, contradiction(world, island, articulation.others))
+    hidden = contradiction(world, island, articulation.others)
+    if hidden > CONTRADICTED:
+        residual = max(residual, hidden)
     island.residual = residual
     counters.residual = max(counters.residual, residual)
     if residual > world.options.tolerance:
