@@ -174,3 +174,46 @@ def test_impact_on_an_arm_turns_its_rotor(dim: int) -> None:
     whole = INERTIA + MASS * length**2 + ARMATURE
     rate = 2.0 * ball * length * speed / (whole + ball * length**2)
     np.testing.assert_allclose(world.joint_rate("joint"), rate, rtol=1e-3)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("solver", ["pgs", "nncg", "subspace"])
+def test_a_limit_stops_a_heavy_rotor_on_a_light_body(dim: int, solver: str) -> None:
+    """Its row is solved together with that of the rotor: alone it would find a thousandth of the inertia in a sweep."""
+    scene, _ = machine(dim, True, armature=1000.0 * INERTIA, limits=(-np.inf, 0.1))
+    options = Options(timestep=H, sleep=False, solver=solver, sweeps=8, articulated=False)
+    world = World(scene, options=options)
+    if dim == 2:
+        world.state.bodies["velocity"][0, 1, 2] = 2.0
+    else:
+        world.state.bodies["velocity"][0, 1, 5] = 2.0
+    for _ in range(10):
+        world.step()
+    assert world.diagnostics().unconverged[0] == 0
+    np.testing.assert_allclose(world.joint_coordinate("joint"), 0.1, atol=1e-4)
+    np.testing.assert_allclose(world.joint_rate("joint"), 0.0, atol=1e-3)
+
+
+def test_joints_with_an_armature_are_solved_in_joint_coordinates() -> None:
+    """By default; those of other worlds of the batch do not matter."""
+    scene = Scene(gravity=(0.0, -9.81))
+    scene.add_body("base", "static")
+    for k in range(2):
+        scene.add_body(f"rod_{k}", shapes=[planar.Box((0.5, 0.1), mask=0)], position=(k + 0.5, 0.0))
+        scene.add_joint(f"joint_{k}", planar.Revolute(f"rod_{k - 1}" if k else "base", f"rod_{k}", anchor=(k, 0.0)))
+    world, alone = World(scene, 2), World(scene)
+    world.step()
+    assert (world.diagnostics().rows == 4).all()
+    world.parameters.set("joint_0", armature=0.5, worlds=1)
+    alone.step(3)
+    world.step(2)
+    assert world.diagnostics().rows.tolist() == [4, 0]
+    np.testing.assert_array_equal(world.state.bodies[0], alone.state.bodies[0])
+    world.options = Options(articulated=False)
+    world.step()
+    assert world.diagnostics().rows.tolist() == [4, 5]
+    world.options = Options(articulated=True)
+    world.step()
+    assert world.diagnostics().rows.tolist() == [0, 0]
+    with pytest.raises(ValueError, match="articulated must be True, False or None, got 1"):
+        Options(articulated=1)  # type: ignore[arg-type]

@@ -41,8 +41,9 @@ class Options:
         push_speed: extents per second, largest speed at which an overlap is corrected.
         correction_rate: fraction of a position error that is corrected per substep, 0 to 1.
         articulated: solve islands with rigid joints that form trees in joint coordinates, where these joints cost no
-            rows and hold to rounding. Made for robots and ragdolls; docs/articulation.md has times and errors. Off by
-            default, since the first run compiles for longer with it; ignored by soft.
+            rows and hold to rounding. Made for robots and ragdolls; docs/articulation.md has times and errors. None,
+            the default: only islands with a joint that has an armature, whose rows need many sweeps. The first run
+            compiles for longer with it; ignored by soft.
 
     Raises:
         ValueError: an option that is out of its range.
@@ -62,7 +63,7 @@ class Options:
     slop: float = 1e-4
     push_speed: float = 3.0
     correction_rate: float = 0.2
-    articulated: bool = False
+    articulated: bool | None = None
 
     def __post_init__(self) -> None:
         check.positive(self.timestep, "Options: timestep")
@@ -72,9 +73,11 @@ class Options:
             raise ValueError(f"Options: correction_rate must not exceed 1, got {self.correction_rate!r}.")
         for name, least in (("substeps", 1), ("max_substeps", 1), ("sweeps", 1), ("position_sweeps", 0)):
             check.whole(getattr(self, name), least, f"Options: {name}")
-        for name in ("warm_start", "sleep", "articulated"):
+        for name in ("warm_start", "sleep"):
             if not isinstance(getattr(self, name), (bool, np.bool_)):
                 raise ValueError(f"Options: {name} must be True or False, got {getattr(self, name)!r}.")
+        if self.articulated is not None and not isinstance(self.articulated, (bool, np.bool_)):
+            raise ValueError(f"Options: articulated must be True, False or None, got {self.articulated!r}.")
         if self.solver not in SOLVERS:
             names = ", ".join(SOLVERS)
             raise ValueError(f"Options: unknown solver {self.solver!r}; known are {names}.")
@@ -99,7 +102,7 @@ class Options:
         record = np.zeros((), OPTIONS_DTYPE)
         for name in OPTIONS_DTYPE.names or ():
             value = getattr(self, name)
-            record[name] = int(SOLVERS[value]) if name == "solver" else value
+            record[name] = int(SOLVERS[value]) if name == "solver" else value or 0
         return record
 
 

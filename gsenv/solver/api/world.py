@@ -81,6 +81,7 @@ class World(Actions):
         warn_of_ranges(self.model, self.options.timestep)
         self._until = np.zeros(self.world_count, np.int64)
         self._restitution = False  # what the prepared calls were compiled for
+        self._articulated = False
 
     # ------------------------------------------------------------- stepping
 
@@ -182,6 +183,7 @@ class World(Actions):
             self._scratches.append(Scratch(self.model, self._variant, self.state.contacts.shape[1]))
         self._calls = []
         self._restitution = has_restitution(self._variant, self.parameters)
+        self._articulated = self._in_joint_coordinates()
         for (first, last), scratch in zip(parts, self._scratches, strict=False):
             world = kernel_world(
                 self.model,
@@ -193,7 +195,7 @@ class World(Actions):
                 self._restitution,
                 self._options.solver,
                 self._until,
-                self._options.articulated and self.model.has_trees,
+                self._articulated,
             )
             kind = world.numba_type
             if kind not in self._entries:
@@ -231,8 +233,18 @@ class World(Actions):
 
     def _choose_kernel(self) -> None:
         """Prepare the calls again where changed parameters need another kernel."""
-        if self._calls and has_restitution(self._variant, self.parameters) != self._restitution:
+        if not self._calls:
+            return
+        needed = has_restitution(self._variant, self.parameters), self._in_joint_coordinates()
+        if needed != (self._restitution, self._articulated):
             self._calls = []
+
+    def _in_joint_coordinates(self) -> bool:
+        """Whether the kernel has the code for joint coordinates: the option, or None and a joint with an armature."""
+        chosen = self._options.articulated
+        if chosen is None:
+            chosen = bool((self.parameters.joints["armature"] > 0.0).any())
+        return bool(chosen) and self.model.has_trees and self._options.solver != "soft"
 
     def reset(self, worlds: Any = None, *, parameters: bool = True) -> None:
         """Set the chosen worlds to the initial state.

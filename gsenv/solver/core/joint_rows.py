@@ -6,7 +6,17 @@ from typing import Any
 
 from ..jit import njit
 from .dispatch import by_dimension
-from .rows import BILATERAL, BOUNDED, EQUATION, LIMIT_SLOP, NO_CORRECTION, UNILATERAL, free_rate, start_rate
+from .rows import (
+    BILATERAL,
+    BOUNDED,
+    EQUATION,
+    GEARED,
+    LIMIT_SLOP,
+    NO_CORRECTION,
+    UNILATERAL,
+    free_rate,
+    start_rate,
+)
 from .springs import set_oscillator, set_rotor_spring, set_spring
 
 set_effective_mass = by_dimension("contact_rows", "set_effective_mass")
@@ -208,6 +218,18 @@ def set_armature_row(row: Any, slot: Any, joint: Any, curve: Any, substep_bodies
     row.bias = curve - rate
     row.softness = 1.0 / joint.parameters.armature
     set_effective_mass(row, substep_bodies)
+
+
+@njit
+def gear_rows(rows: Any, first: Any, end: Any, slot: Any) -> None:
+    """Let the bounded rows of a joint with an armature be solved together with its rotor, whose row has ``slot``."""
+    rotor = first
+    while rotor < end and rows[rotor].slot != slot:
+        rotor += 1
+    for r in range(rotor + 1, end):
+        if rows[r].kind == BOUNDED:
+            rows[r].kind = GEARED
+            rows[r].rotor = r - rotor
 
 
 @njit

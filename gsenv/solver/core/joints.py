@@ -12,7 +12,7 @@ import numpy as np
 from ..jit import njit
 from ..records.model import ActuatorMode, JointKind
 from .dispatch import by_dimension, no_nutation
-from .joint_rows import has_armature, has_friction, has_limit, has_motor
+from .joint_rows import gear_rows, has_armature, has_friction, has_limit, has_motor
 from .pose_joints import add_target_rows, add_weld_rows
 from .rows import EQUATION, UNILATERAL
 from .slices import part
@@ -103,6 +103,8 @@ def write_joint_rows(world: Any, j: Any, row: Any, joints: Any, linked: Any, sca
     _add_rows(world, row, joint, linked, h)
     for r in range(row, end):
         rows[r].impulse = start_impulse(rows[r], joint.state, scale)
+    if has_armature(joint.parameters):
+        gear_rows(rows, row, end, len(joint.state.impulse) - 1)
     return end
 
 

@@ -27,6 +27,7 @@ FRICTION = 1  # |impulse| <= friction * impulse of the row ``base`` before it
 EQUATION = 2  # any impulse: a row of a rigid joint, which direct methods solve exactly
 DISC = 3  # first of the two tangents of a 3D contact
 DISC_END = 4  # the second
+GEARED = -1  # as BOUNDED, on a coordinate with an armature: solved together with the row of the rotor
 
 # What the position pass does with a row's error.
 NO_CORRECTION = 0  # nothing: friction, motors, springs
@@ -76,6 +77,7 @@ def row_dtype(dim: int) -> np.dtype[Any]:
         "friction": "upper",
         "coupling": "lower",  # 1/kg, J_1 M^-1 J_2^T of the two rows of a disc, in the first
         "base": "slot",  # of friction: distance to the normal row before it, in rows
+        "rotor": "span",  # of GEARED: distance to the row of the rotor before it, in rows
         "drive": "flight",  # m/s, commanded part of the bias, which the position pass does not correct
     }
     offsets = {name: base.fields[name] for name in base.names or ()} if base.fields else {}

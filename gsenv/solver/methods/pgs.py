@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import Any
 
 from ..core.dispatch import by_dimension
-from ..core.rows import DISC, EQUATION, FRICTION, push_row
+from ..core.rows import DISC, EQUATION, FRICTION, GEARED, push_row
 from ..jit import njit
 from .joint_factor import solve_equations
 
@@ -53,6 +53,10 @@ def sweep(rows: Any, count: Any, bodies: Any, joint_factor: Any, enough: Any, pu
             continue
         if push is not None:
             push_row(row, push)
+        if joint_factor is not None:
+            if row.kind == GEARED:
+                change += _solve_geared(rows, r, bodies)
+                continue
         a = bodies[row.body_a]
         b = bodies[row.body_b]
         old = row.impulse
@@ -73,6 +77,38 @@ def sweep(rows: Any, count: Any, bodies: Any, joint_factor: Any, enough: Any, pu
             b.velocity[i] += b.inverse[i] * row.jacobian_b[i] * d
         change += d * d * row.diagonal
     return change
+
+
+@njit
+def _solve_geared(rows: Any, r: Any, bodies: Any) -> Any:
+    """Solve a bounded row and the equation of the rotor on its coordinate; returns d^2 A_rr with the rotor in A.
+
+    Alone, the row of a limit on a light limb with a heavy rotor would stop the limb, which the rotor would then move on
+    as before: each sweep would find only the share of the limb in the inertia of both.
+    """
+    row = rows[r]
+    rotor = rows[r - row.rotor]
+    a = bodies[row.body_a]
+    b = bodies[row.body_b]
+    w = row.bias + row.softness * row.impulse
+    coupling = 0.0
+    for i in range(len(row.jacobian_a)):
+        w += row.jacobian_a[i] * a.velocity[i] + row.jacobian_b[i] * b.velocity[i]
+        coupling += row.jacobian_a[i] * a.inverse[i] * rotor.jacobian_a[i]
+        coupling += row.jacobian_b[i] * b.inverse[i] * rotor.jacobian_b[i]
+    share = coupling / rotor.diagonal
+    size = row.diagonal - share * coupling
+    if not size > 0.0:
+        return 0.0
+    old = row.impulse
+    new = min(max(old - w / size, row.lower), row.upper)
+    d = new - old
+    row.impulse = new
+    rotor.impulse -= share * d
+    for i in range(len(row.jacobian_a)):
+        a.velocity[i] += a.inverse[i] * (row.jacobian_a[i] - share * rotor.jacobian_a[i]) * d
+        b.velocity[i] += b.inverse[i] * (row.jacobian_b[i] - share * rotor.jacobian_b[i]) * d
+    return d * d * size
 
 
 @njit

@@ -16,6 +16,7 @@ from gymnasium.vector import AutoresetMode
 from gsenv.envs.ragdoll2d import rules, scene
 from gsenv.envs.ragdoll2d.env import RANGES, RagdollEnv, RagdollHardcoreEnv, RagdollTask, RagdollVectorEnv
 from gsenv.envs.ragdoll2d.policy import balance
+from tests.envs.registered import terms_of
 from tests.envs.single_worlds import SingleWorlds, assert_info
 from tests.envs.stack.worlds import assert_equal
 

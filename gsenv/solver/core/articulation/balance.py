@@ -7,6 +7,7 @@ from typing import Any
 from ...jit import njit
 from ..dispatch import by_dimension
 from .dynamics import respond
+from .energy import keep_energy
 from .links import move_links, place_links
 
 keep_momentum = by_dimension("articulation", "keep_momentum")
@@ -30,6 +31,7 @@ def settle_rates(world: Any, island: Any, articulation: Any) -> Any:
     The momenta of all bodies and rotors at the end pose, less those at the start and what forces add, do no work on
     the motions of the joints half a substep ahead.  This is symmetric in time and keeps the momentum of free trees
     and, without drift, the energy; forces at the mean of old and new rates alone change the energy of fast chains.
+    Fast links that nothing drives or damps keep the energy exactly (energy.py).
     Places the links at the end of the substep; returns whether the corrections converged: whether the last is small
     enough, or the next would be at the rate at which they shrink.
     """
@@ -55,11 +57,13 @@ def settle_rates(world: Any, island: Any, articulation: Any) -> Any:
             for f in range(island.freedoms):
                 rate[f] += change[f]
             move_links(island, articulation, rate)
+            keep_energy(world, island, articulation)
             return True
         if k > 0 and error < last and error * (error / last) <= settled * energy:
             for f in range(island.freedoms):
                 rate[f] += change[f]
             _end_at_rates(world, island, articulation)
+            keep_energy(world, island, articulation)
             return True
         if k == 0 or error < least:
             least = error

@@ -46,9 +46,12 @@ def close_others(world: Any, island: Any, s: Any, joints: Any, articulation: Any
     for r in range(island.other_rows):
         others.moved[r] = 0.0
     closed = False
+    last = 0.0
     for k in range(MOST_CLOSINGS):
-        if _measure(world, island, joints, others) <= LOOSE:
+        error = _measure(world, island, joints, others)
+        if error <= LOOSE or (k > CHORDS and error >= last):  # the latter where joints contradict each other
             break
+        last = error
         if k >= CHORDS:
             _factorise_here(world, island, articulation, others)
         _take_step(world, island, articulation, others)

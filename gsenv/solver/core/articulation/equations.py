@@ -14,8 +14,11 @@ from ...methods.joint_factor import EPSILON
 from ..energy import ROTATION_GAIN
 from ..position_pass import SMOOTH_TURN, displacement_rate, relative_speed, smooth_fraction
 from ..rows import BILATERAL, EQUATION, NO_CORRECTION, UNILATERAL, push_row, start_rate
+from .other_joints import has_position
 
+TIED = 1e-9  # of a row's free velocity per impulse: where joints of trees leave less, these already hold the row
 REACH = 0.1  # rad, and of a body's size: largest error of a joint that is corrected at once
+APART = 0.01  # rad, and of a body's size: joints that are farther apart are first brought together by all rows
 _ENOUGH = 1e-6  # of what the sweeps aim at: a smaller residual of the equations is not solved again
 
 
@@ -30,7 +33,10 @@ def factorise_equations(world: Any, island: Any, articulation: Any, others: Any)
     n = 0
     for r in range(island.other_rows):
         row = rows[r]
-        if row.kind == EQUATION and others.free[r] > 0.0:
+        if row.kind == EQUATION and row.softness == 0.0 and row.diagonal <= TIED * others.free[r]:
+            row.impulse = 0.0  # else rounding and the compliance would make it arbitrary, and often huge
+            row.diagonal = 0.0
+        elif row.kind == EQUATION and others.free[r] > 0.0:
             order[n] = r
             give[n] = max(row.softness, EPSILON * others.free[r])
             n += 1
@@ -39,6 +45,7 @@ def factorise_equations(world: Any, island: Any, articulation: Any, others: Any)
             row.diagonal += EPSILON * others.free[r]
         row.effective_mass = 1.0 / row.diagonal if row.diagonal > 0.0 else 0.0
         others.mass[r] = row.effective_mass
+        row.diagonal = row.diagonal if row.diagonal > 0.0 else others.free[r]
     island.equations = n
     _fill(n, articulation, others)
     _factorise(n, others.matrix)
@@ -172,6 +179,37 @@ def _solve_equations(world: Any, island: Any, articulation: Any, others: Any, pu
         rows[order[i]].impulse += side[i]
         add_to(spans[order[i]], ways, values, z, side[i])
     return change
+
+
+@njit
+def contradiction(world: Any, island: Any, others: Any) -> Any:
+    """Return the residual that the compliance of the equations hides: large only where these contradict each other."""
+    if others is None:
+        return 0.0
+    rows = world.scratch.rows
+    left = 0.0
+    for i in range(island.equations):
+        row = rows[others.order[i]]
+        w = (others.give[i] - row.softness) * row.impulse
+        left += w * w * row.effective_mass
+    return (left / island.residual_scale) ** 0.5
+
+
+@njit
+def is_apart(world: Any, island: Any, others: Any) -> Any:
+    """Whether a rigid joint in no tree is so far apart that Newton's method may not close it, if it can be closed."""
+    if others is None:
+        return False
+    rows = world.scratch.rows
+    joint_models = world.model.joints
+    joint_parameters = world.parameters.joints
+    for r in range(island.other_rows):
+        row = rows[r]
+        off = row.correction == BILATERAL or (row.correction == UNILATERAL and row.error < 0.0)
+        if off and row.softness == 0.0 and abs(row.error) > APART * size_of(world, row):
+            if has_position(joint_models[row.source], joint_parameters[row.source]):
+                return True
+    return False
 
 
 @njit

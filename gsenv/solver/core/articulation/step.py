@@ -23,7 +23,8 @@ from .balance import limit_speed, settle_rates
 from .closing import close_others
 from .contact_balance import change_of_rows, correct_forces, end_with_rows, rates_of_rows, settle_rows
 from .dynamics import PASSES, factorise_links, set_free_rates, set_middle
-from .equations import clear_biases, factorise_equations, smooth_with_others
+from .equations import clear_biases, contradiction, factorise_equations, is_apart, smooth_with_others
+from .joining import join_velocities
 from .links import (
     largest_share,
     largest_turn,
@@ -34,7 +35,14 @@ from .links import (
     set_base,
     substeps_of_links,
 )
-from .other_joints import keep_other_velocities, store_other_impulses, substeps_of_others, write_other_rows
+from .other_joints import (
+    CONTRADICTED,
+    is_chosen,
+    keep_other_velocities,
+    store_other_impulses,
+    substeps_of_others,
+    write_other_rows,
+)
 from .reactions import add_impulses, keep_momenta, store_reactions
 from .rows import whiten_rows
 from .runge_kutta import swing, swings
@@ -62,7 +70,7 @@ def step_articulated(world: Any, island: Any, joints: Any, articulation: Any) ->
         return False
     if world.variant.soft is not None:
         return False
-    if not list_links(world, island, articulation):
+    if not (is_chosen(world, island) and list_links(world, island, articulation)):
         return False
     measure_motion(world, island, joints, articulation)
     island.taut = 0
@@ -84,7 +92,9 @@ def step_articulated(world: Any, island: Any, joints: Any, articulation: Any) ->
             world.state.world.row_count -= island.rows
             return False
     for s in range(island.substeps):
-        _substep(world, island, s, joints, articulation)
+        if not _substep(world, island, s, joints, articulation):
+            world.state.world.row_count -= island.rows
+            return False
         close_others(world, island, s, joints, articulation, articulation.others)
     return True
 
@@ -107,11 +117,12 @@ def _start(world: Any, island: Any, joints: Any, articulation: Any) -> None:
     island.joint_rows = island.other_rows + list_servos(world, island, articulation, joints)
     island.rows = add_contact_rows(world, island)
     world.state.world.row_count += island.rows
+    join_velocities(world, island, articulation)
 
 
 @njit
-def _substep(world: Any, island: Any, s: Any, joints: Any, articulation: Any) -> None:
-    """Take substep number ``s`` of the island."""
+def _substep(world: Any, island: Any, s: Any, joints: Any, articulation: Any) -> Any:
+    """Take substep number ``s`` of the island; False where joints in no tree cannot hold; no body has moved then."""
     last = s == island.substeps - 1
     if island.kinematic:
         move_kinematic(world, s * island.h)
@@ -124,6 +135,10 @@ def _substep(world: Any, island: Any, s: Any, joints: Any, articulation: Any) ->
     touched = False
     if island.rows > 0:
         touched = _solve(world, island, articulation, last)
+        apart = island.residual > CONTRADICTED or is_apart(world, island, articulation.others)
+        if s == 0 and island.other_rows > 0 and apart:
+            _return_to_start(world, island, articulation)
+            return False
     if touched:
         turn = largest_turn(world, island, articulation)
         if not fast and turn <= SLOW_TURN:
@@ -136,6 +151,7 @@ def _substep(world: Any, island: Any, s: Any, joints: Any, articulation: Any) ->
         _divide(world, island, joints, articulation)
     _leave(world, island, articulation)
     _store(world, island, last, joints, articulation)
+    return True
 
 
 @njit
@@ -175,19 +191,9 @@ def _divide(world: Any, island: Any, joints: Any, articulation: Any) -> None:
     if island.joint_rows > 0:
         limit_speed(world, island, articulation)
         return
-    links = articulation.links
-    bodies = world.state.bodies
-    joint_parameters = world.parameters.joints
     whole = island.h
     add_impulses(world, island, articulation, island.joint_rows)
-    for k in range(island.body_count):
-        enter_link(links[k], bodies[links[k].body])
-        enter_joint(links, k, bodies, world.parameters.bodies, joint_parameters[max(links[k].joint, 0)])
-        set_base(links[k])
-    for f in range(island.freedoms):
-        articulation.step[f] = 0.0
-    place_links(world, island, articulation)
-    move_links(island, articulation, articulation.start)
+    _place_at_start(world, island, articulation)
     island.h = whole / PARTS
     for part_number in range(PARTS):
         if part_number > 0:
@@ -199,6 +205,29 @@ def _divide(world: Any, island: Any, joints: Any, articulation: Any) -> None:
         if not settle_rates(world, island, articulation):
             limit_speed(world, island, articulation)
     island.h = whole
+
+
+@njit
+def _place_at_start(world: Any, island: Any, articulation: Any) -> None:
+    """Move the links back to the poses and rates at the start of the substep; the bodies have not moved yet."""
+    links = articulation.links
+    bodies = world.state.bodies
+    joint_parameters = world.parameters.joints
+    for k in range(island.body_count):
+        enter_link(links[k], bodies[links[k].body])
+        enter_joint(links, k, bodies, world.parameters.bodies, joint_parameters[max(links[k].joint, 0)])
+        set_base(links[k])
+    for f in range(island.freedoms):
+        articulation.step[f] = 0.0
+    place_links(world, island, articulation)
+    move_links(island, articulation, articulation.start)
+
+
+@njit
+def _return_to_start(world: Any, island: Any, articulation: Any) -> None:
+    """Give the bodies the velocities at the start of the step, for the rows of their joints to act instead."""
+    _place_at_start(world, island, articulation)
+    _keep_velocities(world, island, articulation)
 
 
 @njit
@@ -252,6 +281,9 @@ def _solve_rows(world: Any, island: Any, articulation: Any, last: Any) -> None:
     if residual <= world.options.tolerance and clear_biases(world, island, articulation, articulation.others):
         sweeps, residual = sweep_rows(world, island, articulation)
         counters.sweeps += sweeps
+    hidden = contradiction(world, island, articulation.others)
+    if hidden > CONTRADICTED:
+        residual = max(residual, hidden)
     island.residual = residual
     counters.residual = max(counters.residual, residual)
     if residual > world.options.tolerance:

@@ -1,0 +1,153 @@
+"""Energy of links that nothing drives, damps or touches: rates at the end of a substep that keep it exactly.
+
+The balance of momentum keeps the energy on average alone; of links that turn far within a substep it is off by
+thousandths now and then.  The rates are the motion of each free tree as one rigid body, with its momentum, and the
+rest, which has no momentum.  Only the rest is scaled, so that momenta are kept.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ...jit import njit
+from ...records.articulation import LinkKind
+from ..dispatch import by_dimension
+from .links import move_links
+
+keep_momentum = by_dimension("articulation", "keep_momentum")
+carry = by_dimension("articulation", "carry")
+set_inertia = by_dimension("articulation", "set_inertia")
+
+_FREE = int(LinkKind.FREE)
+UNEVEN_TURN = 0.02  # rad in a substep: of slower links the error of the energy is small
+MOST_SCALED = 0.1  # largest relative change of the rates
+
+
+@njit
+def keep_energy(world: Any, island: Any, articulation: Any) -> None:
+    """Scale the rates at the end of the substep to the energy at which forces have done the work."""
+    if not _conserves_energy(world, island, articulation):
+        return
+    links = articulation.links
+    rate = articulation.rate
+    _set_momenta(world, island, articulation)
+    energy = 0.0
+    for k in range(island.body_count):
+        for d in range(len(links[k].momentum)):
+            energy += links[k].momentum[d] * links[k].velocity[d]
+    rigid = _set_rigid_motions(island, links)
+    inner = energy - rigid
+    wanted = _energy_by_forces(world, island, links) - rigid
+    if inner > 0.0:
+        scale = min(max(max(wanted, 0.0) / inner, (1.0 - MOST_SCALED) ** 2), (1.0 + MOST_SCALED) ** 2) ** 0.5
+        for k in range(island.body_count):
+            link = links[k]
+            for f in range(link.first, link.first + link.count):
+                kept = link.response[f - link.first] if link.kind == _FREE else 0.0
+                rate[f] = kept + scale * (rate[f] - kept)
+        move_links(island, articulation, rate)
+    _restore_centers(island, links)
+
+
+@njit
+def _conserves_energy(world: Any, island: Any, articulation: Any) -> Any:
+    """Whether links turn so far in the substep that its error of the energy counts, and only forces do work."""
+    if island.turning <= UNEVEN_TURN or island.taut or island.driven or island.has_springs:
+        return False
+    body_parameters = world.parameters.bodies
+    for k in range(island.body_count):
+        parameters = body_parameters[articulation.links[k].body]
+        if parameters.linear_damping != 0.0 or parameters.angular_damping != 0.0:
+            return False
+    return True
+
+
+@njit
+def _set_momenta(world: Any, island: Any, articulation: Any) -> None:
+    """Set momenta, inertias and centres of all links at their present poses, about the root of each tree."""
+    links = articulation.links
+    body_parameters = world.parameters.bodies
+    for k in range(island.body_count):
+        link = links[k]
+        for d in range(len(link.center)):
+            link.center[d] = link.position[d] - links[link.tree].position[d]
+        keep_momentum(link, body_parameters[link.body])
+        set_inertia(link, body_parameters[link.body], 0.0)
+        for d in range(len(link.response)):
+            link.response[d] = link.momentum[d]
+        carry(link)
+
+
+@njit
+def _set_rigid_motions(island: Any, links: Any) -> Any:
+    """Set ``response`` of each free root to the velocity of its tree as one rigid body; returns twice their energy."""
+    energy = 0.0
+    for k in range(island.body_count - 1, -1, -1):
+        root = links[links[k].tree]
+        if root.kind == _FREE and links[k].tree != k:
+            for d in range(len(root.force)):
+                root.force[d] += links[k].force[d]
+                for e in range(len(root.force)):
+                    root.inertia[d, e] += links[k].inertia[d, e]
+    for k in range(island.body_count):
+        root = links[k]
+        if root.kind == _FREE:
+            for d in range(len(root.force)):
+                root.response[d] = root.force[d]
+            _solve(root.inertia, root.response)
+            for d in range(len(root.force)):
+                energy += root.force[d] * root.response[d]
+    return energy
+
+
+@njit
+def _solve(matrix: Any, x: Any) -> None:
+    """Replace x by the solution of a positive definite matrix, whose lower triangle becomes its Cholesky factor."""
+    n = len(x)
+    for i in range(n):
+        for j in range(i + 1):
+            s = matrix[i, j]
+            for k in range(j):
+                s -= matrix[i, k] * matrix[j, k]
+            if i == j:
+                matrix[i, i] = s**0.5 if s > 0.0 else 0.0
+            else:
+                matrix[i, j] = s / matrix[j, j] if matrix[j, j] > 0.0 else 0.0
+    for i in range(n):
+        s = x[i]
+        for j in range(i):
+            s -= matrix[i, j] * x[j]
+        x[i] = s / matrix[i, i] if matrix[i, i] > 0.0 else 0.0
+    for i in range(n - 1, -1, -1):
+        s = x[i]
+        for j in range(i + 1, n):
+            s -= matrix[j, i] * x[j]
+        x[i] = s / matrix[i, i] if matrix[i, i] > 0.0 else 0.0
+
+
+@njit
+def _energy_by_forces(world: Any, island: Any, links: Any) -> Any:
+    """Return twice the kinetic energy at which gravity and applied forces have done the work of the substep."""
+    bodies = world.state.bodies
+    body_parameters = world.parameters.bodies
+    gravity = world.parameters.world.gravity
+    energy = island.kinetic
+    for k in range(island.body_count):
+        link = links[k]
+        parameters = body_parameters[link.body]
+        force = bodies[link.body].force
+        for d in range(len(gravity)):
+            weight = parameters.mass * parameters.gravity_scale * gravity[d]
+            energy += 2.0 * (weight + force[d]) * (link.position[d] - link.start[d])
+        for d in range(len(link.turn)):
+            energy += 2.0 * force[len(gravity) + d] * (link.half[d] + link.turn[d])
+    return energy
+
+
+@njit
+def _restore_centers(island: Any, links: Any) -> None:
+    """Set the centres to those half a substep ahead again, where reactions act."""
+    for k in range(island.body_count):
+        link = links[k]
+        for d in range(len(link.center)):
+            link.center[d] = link.base_position[d] - links[link.tree].base_position[d]
