@@ -10,8 +10,11 @@ from typing import Any
 from numpy.typing import NDArray
 
 from ..jit import inline_njit, njit
+from .dispatch import by_dimension, never
 
 Array = NDArray[Any]
+
+is_witness = by_dimension("narrowphase.clip", "is_witness", otherwise=never)
 
 
 @inline_njit
@@ -34,14 +37,20 @@ def is_kept(contact: Any, geometry: Array) -> bool:
 def match_pair(old: Array, first: int, last: int, found: Array, start: int, found_count: int) -> int:
     """Copy `impulse` from the contacts old[first:last] of one pair to found ones of the same feature.
 
+    The only contact of a pair is also the same as its only one before where one of them is at the nearest points:
+    where an end of a capsule lies on the side of another, rounding decides in each step whether a feature touches.
     Searches from found[start] on; returns the index of the first found contact after the pair.
     """
     k = start
     while k < found_count and pair_order(found[k], old[first]) < 0:
         k += 1
-    while k < found_count and pair_order(found[k], old[first]) == 0:
+    end = k
+    while end < found_count and pair_order(found[end], old[first]) == 0:
+        end += 1
+    same = last - first == 1 and end - k == 1 and is_witness(old[first], found[k])
+    while k < end:
         for i in range(first, last):
-            if old[i].feature == found[k].feature:
+            if same or old[i].feature == found[k].feature:
                 for axis in range(len(found[k].impulse)):
                     found[k].impulse[axis] = old[i].impulse[axis]
                 break

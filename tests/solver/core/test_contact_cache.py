@@ -8,6 +8,7 @@ import pytest
 from gsenv.solver.core.contact_cache import update_contacts
 from gsenv.solver.records.model import Array, contact_dtype
 from gsenv.solver.records.scratch_dtypes import shape_geometry_dtype
+from gsenv.solver.spatial.narrowphase.clip import WITNESS
 
 SHAPES = 12
 
@@ -82,6 +83,19 @@ def test_impulses_follow_their_feature(dim: int) -> None:
             assert (contact["impulse"] == table.get(key, own)).all()
             matched += key in table
     assert matched > 100
+
+
+@pytest.mark.parametrize(("before", "after", "more", "kept"), [
+    (WITNESS, 0, False, True), (2, WITNESS, False, True), (0, 2, False, False), (WITNESS, 0, True, False),
+])  # fmt: skip
+def test_a_single_contact_at_the_nearest_points_is_the_same(before: int, after: int, more: bool, kept: bool) -> None:
+    old, new = np.zeros(1, contact_dtype(3)), np.zeros(2 if more else 1, contact_dtype(3))
+    for contacts in (old, new):
+        contacts["shape_b"] = 1
+    old["feature"], old["impulse"] = before, 1.0
+    new["feature"] = np.arange(len(new)) + after
+    _, contacts, _ = update(old, new, all_awake(3))
+    assert (contacts[: len(new)]["impulse"] == float(kept)).all()
 
 
 def test_only_the_first_count_entries_are_real() -> None:

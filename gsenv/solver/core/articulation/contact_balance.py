@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from numba import int64
+
 from ...jit import njit
 from .balance import RELAXED, set_imbalance, set_joint_imbalance
 from .dynamics import respond_inward, respond_outward
@@ -19,6 +21,7 @@ from .solve import sweep_rows
 MOST_PASSES = 10  # of the rows and the balance
 SETTLED = 0.1  # of the tolerance: largest correction of the rates that ends the passes, relative to the rates
 GROWN = 4.0  # the same above which they are given up
+HURRIED = 3  # share of the sweeps in a pass over rows that were not solved to the tolerance
 SLOWEST = 0.25  # ratio of the energies of two corrections above which they are relaxed
 
 
@@ -27,12 +30,17 @@ def settle_rows(world: Any, island: Any, articulation: Any) -> Any:
     """Correct rates and impulses until the momenta at the end of the substep are what they must be.
 
     Starts from solved rows.  Leaves the links at the end of the substep; returns whether the corrections converged.
+    All passes together take at most as many sweeps as a solve.  Rows that are not solved to the tolerance are far
+    from where more passes could help: they get one, of fewer sweeps.
     """
+    options = world.options
     freedoms = articulation.freedoms
     rate = articulation.rate
     change = articulation.change
     z = articulation.whitened
-    settled = (SETTLED * world.options.tolerance) ** 2  # of the kinetic energy: largest energy of the last correction
+    settled = (SETTLED * options.tolerance) ** 2  # of the kinetic energy: largest energy of the last correction
+    unsolved = island.residual > options.tolerance
+    left = int64(max(options.sweeps // HURRIED, 1) if unsolved else options.sweeps)
     relaxed = 1.0
     last = 0.0
     for k in range(MOST_PASSES):
@@ -56,10 +64,13 @@ def settle_rows(world: Any, island: Any, articulation: Any) -> Any:
         for f in range(island.freedoms):
             if freedoms[f].root > 0.0:
                 z[f] += relaxed * change[f] / freedoms[f].root
-        sweeps, residual = sweep_rows(world, island, articulation)
+        sweeps, residual = sweep_rows(world, island, articulation, left)
         world.state.world.sweeps += sweeps
         island.residual = residual
         rates_of_rows(island, articulation)
+        left -= sweeps
+        if unsolved or left <= 0:
+            break
     end_with_rows(world, island, articulation)
     return False
 
@@ -73,7 +84,7 @@ def _solve_again(world: Any, island: Any, articulation: Any) -> None:
         rows[r].impulse = 0.0
     for f in range(island.freedoms):
         z[f] = 0.0
-    sweeps, residual = sweep_rows(world, island, articulation)
+    sweeps, residual = sweep_rows(world, island, articulation, world.options.sweeps)
     world.state.world.sweeps += sweeps
     island.residual = residual
     rates_of_rows(island, articulation)

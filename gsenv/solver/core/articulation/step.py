@@ -242,10 +242,10 @@ def _solve_rows(world: Any, island: Any, articulation: Any, last: Any) -> None:
     whiten_rows(world, island, articulation)
     factorise_equations(world, island, articulation, articulation.others)
     island.residual_scale = start_solve(world, island, articulation)
-    sweeps, residual = sweep_rows(world, island, articulation)
+    sweeps, residual = sweep_rows(world, island, articulation, world.options.sweeps)
     counters.sweeps += sweeps
     if residual <= world.options.tolerance and clear_biases(world, island, articulation, articulation.others):
-        sweeps, residual = sweep_rows(world, island, articulation)
+        sweeps, residual = sweep_rows(world, island, articulation, world.options.sweeps)
         counters.sweeps += sweeps
     island.residual = residual
     counters.residual = max(counters.residual, residual)
