@@ -24,8 +24,10 @@ Array = NDArray[Any]
 
 BRUTE_FORCE_COUNT = 160  # largest number of shapes that are compared each with each
 LEAF_SHAPES = 4
-RADIX = 1024  # buckets of one pass of the sort along the curve
+RADIX = 1024  # most buckets of one pass of the sort along the curve
 CURVE_BITS = 10  # bits of each axis, and of a digit of the sort
+COARSE_BITS = 5  # the same for few shapes, whose sort would take most of the time
+FINE_COUNT = 1024  # shapes: for more the curve is fine
 
 
 class Span(NamedTuple):
@@ -277,12 +279,13 @@ def sort_along_curve(geometry: Array, scratch: Array, count: int) -> None:
     The cells of the curve are as high as they are wide, so a tower is sorted by height, not by its lean.
     """
     dim = len(scratch[0].lower)
+    bits = CURVE_BITS if count > FINE_COUNT else COARSE_BITS
     widest = 0.0
     for axis in range(dim):
         _, width = spread(geometry, scratch, count, axis)
         widest = max(widest, width)
-    scale = (1 << CURVE_BITS) / widest if widest > 0.0 else 0.0
-    top = float((1 << CURVE_BITS) - 1)
+    scale = (1 << bits) / widest if widest > 0.0 else 0.0
+    top = float((1 << bits) - 1)
     for i in range(count):
         scratch[i].key = 0
     for axis in range(dim):
@@ -290,10 +293,12 @@ def sort_along_curve(geometry: Array, scratch: Array, count: int) -> None:
         for i in range(count):
             place = (center(geometry[scratch[i].order], axis) - lowest) * scale
             cell = int(min(max(place, 0.0), top))
-            for bit in range(CURVE_BITS):
-                scratch[i].key |= ((cell >> bit) & 1) << (bit * dim + axis)
+            key = 0
+            for bit in range(bits):
+                key |= ((cell >> bit) & 1) << (bit * dim + axis)
+            scratch[i].key |= key
     for axis in range(dim):
-        radix_pass(scratch, count, CURVE_BITS * axis)
+        radix_pass(scratch, count, bits * axis, 1 << bits)
         for i in range(count):
             scratch[i].order = scratch[i].spare_order
             scratch[i].key = scratch[i].spare_key
@@ -347,13 +352,14 @@ def take_place(scratch: Array, bucket: int) -> int:
 
 
 @njit
-def radix_pass(scratch: Array, count: int, shift: int) -> None:
-    clear_buckets(scratch, RADIX)
+def radix_pass(scratch: Array, count: int, shift: int, radix: int) -> None:
+    """Sort stably by one digit of the keys, of `radix` values (a power of two)."""
+    clear_buckets(scratch, radix)
     for i in range(count):
-        scratch[(scratch[i].key >> shift) & (RADIX - 1)].bucket += 1
-    start_buckets(scratch, RADIX)
+        scratch[(scratch[i].key >> shift) & (radix - 1)].bucket += 1
+    start_buckets(scratch, radix)
     for i in range(count):
-        place = take_place(scratch, (scratch[i].key >> shift) & (RADIX - 1))
+        place = take_place(scratch, (scratch[i].key >> shift) & (radix - 1))
         scratch[place].spare_key = scratch[i].key
         scratch[place].spare_order = scratch[i].order
 

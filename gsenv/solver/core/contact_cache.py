@@ -10,8 +10,11 @@ from typing import Any
 from numpy.typing import NDArray
 
 from ..jit import inline_njit, njit
+from .dispatch import by_dimension, never
 
 Array = NDArray[Any]
+
+is_witness = by_dimension("narrowphase.clip", "is_witness", otherwise=never)
 
 
 @inline_njit
@@ -31,17 +34,26 @@ def is_kept(contact: Any, geometry: Array) -> bool:
 
 
 @njit
-def match_pair(old: Array, first: int, last: int, found: Array, start: int, found_count: int) -> int:
+def match_pair(old: Array, first: int, last: int, found: Array, start: int, found_count: int, articulation: Any) -> int:
     """Copy `impulse` from the contacts old[first:last] of one pair to found ones of the same feature.
 
+    With ``articulation``, not None, the only contact of a pair is also the same as its only one before where one of
+    them is at the nearest points: where an end of a capsule lies on the side of another, rounding decides in each
+    step whether a feature touches.
     Searches from found[start] on; returns the index of the first found contact after the pair.
     """
     k = start
     while k < found_count and pair_order(found[k], old[first]) < 0:
         k += 1
-    while k < found_count and pair_order(found[k], old[first]) == 0:
+    end = k
+    while end < found_count and pair_order(found[end], old[first]) == 0:
+        end += 1
+    same = False
+    if articulation is not None:
+        same = last - first == 1 and end - k == 1 and is_witness(old[first], found[k])
+    while k < end:
         for i in range(first, last):
-            if old[i].feature == found[k].feature:
+            if same or old[i].feature == found[k].feature:
                 for axis in range(len(found[k].impulse)):
                     found[k].impulse[axis] = old[i].impulse[axis]
                 break
@@ -51,14 +63,14 @@ def match_pair(old: Array, first: int, last: int, found: Array, start: int, foun
 
 @njit
 def match_until_kept(
-    old: Array, start: int, count: int, found: Array, matched: int, found_count: int, geometry: Array
+    old: Array, start: int, count: int, found: Array, matched: int, found_count: int, geometry: Array, articulation: Any
 ) -> tuple[int, int]:
     """Call match_pair from old[start] on, up to a contact that is kept; returns (its index, first found after)."""
     while start < count and not is_kept(old[start], geometry):
         last = start + 1
         while last < count and pair_order(old[last], old[start]) == 0:
             last += 1
-        matched = match_pair(old, start, last, found, matched, found_count)
+        matched = match_pair(old, start, last, found, matched, found_count, articulation)
         start = last
     return start, matched
 
@@ -72,14 +84,15 @@ def update_contacts(
     geometry: Array,
     displaced: Array,
     places: Array,
+    articulation: Any,
 ) -> int:
     """Replace the first `count` contacts by the `found` ones, but leave those of pairs asleep.
 
     `contacts`, `found` (contact,) of contact_dtype(dim), sorted by pair before and after; found ones
-    inherit the impulse of the contact of the same shapes and feature.  Returns the number of contacts;
-    if it exceeds len(contacts), none was changed.  `places` (int,) receives the new indices of the found
-    ones.  `displaced` (contact,) is scratch.  A sleeping contact is copied only if its index changes, so
-    a few awake contacts among thousands of sleeping ones cost little.
+    inherit the impulse of the contact of the same shapes and feature (`articulation`: see match_pair).  Returns
+    the number of contacts; if it exceeds len(contacts), none was changed.  `places` (int,) receives the new
+    indices of the found ones.  `displaced` (contact,) is scratch.  A sleeping contact is copied only if its index
+    changes, so a few awake contacts among thousands of sleeping ones cost little.
     """
     if count + found_count > len(contacts):
         needed = found_count
@@ -90,7 +103,7 @@ def update_contacts(
             return needed
     # contacts[i] is the first kept contact that was not read yet; displaced[head:tail] were read, but
     # are not at their new index yet
-    i, matched = match_until_kept(contacts, 0, count, found, 0, found_count, geometry)
+    i, matched = match_until_kept(contacts, 0, count, found, 0, found_count, geometry, articulation)
     k = 0
     head = 0
     tail = 0
@@ -119,6 +132,6 @@ def update_contacts(
         if read:
             i += 1
             if i < count and not is_kept(contacts[i], geometry):
-                i, matched = match_until_kept(contacts, i, count, found, matched, found_count, geometry)
+                i, matched = match_until_kept(contacts, i, count, found, matched, found_count, geometry, articulation)
         place += 1
     return place

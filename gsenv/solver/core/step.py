@@ -89,6 +89,7 @@ def match_contacts(world: Any, found_count: Any) -> Any:
         scratch.geometry,
         scratch.displaced,
         scratch.found_places,
+        scratch.articulation,
     )
 
 

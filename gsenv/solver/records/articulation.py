@@ -153,6 +153,16 @@ def span_dtype(dim: int) -> np.dtype[Any]:
             ("free", "f8"),  # m/s, velocity of the row before any impulse, with its bias
             ("one", "f8"),  # 1/kg, coupling of a normal to its first tangent
             ("two", "f8"),  # and to the second
+            # what sweeps read and write of a normal with two tangents, in one place
+            ("mass", "f8"),  # kg, effective mass of the normal
+            ("sizes", "f8", (3,)),  # 1/kg, diagonals
+            ("cross", "f8"),  # 1/kg, coupling of the tangents
+            ("inverse", "f8", (3,)),  # kg, inverse of the tangents' block: xx, xy, yy; 0 where that is singular
+            ("friction", "f8"),
+            ("slip", "f8", (2,)),  # m/s, ``free`` of the tangents
+            ("impulse", "f8", (3,)),  # N s
+            ("previous", "f8", (3,)),  # N s, before the sweep
+            ("direction", "f8", (3,)),  # N s, conjugate direction
         ],
         align=True,
     )
@@ -172,7 +182,7 @@ def articulation_scratch(dim: int, trees: Array, joint_count: int, row_capacity:
         "places": np.zeros(bodies, np.int32),  # link of each body
         "servos": np.zeros(joint_count, SERVO_DTYPE),
         "spans": np.zeros(row_capacity, span_dtype(dim)),
-        "ways": np.zeros(values + 2 * deepest, np.int32),
+        "ways": np.zeros(values + 2 * deepest, np.uint32),
         "values": np.zeros(values + 2 * deepest),
         "others": None,
         **{name: np.zeros(freedoms) for name in (*rates, *runge_kutta)},

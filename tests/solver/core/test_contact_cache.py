@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 from gsenv.solver.core.contact_cache import update_contacts
 from gsenv.solver.records.model import Array, contact_dtype
 from gsenv.solver.records.scratch_dtypes import shape_geometry_dtype
+from gsenv.solver.spatial.narrowphase.clip import WITNESS
 
 SHAPES = 12
 
@@ -59,12 +62,16 @@ def searched(contacts: Array, geometry: Array) -> Array:
     return ~(still[contacts["shape_a"]] & still[contacts["shape_b"]])
 
 
-def update(old: Array, found: Array, geometry: Array, room: int = 100) -> tuple[int, Array, Array]:
+def update(
+    old: Array, found: Array, geometry: Array, room: int = 100, articulation: Any = None
+) -> tuple[int, Array, Array]:
     """(count, contacts, places of the found ones) after an update of the old ones."""
     contacts = np.zeros(max(room, len(old)), old.dtype)
     contacts[: len(old)] = old
     places = np.zeros(room, np.int32)
-    count = update_contacts(contacts, len(old), found.copy(), len(found), geometry, np.zeros_like(contacts), places)
+    count = update_contacts(
+        contacts, len(old), found.copy(), len(found), geometry, np.zeros_like(contacts), places, articulation
+    )
     return count, contacts, places[: len(found)]
 
 
@@ -84,6 +91,19 @@ def test_impulses_follow_their_feature(dim: int) -> None:
     assert matched > 100
 
 
+@pytest.mark.parametrize(("before", "after", "more", "kept"), [
+    (WITNESS, 0, False, True), (2, WITNESS, False, True), (0, 2, False, False), (WITNESS, 0, True, False),
+])  # fmt: skip
+def test_a_single_contact_at_the_nearest_points_is_the_same(before: int, after: int, more: bool, kept: bool) -> None:
+    old, new = np.zeros(1, contact_dtype(3)), np.zeros(2 if more else 1, contact_dtype(3))
+    for contacts in (old, new):
+        contacts["shape_b"] = 1
+    old["feature"], old["impulse"] = before, 1.0
+    new["feature"] = np.arange(len(new)) + after
+    _, contacts, _ = update(old, new, all_awake(3), articulation=0)
+    assert (contacts[: len(new)]["impulse"] == float(kept)).all()
+
+
 def test_only_the_first_count_entries_are_real() -> None:
     rng = np.random.default_rng(1)
     old = random_contacts(rng, 2, [(0, 1)])
@@ -91,10 +111,10 @@ def test_only_the_first_count_entries_are_real() -> None:
     new["impulse"] = 0.0
     places, scratch = np.zeros(10, np.int32), np.zeros_like(old)
     contacts = old.copy()
-    assert update_contacts(contacts, 0, new.copy(), len(new), all_awake(2), scratch, places) == len(new)
+    assert update_contacts(contacts, 0, new.copy(), len(new), all_awake(2), scratch, places, None) == len(new)
     assert (contacts["impulse"] == 0.0).all()
     contacts = old.copy()
-    assert update_contacts(contacts, len(old), new.copy(), 1, all_awake(2), scratch, places) == 1
+    assert update_contacts(contacts, len(old), new.copy(), 1, all_awake(2), scratch, places, None) == 1
     assert (contacts["impulse"][0] == old["impulse"][0]).all()
 
 
@@ -138,7 +158,7 @@ def test_unmoved_sleepers_are_not_copied() -> None:
     displaced = np.zeros_like(old)
     contacts = old.copy()
     places = np.zeros(len(old), np.int32)
-    assert update_contacts(contacts, len(old), found, len(found), geometry, displaced, places) == len(old)
+    assert update_contacts(contacts, len(old), found, len(found), geometry, displaced, places, None) == len(old)
     assert (contacts == old).all()
     assert (places[: len(found)] == np.flatnonzero(searched(old, geometry))).all()
     assert not displaced["shape_b"].any()

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from numba import int64
+
 from ...jit import njit
 from .balance import RELAXED, set_imbalance, set_joint_imbalance
 from .dynamics import respond_inward, respond_outward, set_forces
@@ -19,6 +21,7 @@ from .solve import sweep_rows
 MOST_PASSES = 10  # of the rows and the balance
 SETTLED = 0.1  # of the tolerance: largest correction of the rates that ends the passes, relative to the rates
 GROWN = 4.0  # the same above which they are given up
+HURRIED = 3  # share of the sweeps in a pass over rows that were not solved to the tolerance
 SLOWEST = 0.25  # ratio of the energies of two corrections above which they are relaxed
 
 
@@ -27,10 +30,15 @@ def settle_rows(world: Any, island: Any, articulation: Any) -> Any:
     """Correct rates and impulses until the momenta at the end of the substep are what they must be.
 
     Starts from solved rows.  Leaves the links at the end of the substep; returns whether the corrections converged.
+    All passes together take at most as many sweeps as a solve.  Rows that are not solved to the tolerance are far
+    from where more passes could help: they get one, of fewer sweeps.
     """
+    options = world.options
     freedoms = articulation.freedoms
     change = articulation.change
-    settled = (SETTLED * world.options.tolerance) ** 2  # of the kinetic energy: largest energy of the last correction
+    settled = (SETTLED * options.tolerance) ** 2  # of the kinetic energy: largest energy of the last correction
+    unsolved = island.residual > options.tolerance
+    left = int64(max(options.sweeps // HURRIED, 1) if unsolved else options.sweeps)
     relaxed = 1.0
     last = 0.0
     for k in range(MOST_PASSES):
@@ -40,7 +48,7 @@ def settle_rows(world: Any, island: Any, articulation: Any) -> Any:
         energy = max(energy + set_joint_imbalance(island, articulation), island.kinetic)
         error = respond_inward(articulation.links, island.body_count, freedoms, change)
         if error <= settled * energy or (k > 0 and error < last and error * (error / last) <= settled * energy):
-            _solve_with(world, island, articulation, 1.0)
+            _solve_with(world, island, articulation, 1.0, left)
             end_with_rows(world, island, articulation)
             return True
         if not error <= energy or (k > 0 and error > GROWN * last):
@@ -49,7 +57,9 @@ def settle_rows(world: Any, island: Any, articulation: Any) -> Any:
         if k > 0 and error > SLOWEST * last:
             relaxed *= RELAXED
         last = error
-        _solve_with(world, island, articulation, relaxed)
+        left -= _solve_with(world, island, articulation, relaxed, left)
+        if unsolved or left <= 0:
+            break
     end_with_rows(world, island, articulation)
     return False
 
@@ -76,7 +86,7 @@ def correct_forces(world: Any, island: Any, articulation: Any) -> None:
         for d in range(len(links[k].force)):
             links[k].force[d] -= links[k].contact[d]
     respond_inward(links, island.body_count, articulation.freedoms, change)
-    _solve_with(world, island, articulation, 1.0)
+    _solve_with(world, island, articulation, 1.0, int64(world.options.sweeps))
 
 
 @njit
@@ -88,29 +98,33 @@ def _solve_again(world: Any, island: Any, articulation: Any) -> None:
         rows[r].impulse = 0.0
     for f in range(island.freedoms):
         z[f] = 0.0
-    _sweep_again(world, island, articulation)
+    _sweep_again(world, island, articulation, int64(world.options.sweeps))
     end_with_rows(world, island, articulation)
 
 
 @njit
-def _solve_with(world: Any, island: Any, articulation: Any, share: Any) -> None:
-    """Solve the rows again with a share of the correction of the rates, of which ``change`` has the inward half."""
+def _solve_with(world: Any, island: Any, articulation: Any, share: Any, most: Any) -> Any:
+    """Solve the rows again with a share of the correction of the rates, of which ``change`` has the inward half.
+
+    Takes at most ``most`` sweeps; returns their number.
+    """
     freedoms = articulation.freedoms
     change = articulation.change
     z = articulation.whitened
     for f in range(island.freedoms):
         if freedoms[f].root > 0.0:
             z[f] += share * change[f] / freedoms[f].root
-    _sweep_again(world, island, articulation)
+    return _sweep_again(world, island, articulation, most)
 
 
 @njit
-def _sweep_again(world: Any, island: Any, articulation: Any) -> None:
-    """Solve the rows from the present impulses, and set the rates."""
-    sweeps, residual = sweep_rows(world, island, articulation)
+def _sweep_again(world: Any, island: Any, articulation: Any, most: Any) -> Any:
+    """Solve the rows from the present impulses, and set the rates; returns the number of sweeps."""
+    sweeps, residual = sweep_rows(world, island, articulation, most)
     world.state.world.sweeps += sweeps
     island.residual = residual
     rates_of_rows(island, articulation)
+    return sweeps
 
 
 @njit

@@ -8,11 +8,13 @@ from __future__ import annotations
 
 from typing import Any
 
-from numba import int64
+from numba import int64, uint64
 
 from ...jit import njit
 from ..dispatch import by_dimension
 from ..rows import DISC, FRICTION
+
+REGULAR = 1e-12  # of the product of the diagonals: smallest determinant of the block of two tangents
 
 reduced = by_dimension("articulation", "reduced")
 added = by_dimension("articulation", "added")
@@ -57,17 +59,54 @@ def whiten_rows(world: Any, island: Any, articulation: Any) -> None:
         else:
             for i in range(width):
                 _whiten_one(rows, r + i, (a, b), counts, articulation)
-        for i in range(width):
-            set_diagonal(rows, r + i, spans, articulation.values)
-        if width > 1:
-            spans[r].one = _product(spans[r], spans[r + 1], articulation.values)
-        if width > 2:
-            spans[r].two = _product(spans[r], spans[r + 2], articulation.values)
-            rows[r + 1].coupling = _product(spans[r + 1], spans[r + 2], articulation.values)
+        if width == 3:
+            _gather_three(rows, r, spans, articulation.values)
+        else:
+            for i in range(width):
+                set_diagonal(rows, r + i, spans, articulation.values)
+            if width > 1:
+                spans[r].one = _product(spans[r], spans[r + 1], articulation.values)
         way += counts[2]
         value += width * counts[2]
         r += width
     _couple_rolling(world, island, articulation)
+
+
+@njit
+def _gather_three(rows: Any, r: Any, spans: Any, values: Any) -> None:
+    """Set the products of a normal and its two tangents, and write what sweeps read of them to the normal's span."""
+    span = spans[r]
+    nn, ns, nt, a, b, c = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    at = uint64(span.values)  # no sign to check
+    for _ in range(span.count):
+        x, y, z = values[at], values[at + uint64(1)], values[at + uint64(2)]
+        nn += x * x
+        ns += x * y
+        nt += x * z
+        a += y * y
+        b += z * z
+        c += y * z
+        at += uint64(3)
+    _set_size(rows[r], nn + rows[r].softness)
+    _set_size(rows[r + 1], a + rows[r + 1].softness)
+    _set_size(rows[r + 2], b + rows[r + 2].softness)
+    rows[r + 1].coupling = c
+    span.one = ns
+    span.two = nt
+    span.mass = rows[r].effective_mass
+    span.cross = c
+    span.friction = rows[r + 1].friction
+    a = rows[r + 1].diagonal
+    b = rows[r + 2].diagonal
+    det = a * b - c * c
+    inverse = 1.0 / det if det > REGULAR * a * b else 0.0
+    span.inverse[0] = b * inverse
+    span.inverse[1] = -c * inverse
+    span.inverse[2] = a * inverse
+    for i in range(3):
+        span.sizes[i] = rows[r + i].diagonal
+    for i in range(2):
+        span.slip[i] = spans[r + 1 + i].free
 
 
 @njit
@@ -198,9 +237,13 @@ def _write(values: Any, at: Any, root: Any, x: Any, y: Any, z: Any) -> None:
 @njit
 def set_diagonal(rows: Any, r: Any, spans: Any, values: Any) -> None:
     """Set the diagonal and the effective mass of a row."""
-    size = rows[r].softness + _product(spans[r], spans[r], values)
-    rows[r].diagonal = size
-    rows[r].effective_mass = 1.0 / size if size > 0.0 else 0.0
+    _set_size(rows[r], rows[r].softness + _product(spans[r], spans[r], values))
+
+
+@njit
+def _set_size(row: Any, size: Any) -> None:
+    row.diagonal = size
+    row.effective_mass = 1.0 / size if size > 0.0 else 0.0
 
 
 @njit

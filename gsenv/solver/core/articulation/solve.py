@@ -8,15 +8,17 @@ from __future__ import annotations
 
 from typing import Any
 
-from numba import int64
+from numba import int64, uint64
 
-from ...jit import njit
+from ...jit import inline_njit, njit
 from ...methods.disc import minimise_on_disc
 from ...records.options import SolverKind
 from ..rows import DISC, EQUATION, FRICTION, UNILATERAL, push_row
 from .equations import add_to, correct_others, dot_with, start_corrections, sweep_others
 
 _PGS = int(SolverKind.PGS)
+LOOK = 6  # sweeps between two looks at the progress
+STALLED = 0.7  # of the least squared change before: sweeps that reduce it less are the last
 POOR = 1e-3  # of the inverse masses: compliance of corrections, which joints hinder where levers are short
 
 
@@ -71,13 +73,14 @@ def _sweep(rows: Any, first: Any, count: Any, articulation: Any, push: Any) -> A
     normal = 0.0
     r = first
     while r < count:
-        row = rows[r]
         span = spans[r]
         if span.width == 3:
-            step, normal = _solve_three(rows, r, articulation, push)
+            step, normal = _solve_three(span, ways, values, z, push)
             change += step
             r += 3
-        elif row.kind == DISC:
+            continue
+        row = rows[r]
+        if row.kind == DISC:
             change += _solve_disc(rows, r, articulation, normal, push)
             r += 2
         else:
@@ -101,51 +104,82 @@ def _sweep(rows: Any, first: Any, count: Any, articulation: Any, push: Any) -> A
 
 
 @njit
-def _solve_three(rows: Any, r: Any, articulation: Any, push: Any) -> Any:
+def _solve_three(span: Any, ways: Any, values: Any, z: Any, push: Any) -> Any:
     """Solve a normal row and its disc; returns (sum d^2 A_rr, normal impulse)."""
-    ways = articulation.ways
-    values = articulation.values
-    z = articulation.whitened
-    spans = articulation.spans
-    span = spans[r]
-    normal = rows[r]
-    one = rows[r + 1]
-    two = rows[r + 2]
-    push_row(normal, push)
-    push_row(one, push)
-    push_row(two, push)
-    w = 0.0
-    u = 0.0
-    v = 0.0
-    i = span.values
-    for p in range(span.places, span.places + span.count):
-        x = z[ways[p]]
-        w += values[i] * x
-        u += values[i + 1] * x
-        v += values[i + 2] * x
-        i += 3
-    old = normal.impulse
-    new = max(old - normal.effective_mass * (span.free + w), 0.0)
-    d = new - old
-    s = one.impulse
-    t = two.impulse
-    a = one.diagonal
-    b = two.diagonal
-    c = one.coupling
-    u += spans[r + 1].free + span.one * d - a * s - c * t
-    v += spans[r + 2].free + span.two * d - c * s - b * t
-    x, y = minimise_on_disc(a, c, b, u, v, one.friction * new)
-    normal.impulse = new
-    one.impulse = x
-    two.impulse = y
+    _push_three(span, push)
+    n, s, t = span.impulse[0], span.impulse[1], span.impulse[2]
+    if n == 0.0 and s == 0.0 and t == 0.0 and span.free + dot_with(span, ways, values, z) >= 0.0:
+        return 0.0, 0.0
+    w, u, v = _dot_three(span, ways, values, z)
+    a, b, c = span.sizes[1], span.sizes[2], span.cross
+    new = max(n - span.mass * (span.free + w), 0.0)
+    d = new - n
+    u += span.slip[0] + span.one * d - a * s - c * t
+    v += span.slip[1] + span.two * d - c * s - b * t
+    bound = span.friction * new
+    x = -span.inverse[0] * u - span.inverse[1] * v
+    y = -span.inverse[1] * u - span.inverse[2] * v
+    if span.inverse[0] == 0.0 or x * x + y * y > bound * bound:
+        x, y = minimise_on_disc(a, c, b, u, v, bound)
+    span.impulse[0], span.impulse[1], span.impulse[2] = new, x, y
     x -= s
     y -= t
     if d != 0.0 or x != 0.0 or y != 0.0:
-        i = span.values
-        for p in range(span.places, span.places + span.count):
-            z[ways[p]] += values[i] * d + values[i + 1] * x + values[i + 2] * y
-            i += 3
-    return d * d * normal.diagonal + x * x * a + y * y * b, new
+        _add_three(span, ways, values, z, (d, x, y))
+    return d * d * span.sizes[0] + x * x * a + y * y * b, new
+
+
+@inline_njit
+def _push_three(span: Any, push: Any) -> None:
+    """Take the conjugate step of three rows, as rows.push_row does of one."""
+    beta, keep = push
+    for i in range(3):
+        d = beta * span.direction[i] if beta > 0.0 else 0.0
+        span.direction[i] = d + span.impulse[i] - span.previous[i] if keep else d
+        span.impulse[i] += d
+        span.previous[i] = span.impulse[i]
+
+
+@inline_njit
+def _dot_three(span: Any, ways: Any, values: Any, z: Any) -> Any:
+    """Return y . z of three rows that alternate."""
+    w, u, v = 0.0, 0.0, 0.0
+    i = uint64(span.values)  # no sign to check
+    for p in range(uint64(span.places), uint64(span.places + span.count)):
+        x = z[ways[p]]
+        w += values[i] * x
+        u += values[i + uint64(1)] * x
+        v += values[i + uint64(2)] * x
+        i += uint64(3)
+    return w, u, v
+
+
+@inline_njit
+def _add_three(span: Any, ways: Any, values: Any, z: Any, impulses: Any) -> None:
+    """Add y times impulse of three rows that alternate to z."""
+    d, x, y = impulses
+    i = uint64(span.values)
+    for p in range(uint64(span.places), uint64(span.places + span.count)):
+        z[ways[p]] += values[i] * d + values[i + uint64(1)] * x + values[i + uint64(2)] * y
+        i += uint64(3)
+
+
+@njit
+def _load_impulses(rows: Any, first: Any, count: Any, spans: Any) -> None:
+    """Copy the impulses of rows to the spans of those that are solved in threes."""
+    for r in range(first, count):
+        if spans[r].width == 3:
+            for i in range(3):
+                spans[r].impulse[i] = rows[r + i].impulse
+
+
+@njit
+def _store_impulses(rows: Any, first: Any, count: Any, spans: Any) -> None:
+    """Copy them back."""
+    for r in range(first, count):
+        if spans[r].width == 3:
+            for i in range(3):
+                rows[r + i].impulse = spans[r].impulse[i]
 
 
 @njit
@@ -176,23 +210,31 @@ def _solve_disc(rows: Any, r: Any, articulation: Any, normal: Any, push: Any) ->
 
 
 @njit
-def sweep_rows(world: Any, island: Any, articulation: Any) -> Any:
-    """Take sweeps until the residual is below the tolerance. Returns (sweeps, residual)."""
+def sweep_rows(world: Any, island: Any, articulation: Any, most: Any) -> Any:
+    """Take at most ``most`` sweeps until the residual is below the tolerance. Returns (sweeps, residual).
+
+    Ends before where sweeps no longer reduce the residual, as between surfaces that friction locks.
+    """
     rows = world.scratch.rows
+    spans = articulation.spans
     z = articulation.whitened
     before = articulation.before
     conjugate = articulation.conjugate
     options = world.options
+    first = int64(island.other_rows)
     count = int64(island.rows)
     plain = options.solver == _PGS
-    tolerance = options.tolerance
-    goal = tolerance * tolerance * island.residual_scale
+    goal = options.tolerance * options.tolerance * island.residual_scale
     change = 0.0
     last = 0.0
+    least = 0.0
+    mark = 0.0
+    used = int64(0)
+    _load_impulses(rows, first, count, spans)
     for f in range(island.freedoms):
         before[f] = z[f]
         conjugate[f] = 0.0
-    for k in range(options.sweeps):
+    for k in range(most):
         beta = 0.0
         keep = k == 1
         if k > 1 and change <= last and not plain:  # else a restart: the next direction is the last change alone
@@ -204,11 +246,18 @@ def sweep_rows(world: Any, island: Any, articulation: Any) -> Any:
             conjugate[f] = d + z[f] - before[f] if keep else d
             z[f] += d
             before[f] = z[f]
-        change = _sweep(rows, int64(island.other_rows), count, articulation, (beta, keep))
+        change = _sweep(rows, first, count, articulation, (beta, keep))
         change += sweep_others(world, island, articulation, articulation.others, (beta, keep))
+        used += 1
+        least = change if k == 0 else min(least, change)
         if change <= goal:
-            return int64(k + 1), (change / island.residual_scale) ** 0.5
-    return int64(options.sweeps), (change / island.residual_scale) ** 0.5
+            break
+        if used % LOOK == 0:
+            if used > LOOK and least > STALLED * mark:
+                break
+            mark = least
+    _store_impulses(rows, first, count, spans)
+    return used, (change / island.residual_scale) ** 0.5
 
 
 @njit

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from numba import int64
+
 from ...jit import njit
 from ..contact_rows import (
     add_contact_rows,
@@ -276,10 +278,10 @@ def _solve_rows(world: Any, island: Any, articulation: Any, last: Any) -> None:
     whiten_rows(world, island, articulation)
     factorise_equations(world, island, articulation, articulation.others)
     island.residual_scale = start_solve(world, island, articulation)
-    sweeps, residual = sweep_rows(world, island, articulation)
+    sweeps, residual = sweep_rows(world, island, articulation, int64(world.options.sweeps))
     counters.sweeps += sweeps
     if residual <= world.options.tolerance and clear_biases(world, island, articulation, articulation.others):
-        sweeps, residual = sweep_rows(world, island, articulation)
+        sweeps, residual = sweep_rows(world, island, articulation, int64(world.options.sweeps))
         counters.sweeps += sweeps
     hidden = contradiction(world, island, articulation.others)
     if hidden > CONTRADICTED:

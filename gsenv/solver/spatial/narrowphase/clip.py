@@ -362,3 +362,9 @@ def label_spots(kept: int, scratch: Any) -> None:
             if scratch.spot_label[scratch.chosen[j]] % 32 == label % 32:
                 label += 32
         scratch.spot_label[k] = label
+
+
+@njit
+def is_witness(one: Any, other: Any) -> bool:
+    """Whether one of two contacts is at the nearest points of its shapes, not at a corner of a feature."""
+    return one.feature % LABELS == WITNESS or other.feature % LABELS == WITNESS
