@@ -171,9 +171,7 @@ class RagdollHardcoreTask(RagdollTask):
     arguments = _push_setting(1.0)
 
 
-@documented
-class RagdollEnv(TaskEnv, Env[Any, Any]):
-    """Keep a figure on its feet: GRagdoll2D-v0.
+_SPECIFICATION = """Keep a figure on its feet: {id}.
 
     ## Description
     Seen from the side, a person of 1.7 m and 60 kg stands on level ground with bent knees and is pushed
@@ -250,6 +248,11 @@ class RagdollEnv(TaskEnv, Env[Any, Any]):
     - v0: first version.
     """
 
+
+@documented
+class RagdollEnv(TaskEnv, Env[Any, Any]):
+    __doc__ = _SPECIFICATION.replace("{id}", "GRagdoll2D-v0")
+
     task_class = RagdollTask
     push: float
 
@@ -261,8 +264,9 @@ class RagdollVectorEnv(TaskVectorEnv, VectorEnv[Any, Any, Any]):
     push: float
 
 
+@documented
 class RagdollHardcoreEnv(TaskEnv, Env[Any, Any]):
-    """GRagdoll2D-hardcore-v0: pushes of up to 1 m/s; see RagdollEnv for the task."""
+    __doc__ = _SPECIFICATION.replace("{id}", "GRagdoll2D-hardcore-v0")
 
     task_class = RagdollHardcoreTask
     push: float
