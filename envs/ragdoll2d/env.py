@@ -219,8 +219,8 @@ _SPECIFICATION = """Keep a figure on its feet: {id}.
       more than 1 rad, or anything but the feet touches the ground.
     - Termination: the ankles are more than 0.2 m apart for more than 2 s, from which time with the feet
       together is taken back. (Legs astride, a constant action would hold the pushes.)
-    - Truncation: after 600 steps (20 s), by `gymnasium.make`, `gymnasium.make_vec` and the vector environment. Standing at that
-      time is success.
+    - Truncation: after 600 steps (20 s), by `gymnasium.make`, `gymnasium.make_vec` and the vector environment.
+      Standing at that time is success.
 
     `info` has `success` and `is_success` (bool), `fell` (bool), `time` (s) and `pushes` (their number).
 
