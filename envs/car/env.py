@@ -11,7 +11,7 @@ from gymnasium.vector import VectorEnv
 from gsenv.envs import time_limit
 from gsenv.envs.car import rules, scene
 from gsenv.envs.car.build import build_scene
-from gsenv.envs.core.arguments import Quantity, Setting
+from gsenv.envs.core.arguments import Quantity, Setting, number_within
 from gsenv.envs.core.env import TaskEnv
 from gsenv.envs.core.spec_tables import Entry, RewardTerm
 from gsenv.envs.core.task import Array, Task, documented
@@ -21,13 +21,7 @@ from gsenv.solver import Scene
 
 def check_difficulty(difficulty: Any) -> float:
     """Return a difficulty from 0 to 1 as a float; raises ValueError for anything else."""
-    try:
-        value = float(difficulty)
-    except (TypeError, ValueError):
-        value = float("nan")
-    if isinstance(difficulty, bool) or not 0.0 <= value <= 1.0:
-        raise ValueError(f"difficulty must be a number from 0 to 1, got {difficulty!r}.")
-    return value
+    return number_within(difficulty, 0.0, 1.0, "difficulty must be a number from 0 to 1")
 
 
 def _heights() -> list[Entry]:

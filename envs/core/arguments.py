@@ -103,6 +103,17 @@ def _range(quantity: Quantity, pair: Any) -> tuple[float, float]:
     return low, high
 
 
+def number_within(value: Any, least: float, most: float, message: str) -> float:
+    """Return a number from ``least`` to ``most`` as a float; raises ValueError with the message for anything else."""
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        number = float("nan")
+    if isinstance(value, bool) or not least <= number <= most:
+        raise ValueError(f"{message}, got {value!r}.")
+    return number
+
+
 def check_fidelity(fidelity: Any) -> str:
     if not isinstance(fidelity, str) or fidelity not in FIDELITIES:
         raise ValueError(f"fidelity must be one of {list(FIDELITIES)}, got {fidelity!r}.")

@@ -96,6 +96,7 @@ class Task(ABC):
     agents: ClassVar[tuple[str, ...]] = ()  # names, where several act in one world
     arguments: ClassVar[tuple[Setting, ...]] = ()
     quantities: ClassVar[tuple[Quantity, ...]] = ()
+    ranges: ClassVar[Mapping[str, tuple[float, float]]] = {}  # of quantities, where `randomize` is None
     max_episode_steps: ClassVar[int | None] = None  # after which a VectorEnv or ParallelEnv truncates; None: never
 
     def __init__(
@@ -110,7 +111,7 @@ class Task(ABC):
         self.threads = threads
         self.settings = check_settings(settings or {}, self.arguments, type(self).__name__)
         self.fidelity = check_fidelity(fidelity)
-        self.randomize = check_ranges(randomize, self.quantities)
+        self.randomize = check_ranges(self.ranges if randomize is None else randomize, self.quantities)
         if not isinstance(diagnostics, (bool, np.bool_)):
             raise ValueError(f"diagnostics must be True or False, got {diagnostics!r}.")
         self.with_diagnostics = bool(diagnostics)

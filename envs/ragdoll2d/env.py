@@ -10,7 +10,7 @@ from gymnasium import Env
 from gymnasium.vector import VectorEnv
 
 from gsenv.envs import time_limit
-from gsenv.envs.core.arguments import Quantity, Setting
+from gsenv.envs.core.arguments import Quantity, Setting, number_within
 from gsenv.envs.core.env import TaskEnv
 from gsenv.envs.core.spec_tables import Entry, RewardTerm
 from gsenv.envs.core.task import Array, Task, documented
@@ -31,13 +31,7 @@ RANGES = {  # drawn in each episode, unless `randomize` says otherwise
 
 def check_push(push: Any) -> float:
     """Return a push from 0 to 3 m/s as a float; raises ValueError for anything else."""
-    try:
-        value = float(push)
-    except (TypeError, ValueError):
-        value = float("nan")
-    if isinstance(push, bool) or not 0.0 <= value <= 3.0:
-        raise ValueError(f"push must be a speed from 0 to 3 m/s, got {push!r}.")
-    return value
+    return number_within(push, 0.0, 3.0, "push must be a speed from 0 to 3 m/s")
 
 
 def _push_setting(most: float) -> tuple[Setting, ...]:
@@ -110,6 +104,7 @@ class RagdollTask(Task):
     )
     task_state_fields = rules.TASK_STATE_FIELDS
     info_fields = (("success", "?"), ("is_success", "?"), ("fell", "?"), ("time", "f8"), ("pushes", "i8"))
+    ranges = RANGES
     max_episode_steps = time_limit("GRagdoll2D-v0")
     draw_count = rules.DRAW_COUNT
     engine_steps = rules.ENGINE_STEPS
@@ -121,19 +116,6 @@ class RagdollTask(Task):
         Quantity("strength", "bounds of the torques over their nominal ones", 1.0, 0.2, 3.0),
         Quantity("delay", "actions act one step late where this is 0.5 or more", 0.0, 0.0, 1.0, "steps"),
     )
-
-    def __init__(
-        self,
-        world_count: int = 1,
-        threads: int = 1,
-        settings: Mapping[str, Any] | None = None,
-        fidelity: str = "balanced",
-        randomize: Mapping[str, Any] | None = None,
-        diagnostics: bool = False,
-    ) -> None:
-        super().__init__(
-            world_count, threads, settings, fidelity, RANGES if randomize is None else randomize, diagnostics
-        )
 
     def build_scene(self) -> Scene:
         return build_scene()

@@ -12,6 +12,7 @@ from typing import Any
 from ...jit import njit
 from ...records.articulation import LinkKind
 from ..dispatch import by_dimension
+from .equations import factorise_matrix, substitute
 from .links import move_links
 
 keep_momentum = by_dimension("articulation", "keep_momentum")
@@ -94,35 +95,11 @@ def _set_rigid_motions(island: Any, links: Any) -> Any:
         if root.kind == _FREE:
             for d in range(len(root.force)):
                 root.response[d] = root.force[d]
-            _solve(root.inertia, root.response)
+            factorise_matrix(len(root.force), root.inertia)
+            substitute(len(root.force), root.inertia, root.response)
             for d in range(len(root.force)):
                 energy += root.force[d] * root.response[d]
     return energy
-
-
-@njit
-def _solve(matrix: Any, x: Any) -> None:
-    """Replace x by the solution of a positive definite matrix, whose lower triangle becomes its Cholesky factor."""
-    n = len(x)
-    for i in range(n):
-        for j in range(i + 1):
-            s = matrix[i, j]
-            for k in range(j):
-                s -= matrix[i, k] * matrix[j, k]
-            if i == j:
-                matrix[i, i] = s**0.5 if s > 0.0 else 0.0
-            else:
-                matrix[i, j] = s / matrix[j, j] if matrix[j, j] > 0.0 else 0.0
-    for i in range(n):
-        s = x[i]
-        for j in range(i):
-            s -= matrix[i, j] * x[j]
-        x[i] = s / matrix[i, i] if matrix[i, i] > 0.0 else 0.0
-    for i in range(n - 1, -1, -1):
-        s = x[i]
-        for j in range(i + 1, n):
-            s -= matrix[j, i] * x[j]
-        x[i] = s / matrix[i, i] if matrix[i, i] > 0.0 else 0.0
 
 
 @njit

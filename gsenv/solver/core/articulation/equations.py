@@ -48,7 +48,7 @@ def factorise_equations(world: Any, island: Any, articulation: Any, others: Any)
         row.diagonal = row.diagonal if row.diagonal > 0.0 else others.free[r]
     island.equations = n
     _fill(n, articulation, others)
-    _factorise(n, others.matrix)
+    factorise_matrix(n, others.matrix)
 
 
 @njit
@@ -74,7 +74,7 @@ def _fill(n: Any, articulation: Any, others: Any) -> None:
 
 
 @njit
-def _factorise(n: Any, matrix: Any) -> None:
+def factorise_matrix(n: Any, matrix: Any) -> None:
     """Replace the lower triangle by its Cholesky factor, with zeros where rounding leaves nothing."""
     for i in range(n):
         size = matrix[i, i]
@@ -89,7 +89,7 @@ def _factorise(n: Any, matrix: Any) -> None:
 
 
 @njit
-def _substitute(n: Any, matrix: Any, x: Any) -> None:
+def substitute(n: Any, matrix: Any, x: Any) -> None:
     """Solve L L^T x = x."""
     for i in range(n):
         s = x[i]
@@ -174,7 +174,7 @@ def _solve_equations(world: Any, island: Any, articulation: Any, others: Any, pu
     goal = world.options.tolerance * world.options.tolerance * island.residual_scale
     if change <= _ENOUGH * goal:
         return change
-    _substitute(n, others.matrix, side)
+    substitute(n, others.matrix, side)
     for i in range(n):
         rows[order[i]].impulse += side[i]
         add_to(spans[order[i]], ways, values, z, side[i])
@@ -347,7 +347,7 @@ def correct_others(world: Any, island: Any, articulation: Any, others: Any) -> N
         if rows[r].correction != NO_CORRECTION or others.give[i] > 0.0:
             w = rows[r].previous + others.give[i] * rows[r].position_impulse
             side[i] = -w - dot_with(spans[r], ways, values, z)
-    _substitute(n, others.matrix, side)
+    substitute(n, others.matrix, side)
     for i in range(n):
         rows[order[i]].position_impulse += side[i]
         add_to(spans[order[i]], ways, values, z, side[i])

@@ -17,6 +17,7 @@ from .links import move_links
 keep_momentum = by_dimension("articulation", "keep_momentum")
 carry = by_dimension("articulation", "carry")
 
+EQUAL = 1e-12  # of the velocity: difference by rounding
 ROUNDING = 1e-20  # of the kinetic energy: energy of differences by rounding
 
 
@@ -26,7 +27,7 @@ def join_velocities(world: Any, island: Any, articulation: Any) -> None:
     links = articulation.links
     freedoms = articulation.freedoms
     change = articulation.change
-    if not _set_differences(world, island, articulation):
+    if not (_any_differs(world, island, articulation) and _set_differences(world, island, articulation)):
         return
     h = island.h
     island.h = 0.0  # no implicit damping
@@ -41,6 +42,23 @@ def join_velocities(world: Any, island: Any, articulation: Any) -> None:
     for f in range(island.freedoms):
         articulation.start[f] += change[f]
     move_links(island, articulation, articulation.start)
+
+
+@njit
+def _any_differs(world: Any, island: Any, articulation: Any) -> Any:
+    """Whether the velocity of a body is not that of its link to rounding; where none differs, momenta are spared."""
+    links = articulation.links
+    bodies = world.state.bodies
+    for k in range(island.body_count):
+        velocity = bodies[links[k].body].velocity
+        size = 0.0
+        difference = 0.0
+        for d in range(len(velocity)):
+            size += abs(velocity[d])
+            difference += abs(velocity[d] - links[k].velocity[d])
+        if difference > EQUAL * size:
+            return True
+    return False
 
 
 @njit
