@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 from ..records.options import OPTIONS_DTYPE, SOLVERS
 from ..specification import check
 
+MAX_HALVINGS = 16
+
 
 @dataclass(frozen=True)
 class Options:
@@ -20,6 +22,8 @@ class Options:
         timestep: s, duration of one ``World.step``.
         substeps: number of solves per step; contacts are found once per step.
         max_substeps: largest number of substeps of an island whose taut joints need more than ``substeps``.
+        halvings: largest number of times that a step is halved where an overlap has grown in it, as fast impacts may
+            cause; 0: steps are never divided.
         solver: the method that solves the rows.
 
             - ``"pgs"``: plain projected Gauss-Seidel sweeps;
@@ -52,6 +56,7 @@ class Options:
     timestep: float = 1.0 / 60.0
     substeps: int = 2
     max_substeps: int = 8
+    halvings: int = 5
     solver: str = "subspace"
     sweeps: int = 30
     tolerance: float = 1e-4
@@ -71,8 +76,12 @@ class Options:
             check.not_negative(getattr(self, name), f"Options: {name}")
         if self.correction_rate > 1.0:
             raise ValueError(f"Options: correction_rate must not exceed 1, got {self.correction_rate!r}.")
-        for name, least in (("substeps", 1), ("max_substeps", 1), ("sweeps", 1), ("position_sweeps", 0)):
-            check.whole(getattr(self, name), least, f"Options: {name}")
+        for name in ("substeps", "max_substeps", "sweeps"):
+            check.whole(getattr(self, name), 1, f"Options: {name}")
+        for name in ("halvings", "position_sweeps"):
+            check.whole(getattr(self, name), 0, f"Options: {name}")
+        if self.halvings > MAX_HALVINGS:
+            raise ValueError(f"Options: halvings must not exceed {MAX_HALVINGS}, got {self.halvings!r}.")
         for name in ("warm_start", "sleep"):
             if not isinstance(getattr(self, name), (bool, np.bool_)):
                 raise ValueError(f"Options: {name} must be True or False, got {getattr(self, name)!r}.")

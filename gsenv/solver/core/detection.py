@@ -30,8 +30,8 @@ pair_contacts = by_dimension("narrowphase.find", "pair_contacts")
 
 
 @njit
-def find_contacts(world: Any) -> tuple[int, int, int, int]:
-    """Fill `world.scratch.pairs` and `found`; returns (status, needed, pair count, contact count).
+def find_contacts(world: Any) -> tuple[int, int, int, int, bool]:
+    """Fill `world.scratch.pairs` and `found`; returns (status, needed, pair count, contact count, any_far_moving).
 
     A body may be pushed by an impact towards shapes far from its path: then the search is repeated, and again
     for bodies that these may be pushed towards.
@@ -44,14 +44,15 @@ def find_contacts(world: Any) -> tuple[int, int, int, int]:
     timestep = world.options.timestep
     pair_count = int64(0)
     count = int64(0)
+    far_moving = False
     for look in range(MAX_LOOKS):
         pair_count = find_pairs(scratch.geometry, models, world.model.exclusions, scratch.broadphase, scratch.pairs)
         if pair_count > len(scratch.pairs):
-            return MORE_PAIRS, pair_count, pair_count, count
+            return MORE_PAIRS, pair_count, pair_count, count, False
         count = collide_pairs(world, pair_count)
         if count > len(scratch.found):
-            return MORE_CONTACTS, count, pair_count, count
-        count, hit = keep_secondary(world, count)
+            return MORE_CONTACTS, count, pair_count, count, False
+        count, hit, far_moving = keep_secondary(world, count)
         if look == MAX_LOOKS - 1 or not hit:
             break
         if look == 0:
@@ -61,7 +62,7 @@ def find_contacts(world: Any) -> tuple[int, int, int, int]:
         if look > 0:
             update_geometry(world)
         widen_boxes(models, bodies, parameters, substep_bodies, timestep, scratch.geometry)
-    return OK, int64(0), pair_count, count
+    return OK, int64(0), pair_count, count, far_moving
 
 
 @njit

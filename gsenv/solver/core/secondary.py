@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from ..jit import njit
 from .dispatch import by_dimension
-from .geometry import BASE_MARGIN
+from .geometry import BASE_MARGIN, angular_norm, swing_of
 
 Array = NDArray[Any]
 
@@ -32,13 +32,14 @@ IMPACT = 1e-3  # of the extent: smallest depth that an approach within the step 
 FALL = 0.1  # of the extent: the same for the fall of a small body at rest within the step
 TOUCHING = 1e-3  # of the extent: gap of bodies that rest on each other, and may block each other
 DEEP = 0.05  # of the extent: smallest depth of an approach within the step at which it counts who pushes from behind
+FAR = 0.1  # of the extent: smallest relative motion after which the poses are checked
 MAX_ROUNDS = 8  # largest number of passes over all contacts
 MAX_LOOKS = 8  # largest number of searches for contacts in a step
 
 
 @njit
-def keep_secondary(world: Any, count: int) -> tuple[int, bool]:
-    """Remove candidates that no impact can close; returns (number of contacts left, whether there is any impact).
+def keep_secondary(world: Any, count: int) -> tuple[int, bool, bool]:
+    """Remove candidates that no impact can close; returns (number of contacts left, any impact, any_far_moving).
 
     `world.scratch.found[:count]` are those of collide_pairs; their order is kept. If there is an impact, the
     substep bodies get the velocities that each body may have: a ball of radius `velocity_radius` around
@@ -50,10 +51,11 @@ def keep_secondary(world: Any, count: int) -> tuple[int, bool]:
     substep_bodies = world.scratch.substep_bodies
     timestep = world.options.timestep
     if all_slow(world):
-        return drop_candidates(contacts, count), False
+        return drop_candidates(contacts, count), False, False
     falls = any_fall(contacts, count, body_parameters, world.parameters.world.gravity, timestep)
     if not falls and not any_impact(contacts, count, bodies, timestep):
-        return drop_candidates(contacts, count), False
+        return drop_candidates(contacts, count), False, any_far_moving(world, count)
+    far_moving = any_far_moving(world, count)
     for b in range(len(bodies)):
         substep_body = substep_bodies[b]
         substep_body.blocked = 0
@@ -68,7 +70,7 @@ def keep_secondary(world: Any, count: int) -> tuple[int, bool]:
     for k in range(MAX_ROUNDS):
         if not exchange_velocities(contacts, count, bodies, body_parameters, substep_bodies, timestep, k % 2 == 1):
             break
-    return drop_candidates(contacts, count), True
+    return drop_candidates(contacts, count), True, far_moving
 
 
 @njit
@@ -119,6 +121,41 @@ def any_impact(contacts: Array, count: int, bodies: Array, timestep: float) -> b
         speed = approach_speed(contact, bodies[contact.body_a], bodies[contact.body_b])
         depth = timestep * speed - max(contact.separation, 0.0)
         if depth > IMPACT * contact.extent:
+            return True
+    return False
+
+
+@njit
+def any_far_moving(world: Any, count: int) -> bool:
+    """Whether two bodies that may meet move so far that their overlap must be measured after the step.
+
+    Rows are linear in the motion: they follow a translation along a fixed surface, but not a rotation.
+    """
+    contacts = world.scratch.found
+    bodies = world.state.bodies
+    body_parameters = world.parameters.bodies
+    timestep = world.options.timestep
+    for k in range(count):
+        contact = contacts[k]
+        if contact.sensor != 0:
+            continue
+        a = bodies[contact.body_a]
+        b = bodies[contact.body_b]
+        one = body_parameters[contact.body_a]
+        other = body_parameters[contact.body_b]
+        dim = len(a.position)
+        if one.inv_mass > 0.0 and other.inv_mass > 0.0:
+            square = 0.0
+            for d in range(dim):
+                square += (b.velocity[d] - a.velocity[d]) ** 2
+            speed = np.sqrt(square)
+        else:
+            speed = max(approach_speed(contact, a, b), 0.0)
+        spin_a = angular_norm(a.velocity, dim)
+        spin_b = angular_norm(b.velocity, dim)
+        speed += spin_a * swing_of(one) if spin_a > 0.0 else 0.0
+        speed += spin_b * swing_of(other) if spin_b > 0.0 else 0.0
+        if timestep * speed - max(contact.separation, 0.0) > FAR * contact.extent:
             return True
     return False
 

@@ -12,6 +12,17 @@ from ..records.bundle import select_world
 from .contact_cache import update_contacts
 from .continuous_collision import keep_start, resolve_continuous_collisions
 from .detection import find_contacts
+from .division import (
+    PART,
+    STEP,
+    add_kept_sums,
+    check_part,
+    check_step,
+    clear_sums,
+    keep_state,
+    restore_state,
+    set_length,
+)
 from .geometry import gravity_norm, update_geometry
 from .integrate import any_kinematic, clear_forces, hold_disabled, move_kinematic, release_disabled, start_bodies
 from .islands import ALL_ASLEEP, AWAKE, build_islands, start_counters
@@ -52,29 +63,94 @@ def step_worlds(world: Any, first: Any, last: Any, count: Any) -> Any:
 @njit
 def step_world(world: Any) -> Any:
     """Step the selected world once; returns (status, needed) as ``step_worlds`` does."""
-    drive_joints(world, world.state.joints)
+    joints = world.state.joints
+    drive_joints(world, joints)
     if not any_awake(world.state.bodies, world.model.bodies, world.parameters.bodies):
         start_counters(world.state.world)
         finish_step(world)
         return OK, int64(0)
+    status, needed, far_moving = take_part(world, joints, True)
+    if far_moving:
+        status, needed, grown = check_step(world, joints)
+        if status != OK:
+            restore_state(world, joints, STEP)
+        elif grown:
+            status, needed = divide_step(world, joints)
+    if status == OK:
+        finish_step(world)
+    return status, needed
+
+
+@njit
+def take_part(world: Any, joints: Any, whole: bool) -> Any:
+    """Take the step, the ``whole`` of it or a part, once; returns (status, needed, whether it is to be checked).
+
+    The state at the start is kept where the step may have to be divided.
+    """
     update_geometry(world)
-    status, needed, pair_count, found_count = find_contacts(world)
+    status, needed, pair_count, found_count, far_moving = find_contacts(world)
     if status != OK:
-        return status, needed
+        return status, needed, False
+    far_moving = far_moving and world.options.halvings > 0
+    if far_moving and whole:
+        keep_state(world, joints, STEP)
     contact_count = match_contacts(world, found_count)
     if contact_count > len(world.state.contacts):
-        return MORE_CONTACTS, int64(contact_count)
+        return MORE_CONTACTS, int64(contact_count), False
     start_counters(world.state.world)
     world.state.world.pair_count = pair_count
     world.state.world.contact_count = contact_count
     keep_start(world, world.scratch.start_poses)
-    island_count = build_islands(world, found_count, world.state.joints)
-    start_step(world, world.state.joints)
+    island_count = build_islands(world, found_count, joints)
+    start_step(world, joints)
     step_islands(world, island_count)
     resolve_continuous_collisions(world, world.scratch.start_poses)
-    restore_disabled(world, world.state.joints)
-    finish_step(world)
-    return OK, int64(0)
+    restore_disabled(world, joints)
+    return OK, int64(0), far_moving
+
+
+@njit
+def divide_step(world: Any, joints: Any) -> Any:
+    """Repeat in parts a step in which an overlap has grown; returns (status, needed) as ``step_worlds`` does.
+
+    The state is that at the start of the step.  Lengths are whole numbers of shortest parts.  If even one of these
+    fails, the rest of the step is not checked.
+    """
+    timestep = world.options.timestep
+    end = 1 << int64(world.options.halvings)
+    length = end // 2
+    done = int64(0)
+    status = OK
+    needed = int64(0)
+    checked = True
+    while done < end:
+        set_length(world, joints, timestep * (length / end))
+        if done > 0:
+            keep_state(world, joints, PART)
+            clear_sums(world, joints)
+        failed = False
+        status, needed, far_moving = take_part(world, joints, False)
+        if status == OK and far_moving and checked:
+            status, needed, failed = check_part(world)
+        if status != OK:
+            break
+        if failed and length > 1:
+            restore_state(world, joints, STEP if done == 0 else PART)
+            length //= 2
+            continue
+        checked = checked and not failed
+        if done > 0:
+            needed = add_kept_sums(world, joints)
+            if needed > len(world.state.contacts):
+                status = MORE_CONTACTS
+                break
+        done += length
+        while done % (2 * length) == 0 and done + 2 * length <= end:
+            length *= 2
+    if status != OK:
+        restore_state(world, joints, STEP)
+    set_length(world, joints, timestep)
+    return status, needed
 
 
 @njit

@@ -47,7 +47,7 @@ def kernel_world(
     return Bundle(
         "World",
         dim,
-        options=options,
+        options=options.copy(),  # a thread's own: the length of a step may be divided
         control=state.control,
         until=until,
         model=Bundle(

@@ -28,6 +28,7 @@ OPTIONS_DTYPE = np.dtype(
         ("sleep_time", "f8"),
         ("substeps", "i4"),
         ("max_substeps", "i4"),
+        ("halvings", "i4"),
         ("solver", "i4"),
         ("sweeps", "i4"),
         ("position_sweeps", "i4"),

@@ -13,7 +13,7 @@ from ..methods.cholesky import BLOCKS_PER_BODY, PLAN_DTYPE, block_dtype, factor_
 from .articulation import articulation_scratch, other_joints, others_scratch
 from .bundle import Bundle
 from .kernel_variants import KernelVariant
-from .model import CONTACT_ROWS, ROWS_PER_JOINT, Array, Model, contact_dtype
+from .model import CONTACT_ROWS, ROWS_PER_JOINT, Array, Model, contact_dtype, world_state_dtype
 from .scratch_dtypes import (
     ISLAND_DTYPE,
     ISLAND_STEP_DTYPE,
@@ -66,6 +66,20 @@ class Scratch:
         self.rows = np.zeros(CONTACT_ROWS[dim] * capacity + joint_rows, row_dtype(dim))
         self.edges = np.zeros(4 * len(self.rows), np.int32)
         self._articulation: dict[str, Any] | None = None
+        self._division = self._division_arrays(capacity)
+
+    def _division_arrays(self, capacity: int) -> dict[str, Any]:
+        """Return room for two copies of what a step changes; see core/division.py."""
+        model = self._model
+        return {
+            "bodies": np.zeros((2, len(model.bodies)), model.start_bodies.dtype),
+            "joints": np.zeros((2, len(model.joints)), model.start_joints.dtype),
+            "contacts": np.zeros((2, capacity), contact_dtype(model.dim)),
+            "overlaps": np.zeros(capacity, contact_dtype(model.dim)),
+            "overlap_count": np.zeros(1, np.int64),
+            "worlds": np.zeros(2, world_state_dtype()),
+            "timesteps": np.zeros(2),
+        }
 
     def bundle(self, articulated: bool = False) -> Bundle:
         """Return all arrays as a bundle for kernels; parts that the scene does not need are None."""
@@ -96,6 +110,7 @@ class Scratch:
             substep_bodies=self.substep_bodies,
             solver_bodies=self.solver_bodies,
             rows=self.rows,
+            division=Bundle("Division", dim, **self._division),
             articulation=Bundle("Articulation", dim, **(self._articulation or {})) if articulated else None,
             factor=Bundle("Factor", dim, edges=self.edges, **self._factor),
             joint_factor=Bundle("Factor", dim, edges=self.edges, **self._joint_factor)

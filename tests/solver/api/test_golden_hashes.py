@@ -68,12 +68,12 @@ WORLDS: dict[str, tuple[Callable[[], World], int]] = {  # and how many steps
     "3D chain": (lambda: World(spatial_chain(), options=AWAKE), 120),
 }
 GOLDEN = {
-    "2D mixed": "5c8acd0c161f743ef2acb9a5519226a0090171b237d9f5b11facf999ee187615",
-    "2D tumble": "7214bf6af1060d8a73eef657f3d59c6d89c224fc68717e69ef28ec4fce68b220",
+    "2D mixed": "a9240e9fb7e7e9fdcef6a137fd5c58850b5b89af6feed53382a3b353116998b1",
+    "2D tumble": "168d5f4081d20800f5e3c6af3e2b73b3a696c82eba38e64394291d4978f4019f",
     "2D pyramid": "edb5f93318832ff604f2b0f0c3f8760b3a8dd4c42e721d2a0531ba6bb7c82121",
-    "3D mixed": "799d493056ba56067d6c874abc7319e7915d0fedc6876cf113ac6667d8ca4f87",
-    "3D tumble": "6c7c75747210b178c27445012ddffa884e3b9b9e53dc325b75d43e229a0b4bab",
-    "3D chain": "b02bb87321c33e216ea6097a7350337531966c55479029a4a0e47e355339556c",
+    "3D mixed": "3f86d1b552d5a7e834bc776d17bc2dd696c89fd9d0b75e0454d5aec4bef8dcc3",
+    "3D tumble": "0a7e26293a3fcebe350e42d9db169245e26c874978d57a78c27ae16d0c80cedb",
+    "3D chain": "d1239f35f93f0987378c552fb460eb64055807b10ca974b2d5609b2737babb0f",
 }
 
 

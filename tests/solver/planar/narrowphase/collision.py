@@ -47,7 +47,7 @@ class Arrays:
         """Contacts of the given pairs, or of those that the broadphase finds."""
         found = np.zeros(room, records.contact_dtype(2))
         if pairs is None:
-            status, _, _, count = find_contacts(self.world(gravity, timestep, found=found))
+            status, _, _, count, _ = find_contacts(self.world(gravity, timestep, found=found))
             assert status == OK
         else:
             count = collide_pairs(self.world(gravity, timestep, pairs=pairs, found=found), len(pairs))

@@ -236,6 +236,6 @@ def test_counts_on_when_contacts_are_full() -> None:
     full = arrays.contacts(REST)
     assert len(full) == 8
     few = np.zeros(3, contact_dtype(2))
-    status, needed, _, _ = find_contacts(arrays.world(REST, found=few))
+    status, needed, _, _, _ = find_contacts(arrays.world(REST, found=few))
     assert (status, needed) == (MORE_CONTACTS, 8)
     assert (few == full[:3]).all()

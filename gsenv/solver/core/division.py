@@ -1,0 +1,291 @@
+"""Division of a step: it is repeated in parts where overlaps have grown in it.
+
+Contacts are searched once, at the start of a step, and their rows are linear in the motion. An impact may turn a body
+within the step onto others with corners that were not near before. So after a step with far motions the overlaps are
+measured: where one has grown, the state is restored and the step halved, as a method with control of its error does.
+The impulses of a part are in proportion to its length, those of the step their sums.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from numba import int64
+from numpy.typing import NDArray
+
+from ..jit import njit
+from .broadphase import find_pairs
+from .contact_cache import pair_order
+from .detection import collide_pairs
+from .geometry import update_geometry
+from .status import MORE_CONTACTS, MORE_PAIRS, OK
+
+Array = NDArray[Any]
+
+STEP = 0  # places of copies of the state: at the start of the step,
+PART = 1  # and at that of the present part
+DEPTH = 0.01  # of the extent: overlap that is accepted,
+GROWTH = 0.001  # and growth of a deeper one since the start of the step
+
+
+@njit
+def keep_state(world: Any, joints: Any, place: int) -> None:
+    """Copy what a step changes, and the length of the step, to `place` of `scratch.division`."""
+    division = world.scratch.division
+    state = world.state
+    bodies = state.bodies
+    contacts = state.contacts
+    for b in range(len(bodies)):
+        division.bodies[place, b] = bodies[b]
+    for k in range(int(state.world.contact_count)):
+        division.contacts[place, k] = contacts[k]
+    if joints is not None:
+        for j in range(len(joints)):
+            division.joints[place, j] = joints[j]
+    copy_counters(state.world, division.worlds[place])
+    division.timesteps[place] = world.options.timestep
+
+
+@njit
+def restore_state(world: Any, joints: Any, place: int) -> None:
+    """Undo all that has happened since `keep_state`."""
+    division = world.scratch.division
+    state = world.state
+    bodies = state.bodies
+    contacts = state.contacts
+    for b in range(len(bodies)):
+        bodies[b] = division.bodies[place, b]
+    copy_counters(division.worlds[place], state.world)
+    for k in range(int(state.world.contact_count)):
+        contacts[k] = division.contacts[place, k]
+    if joints is not None:
+        for j in range(len(joints)):
+            joints[j] = division.joints[place, j]
+    world.options.timestep = division.timesteps[place]
+
+
+@njit
+def copy_counters(source: Any, target: Any) -> None:
+    """Copy the counters and residuals of a world."""
+    target.step = source.step
+    target.contact_count = source.contact_count
+    target.awake_count = source.awake_count
+    target.pair_count = source.pair_count
+    target.row_count = source.row_count
+    target.island_count = source.island_count
+    target.sweeps = source.sweeps
+    target.unconverged = source.unconverged
+    target.impacts = source.impacts
+    target.residual = source.residual
+    target.natural_residual = source.natural_residual
+
+
+@njit
+def set_length(world: Any, joints: Any, timestep: float) -> None:
+    """Set the length in s of the next part, and scale the impulses that its solves start from."""
+    scale = timestep / world.options.timestep
+    world.options.timestep = timestep
+    contacts = world.state.contacts
+    for k in range(int(world.state.world.contact_count)):
+        for d in range(len(contacts[k].impulse)):
+            contacts[k].impulse[d] *= scale
+    if joints is not None:
+        for j in range(len(joints)):
+            for d in range(len(joints[j].impulse)):
+                joints[j].impulse[d] *= scale
+
+
+@njit
+def clear_sums(world: Any, joints: Any) -> None:
+    """Set the sums of all impulses to 0, those of sleeping bodies too: `add_kept_sums` restores these."""
+    contacts = world.state.contacts
+    for k in range(int(world.state.world.contact_count)):
+        for d in range(len(contacts[k].total_impulse)):
+            contacts[k].total_impulse[d] = 0.0
+    if joints is not None:
+        for j in range(len(joints)):
+            for d in range(len(joints[j].total_impulse)):
+                joints[j].total_impulse[d] = 0.0
+            for d in range(len(joints[j].reaction)):
+                joints[j].reaction[d] = 0.0
+
+
+@njit
+def add_kept_sums(world: Any, joints: Any) -> int:
+    """Add impulses and counters of the parts before the present one; returns the number of contacts.
+
+    Contacts that have ended since or have another normal now stay in the list, after others of their pair, with the
+    impulses of the step and none to start from. Where they do not fit into it, the number exceeds its length.
+    """
+    division = world.scratch.division
+    if joints is not None:
+        for j in range(len(joints)):
+            kept = division.joints[PART, j]
+            for d in range(len(kept.total_impulse)):
+                joints[j].total_impulse[d] += kept.total_impulse[d]
+            for d in range(len(kept.reaction)):
+                joints[j].reaction[d] += kept.reaction[d]
+    counters = world.state.world
+    before = division.worlds[PART]
+    counters.sweeps += before.sweeps
+    counters.unconverged += before.unconverged
+    counters.impacts += before.impacts
+    counters.residual = max(counters.residual, before.residual)
+    counters.natural_residual = max(counters.natural_residual, before.natural_residual)
+    ended = add_contact_sums(world)
+    count = int64(counters.contact_count + ended)
+    if ended > 0 and count <= len(world.state.contacts):
+        insert_ended(world, ended)
+        counters.contact_count = count
+    return count
+
+
+@njit
+def add_contact_sums(world: Any) -> int:
+    """Add the kept sums to the same contacts; move those of ended contacts to the front of the copy."""
+    division = world.scratch.division
+    contacts = world.state.contacts
+    count = int(world.state.world.contact_count)
+    ended = int64(0)
+    first = 0
+    for k in range(int(division.worlds[PART].contact_count)):
+        kept = division.contacts[PART, k]
+        if not has_impulse(kept):
+            continue
+        while first < count and pair_order(contacts[first], kept) < 0:
+            first += 1
+        place = first
+        while place < count and pair_order(contacts[place], kept) == 0 and not is_same(contacts[place], kept):
+            place += 1
+        if place < count and pair_order(contacts[place], kept) == 0:
+            for d in range(len(kept.total_impulse)):
+                contacts[place].total_impulse[d] += kept.total_impulse[d]
+        else:
+            division.contacts[PART, ended] = kept
+            ended += 1
+    return ended
+
+
+@njit
+def is_same(contact: Any, kept: Any) -> bool:
+    """Whether two contacts of a pair have the same feature and normal, so that their impulses add up."""
+    if contact.feature != kept.feature:
+        return False
+    for d in range(len(kept.normal)):
+        if contact.normal[d] != kept.normal[d]:
+            return False
+    return True
+
+
+@njit
+def has_impulse(contact: Any) -> bool:
+    """Whether a contact had an impulse in the step."""
+    for d in range(len(contact.total_impulse)):
+        if contact.total_impulse[d] != 0.0:
+            return True
+    return False
+
+
+@njit
+def insert_ended(world: Any, ended: int) -> None:
+    """Insert the first `ended` contacts of the copy into the list, which stays sorted by pairs."""
+    extra = world.scratch.division.contacts
+    contacts = world.state.contacts
+    last = int(world.state.world.contact_count) - 1
+    left = ended - 1
+    while left >= 0:
+        if last >= 0 and pair_order(contacts[last], extra[PART, left]) > 0:
+            contacts[last + left + 1] = contacts[last]
+            last -= 1
+        else:
+            contact = contacts[last + left + 1]
+            contacts[last + left + 1] = extra[PART, left]
+            for d in range(len(contact.impulse)):
+                contact.impulse[d] = 0.0
+            left -= 1
+
+
+@njit
+def check_step(world: Any, joints: Any) -> tuple[int, int, bool]:
+    """Measure whether an overlap has grown in the whole step; returns (status, needed, whether).
+
+    If so, the state is that at the start of the step, and `scratch.division` has the overlaps there.
+    """
+    division = world.scratch.division
+    status, needed, count = find_overlaps(world)
+    if status != OK or not any_deeper(world.scratch.found, count, division.overlaps, int64(0)):
+        return status, needed, False
+    deep_count = copy_overlaps(world.scratch.found, count, division.overlaps)
+    keep_state(world, joints, PART)
+    restore_state(world, joints, STEP)
+    status, needed, count = find_overlaps(world)
+    if status != OK:
+        return status, needed, False
+    grown = any_deeper(division.overlaps, deep_count, world.scratch.found, count)
+    if grown:
+        division.overlap_count[0] = copy_overlaps(world.scratch.found, count, division.overlaps)
+    else:
+        restore_state(world, joints, PART)
+    return OK, int64(0), grown
+
+
+@njit
+def check_part(world: Any) -> tuple[int, int, bool]:
+    """Measure whether an overlap has grown since the start of the step; returns (status, needed, whether)."""
+    division = world.scratch.division
+    status, needed, count = find_overlaps(world)
+    if status != OK:
+        return status, needed, False
+    return OK, int64(0), any_deeper(world.scratch.found, count, division.overlaps, int64(division.overlap_count[0]))
+
+
+@njit
+def find_overlaps(world: Any) -> tuple[int, int, int]:
+    """Fill `scratch.found` with the contacts of the present poses; returns (status, needed, number of contacts)."""
+    scratch = world.scratch
+    timestep = world.options.timestep
+    world.options.timestep = 0.0  # for boxes and margins of the present
+    update_geometry(world)
+    pair_count = find_pairs(
+        scratch.geometry, world.shapes.models, world.model.exclusions, scratch.broadphase, scratch.pairs
+    )
+    count = int64(0)
+    if pair_count <= len(scratch.pairs):
+        count = collide_pairs(world, pair_count)
+    world.options.timestep = timestep
+    if pair_count > len(scratch.pairs):
+        return MORE_PAIRS, pair_count, count
+    if count > len(scratch.found):
+        return MORE_CONTACTS, count, count
+    return OK, int64(0), count
+
+
+@njit
+def copy_overlaps(found: Array, count: int, overlaps: Array) -> int:
+    """Copy the overlapping ones of the first `count` contacts; returns their number."""
+    kept = int64(0)
+    for k in range(count):
+        if found[k].separation < 0.0 and found[k].sensor == 0:
+            overlaps[kept] = found[k]
+            kept += 1
+    return kept
+
+
+@njit
+def any_deeper(contacts: Array, count: int, others: Array, other_count: int) -> bool:
+    """Whether one of the first `count` contacts is deep, and deeper than all of its pair among the others."""
+    first = 0
+    for k in range(count):
+        contact = contacts[k]
+        if contact.sensor != 0 or contact.separation >= -DEPTH * contact.extent:
+            continue
+        while first < other_count and pair_order(others[first], contact) < 0:
+            first += 1
+        before = 0.0
+        place = first
+        while place < other_count and pair_order(others[place], contact) == 0:
+            before = min(before, others[place].separation)
+            place += 1
+        if contact.separation < before - GROWTH * contact.extent:
+            return True
+    return False

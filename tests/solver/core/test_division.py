@@ -1,0 +1,188 @@
+"""Steps divided where an overlap has grown: overlaps, momentum, sums over the step, bits, buffers."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gsenv.solver import Options, Scene, World, planar, spatial
+from gsenv.solver.core.contact_cache import pair_order
+from tests.solver.bits import bits, everything
+
+BOTH = pytest.mark.parametrize("dim", [2, 3])
+
+
+def add_walls(scene: Scene, **material: Any) -> None:
+    """The walls of a room of 6 m, 2 m thick."""
+    for axis in range(scene.dim):
+        for side, middle in (("low", -1.0), ("high", 7.0)):
+            at, half = [3.0] * scene.dim, [5.0] * scene.dim
+            at[axis], half[axis] = middle, 1.0
+            shape: Any = planar.Box if scene.dim == 2 else spatial.Box
+            scene.add_body(f"{side}_{axis}", "static", shapes=[shape(half_extents=half, **material)], position=at)
+
+
+def crowded_room(dim: int, restitution: float, count: int | None = None, seed: int = 1, sensors: bool = False) -> Scene:
+    """Boxes of 0.4 to 0.8 m that fly about at some 7 m/s (3D)."""
+    rng = np.random.default_rng(seed)
+    scene = Scene(dim=dim)
+    material: dict[str, Any] = {"restitution": restitution, "friction": 0.0}
+    add_walls(scene, **material)
+    for k in range(count or (36 if dim == 3 else 12)):
+        half = float(rng.uniform(0.2, 0.4))
+        at: tuple[float, ...] = (0.9 + 1.4 * (k % 4), 0.9 + 1.4 * ((k // 4) % 3))
+        shape: Any = planar.Box(half_extents=(half, half), **material)
+        if dim == 3:
+            at = (*at, 0.9 + 1.4 * (k // 12))
+            shape = spatial.Box(half_extents=(half, half, half), **material)
+        velocity = rng.normal(0.0, 4.0, dim).tolist()
+        scene.add_body(f"box_{k}", shapes=[shape], position=at, linear_velocity=velocity)
+        if sensors:
+            scene.add_sensor(f"load_{k}", (planar if dim == 2 else spatial).ContactForceSensor(f"box_{k}"))
+    return scene
+
+
+@BOTH
+@pytest.mark.parametrize("restitution", [0.0, 0.5, 1.0])
+@pytest.mark.parametrize("seed", [1, 2])
+def test_boxes_that_fly_about_do_not_overlap(dim: int, restitution: float, seed: int) -> None:
+    """Without division: 20 to 280 mm."""
+    world = World(crowded_room(dim, restitution, seed=seed))
+    worst = 0.0
+    for _ in range(120):
+        world.step()
+        worst = max(worst, float(world.diagnostics().penetration[0]))
+    assert worst < 0.01  # 1.2 to 2.5 % of their sizes; each pair may gain 1 % of a half-width in a step
+
+
+@BOTH
+def test_without_halvings_steps_are_whole(dim: int) -> None:
+    world = World(crowded_room(dim, 1.0), options=Options(halvings=0))
+    worst = 0.0
+    for _ in range(120):
+        world.step()
+        worst = max(worst, float(world.diagnostics().penetration[0]))
+    assert worst > 0.03
+
+
+@BOTH
+def test_energy_of_elastic_boxes(dim: int) -> None:
+    world = World(crowded_room(dim, 1.0))
+    start = world.diagnostics()
+    first = start.kinetic_energy[0] + start.potential_energy[0]
+    world.step(120)
+    end = world.diagnostics()
+    assert end.kinetic_energy[0] + end.potential_energy[0] == pytest.approx(first, rel=1e-3)
+
+
+@BOTH
+@pytest.mark.parametrize("restitution", [0.0, 1.0])
+def test_contact_forces_are_the_changes_of_momentum(dim: int, restitution: float) -> None:
+    """Newton's second law over each step, divided or not; contacts that end within the step count too."""
+    world = World(crowded_room(dim, restitution, sensors=True))
+    mass = world.parameters.mass[0]
+    moving = [i for i, name in enumerate(world.model.body_names) if name.startswith("box")]
+    weight = np.zeros(dim)
+    weight[-1] = -9.81
+    for _ in range(60):
+        before = world.state.bodies["velocity"][0, moving, :dim].copy()
+        world.step()
+        change = world.state.bodies["velocity"][0, moving, :dim] - before
+        for k, i in enumerate(moving):
+            force = world.sensor(f"load_{k}")[0, :dim]
+            expected = mass[i] * (change[k] / world.timestep - weight)
+            np.testing.assert_allclose(force, expected, atol=1e-6 * mass[i] / world.timestep)
+
+
+@BOTH
+def test_contacts_stay_sorted(dim: int) -> None:
+    world = World(crowded_room(dim, 0.5))
+    for _ in range(60):
+        world.step()
+        contacts = world.state.contacts[0, : world.state.worlds["contact_count"][0]]
+        assert all(pair_order(a, b) <= 0 for a, b in pairwise(contacts))
+
+
+@BOTH
+def test_same_bits_in_a_batch_on_threads_and_after_a_restore(dim: int) -> None:
+    scene = crowded_room(dim, 0.5)
+    alone, batch = World(scene), World(scene, world_count=3, threads=2)
+    batch.set_pose("box_3", position=[1.0] * dim, worlds=1)
+    alone.step(20)
+    batch.step(20)
+    assert bits(alone.state.bodies[0]) == bits(batch.state.bodies[0]) == bits(batch.state.bodies[2])
+    snapshot = alone.save()
+    alone.step(20)
+    other = World(scene)
+    other.restore(snapshot)
+    other.step(20)
+    assert everything(alone) == everything(other)
+
+
+@BOTH
+def test_buffers_that_grow_leave_no_trace(dim: int) -> None:
+    scene = crowded_room(dim, 0.0)
+    small, large = World(scene), World(scene)
+    large.state.grow_contacts(4096)
+    small._scratches.clear()
+    for world, capacity in ((small, 1), (large, 4096)):
+        world._prepare_calls()
+        world._scratches[0].grow_contacts(capacity)
+        world._scratches[0].grow_pairs(capacity)
+        world._calls = []
+    small.state.contacts = small.state.contacts[:, :1].copy()
+    for world in (small, large):
+        world.apply_force("box_3", force=[5.0] * dim)
+        world.step(40)
+    assert 1 < small.state.contacts.shape[1] < 4096
+    assert everything(small) == everything(large)
+
+
+@BOTH
+def test_what_is_driven_moves_at_its_speed(dim: int) -> None:
+    """A kinematic slab and a dragged ball, beside boxes whose steps are divided."""
+    scene = crowded_room(dim, 1.0)
+    far = [20.0] * dim
+    joints: Any = planar if dim == 2 else spatial
+    slab: Any = planar.Box(half_extents=(1.0, 0.1)) if dim == 2 else spatial.Box(half_extents=(1.0, 1.0, 0.1))
+    ball: Any = planar.Circle(radius=0.1) if dim == 2 else spatial.Sphere(radius=0.1)
+    scene.add_body("slab", "kinematic", shapes=[slab], position=far, linear_velocity=[0.3] + [0.0] * (dim - 1))
+    start = [30.0] * dim
+    scene.add_body("ball", shapes=[ball], position=start, gravity_scale=0.0)
+    scene.add_joint("hand", joints.Target("ball"))
+    scene.add_actuator("drag", "hand", mode="velocity", axis="x")
+    world = World(scene)
+    world.control[0, 0] = 0.5
+    world.step(120)
+    names = world.model.body_names
+    slab_at, ball_at = (world.position[0, names.index(name)] for name in ("slab", "ball"))
+    np.testing.assert_allclose(slab_at, [20.6] + [20.0] * (dim - 1), atol=1e-9)
+    assert ball_at[0] == pytest.approx(31.0, abs=0.02)
+
+
+@BOTH
+@pytest.mark.parametrize("gap", [0.01, 0.05, 0.2])
+def test_a_row_on_the_ground_that_is_hit_does_not_overlap(dim: int, gap: float) -> None:
+    """Eight boxes, the first at 30 m/s; with gaps of 5 cm two overlapped by 46 mm."""
+    module: Any = planar if dim == 2 else spatial
+    scene = Scene(dim=dim)
+    scene.add_body("ground", "static", shapes=[planar.HalfPlane() if dim == 2 else spatial.Plane()])
+    for k in range(8):
+        x = k * (1.0 + gap) - (1.0 if k == 0 else 0.0)
+        place = (x, 0.5) if dim == 2 else (x, 0.0, 0.5)
+        velocity = [30.0 if k == 0 else 0.0] + [0.0] * (dim - 1)
+        box = module.Box(half_extents=(0.5,) * dim)
+        scene.add_body(f"box_{k}", shapes=[box], position=place, linear_velocity=velocity)
+    world = World(scene)
+    for _ in range(60):
+        world.step()
+        assert world.diagnostics().penetration[0] < 1e-3
+
+
+def test_halvings_are_checked() -> None:
+    for bad in (-1, 17, 1.5):
+        with pytest.raises(ValueError, match="halvings"):
+            Options(halvings=bad)  # type: ignore[arg-type]
