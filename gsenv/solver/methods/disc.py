@@ -17,6 +17,7 @@ from ..jit import njit
 NEWTON_STEPS = 12
 TINY = 1e-140  # N s and m/s
 ROUND = 1e-12  # of R: tolerance of |t|
+NEAR = 1e-9  # the same where sweeps go on from what the last ones found
 
 
 @njit
@@ -33,6 +34,28 @@ def minimise_on_disc(a: Any, c: Any, d: Any, g: Any, h: Any, bound: Any) -> Any:
         return 0.0, 0.0
     # a lower bound of s, from the stiffest direction: |t| >= R
     s = max(length / bound - 0.5 * (a + d) - (0.25 * (a - d) ** 2 + c * c) ** 0.5, 0.0)
+    return _on_rim(a, c, d, g, h, bound, s, ROUND)
+
+
+@njit
+def minimise_near(block: Any, side: Any, bound: Any, near: Any) -> Any:
+    """Return the same for the block (a, c, d), (g, h) and R where the unbounded minimum is outside the disc.
+
+    In fewer steps from a vector ``near`` the solution, of which s = -t.(g + A t) / t.t.
+    """
+    a, c, d = block
+    g, h = side
+    x, y = near
+    square = x * x + y * y
+    if bound <= TINY or not square > 0.25 * bound * bound:
+        return minimise_on_disc(a, c, d, g, h, bound)
+    s = -(x * (g + a * x + c * y) + y * (h + c * x + d * y)) / square
+    return _on_rim(a, c, d, g, h, bound, max(s, 0.0), NEAR)
+
+
+@njit
+def _on_rim(a: Any, c: Any, d: Any, g: Any, h: Any, bound: Any, s: Any, tolerance: Any) -> Any:
+    """Return t on the rim of the disc, from a first s."""
     x = 0.0
     y = 0.0
     for _ in range(NEWTON_STEPS):
@@ -46,7 +69,7 @@ def minimise_on_disc(a: Any, c: Any, d: Any, g: Any, h: Any, bound: Any) -> Any:
         y = (c * g - p * h) / det
         square = x * x + y * y
         size = square**0.5
-        if abs(size - bound) <= ROUND * bound:
+        if abs(size - bound) <= tolerance * bound:
             break
         slope = (q * x * x - 2.0 * c * x * y + p * y * y) / det  # t (A + s)^-1 t
         s = max(s + square / slope * (size - bound) / bound, 0.0)

@@ -69,7 +69,9 @@ def link_dtype(dim: int) -> np.dtype[Any]:
             ("base_angle", "f8"),
             ("base_coordinates", "f8", (most,)),
             ("base_directions", "f8", (most, dim)),
+            ("base_halves", "f8", (most, 2)),
             ("coordinates", "f8", (most,)),  # rad or m, of turns and slides
+            ("halves", "f8", (most, 2)),  # cosine and sine of half the coordinate of turns (3D)
             ("axes", "f8", (most, dim)),  # unit, of turns and slides, in the frame of body a
             (
                 "directions",
@@ -93,7 +95,7 @@ def link_dtype(dim: int) -> np.dtype[Any]:
             ("applied", "f8", (ndof,)),  # N and N m about the origin: gravity, applied forces, damping
             ("force", "f8", (ndof,)),  # N and N m, or N s and N m s, about the origin
             ("response", "f8", (ndof,)),  # change of the velocity at the origin
-            ("inertia", "f8", (ndof, ndof)),  # articulated inertia about the origin
+            ("inertia", "f8", (ndof, ndof)),  # articulated inertia about the origin; of 3D its lower triangle
             ("momentum", "f8", (ndof,)),  # kg m/s and kg m^2/s about the centre of mass
             ("push", "f8", (ndof,)),  # momentum at the start of the substep, with what gravity and forces add to it
             ("contact", "f8", (ndof,)),  # N s and N m s about the centre of mass, by the rows of the substep

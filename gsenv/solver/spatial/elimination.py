@@ -33,7 +33,7 @@ def eliminate_axes(inertia: Any, freedoms: Any, first: Any, last: Any, more: Any
             freedom.hold[d] = h[d]
         n = _reduced(n, h, inverse)
     if more:
-        _set_whole(inertia, n)
+        _set_half(inertia, n)
 
 
 @njit
@@ -52,7 +52,7 @@ def eliminate_pivot(inertia: Any, freedoms: Any, first: Any) -> None:
         for d in range(6):
             freedom.hold[d] = h[d]
         n = _reduced(n, h, inverse)
-    _set_whole(inertia, n)
+    _set_half(inertia, n)
 
 
 @inline_njit
@@ -111,10 +111,9 @@ def _reduced(n: Half, h: Six, inverse: float) -> Half:
 
 
 @njit
-def _set_whole(m: Any, n: Half) -> None:
+def _set_half(m: Any, n: Half) -> None:
     i = 0
     for d in range(6):
         for e in range(d + 1):
             m[d, e] = n[i]
-            m[e, d] = n[i]
             i += 1

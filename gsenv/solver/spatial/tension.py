@@ -38,14 +38,12 @@ def _add(taut: Any, r: Vec, pull: Vec) -> None:
 
 @njit
 def stiffen(link: Any) -> None:
-    """Add the stiffness to the inertia."""
+    """Add the stiffness to the inertia, to its lower triangle."""
     n = link.inertia
     i = 0
     for d in range(3, 6):
         for e in range(d, 6):
-            n[d, e] += link.taut[i]
-            if e > d:
-                n[e, d] += link.taut[i]
+            n[e, d] += link.taut[i]
             i += 1
 
 

@@ -72,16 +72,14 @@ def correct_forces(world: Any, island: Any, articulation: Any) -> None:
     """
     links = articulation.links
     start = articulation.start
+    mean = articulation.mean
     rate = articulation.rate
     change = articulation.change
-    set_forces(world, island, articulation, articulation.mean)
-    for k in range(island.body_count):
-        for d in range(len(links[k].force)):
-            links[k].contact[d] = links[k].force[d]
     for f in range(island.freedoms):
-        articulation.mean[f] = start[f] + 0.5 * (rate[f] - start[f])
+        mean[f] = start[f] + 0.5 * (rate[f] - start[f])
         change[f] = 0.0
-    set_forces(world, island, articulation, articulation.mean)
+    move_links(island, articulation, mean)
+    set_forces(world, island, articulation, mean)
     for k in range(island.body_count):
         for d in range(len(links[k].force)):
             links[k].force[d] -= links[k].contact[d]

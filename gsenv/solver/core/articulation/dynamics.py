@@ -49,13 +49,21 @@ eliminate_axes = by_dimension("elimination", "eliminate_axes", otherwise=_elimin
 eliminate_pivot = by_dimension("elimination", "eliminate_pivot", otherwise=_none)
 set_moment = by_dimension("articulation", "set_moment")
 set_inertia = by_dimension("articulation", "set_inertia")
+add_inertia = by_dimension("articulation", "add_inertia")
 set_motions = by_dimension("articulation", "set_motions")
 set_force = by_dimension("articulation", "set_force")
 set_applied = by_dimension("articulation", "set_applied")
+reduced = by_dimension("articulation", "reduced")
+moved = by_dimension("articulation", "moved")
+carried = by_dimension("articulation", "carried")
+no_impulse = by_dimension("articulation", "no_impulse")
+force_on = by_dimension("articulation", "force_on")
+response_of = by_dimension("articulation", "response_of")
+set_response = by_dimension("articulation", "set_response")
 
 _FREE = int(LinkKind.FREE)
 _PIVOT = int(LinkKind.PIVOT)
-PASSES = 2  # evaluations of the forces that depend on the rates
+FAST_TURN = 0.05  # rad in a substep
 
 
 @njit
@@ -98,10 +106,7 @@ def factorise_links(links: Any, count: Any, freedoms: Any) -> None:
         if last >= links[k].first:
             eliminate_axes(inertia, freedoms, links[k].first, last, links[k].parent >= 0)
         if links[k].parent >= 0:
-            outer = links[links[k].parent].inertia
-            for d in range(len(links[k].velocity)):
-                for e in range(len(links[k].velocity)):
-                    outer[d, e] += inertia[d, e]
+            add_inertia(links[links[k].parent], links[k])
 
 
 @njit
@@ -123,21 +128,15 @@ def respond_inward(links: Any, count: Any, freedoms: Any, x: Any) -> Any:
     """
     energy = 0.0
     for k in range(count - 1, -1, -1):
-        force = links[k].force
+        p = force_on(links[k])
         for f in range(links[k].first + links[k].count - 1, links[k].first - 1, -1):
-            freedom = freedoms[f]
-            u = x[f]
-            for d in range(len(freedom.motion)):
-                u += freedom.motion[d] * force[d]
-            energy += u * u * freedom.inverse
-            u *= freedom.inverse
-            x[f] = u
-            for d in range(len(freedom.motion)):
-                force[d] -= u * freedom.hold[d]
+            g, p = reduced(freedoms[f], x[f], p)
+            x[f] = g * freedoms[f].inverse
+            energy += g * x[f]
         if links[k].parent >= 0:
             outer = links[links[k].parent].force
             for d in range(len(links[k].force)):
-                outer[d] += force[d]
+                outer[d] += p[d]
     return energy
 
 
@@ -145,19 +144,11 @@ def respond_inward(links: Any, count: Any, freedoms: Any, x: Any) -> Any:
 def respond_outward(links: Any, count: Any, freedoms: Any, x: Any) -> None:
     """Complete the change x of the rates, of which the part without the motion of the parents is given."""
     for k in range(count):
-        response = links[k].response
         parent = links[k].parent
-        for d in range(len(links[k].response)):
-            response[d] = links[parent].response[d] if parent >= 0 else 0.0
+        p = response_of(links[parent]) if parent >= 0 else no_impulse(links[k])
         for f in range(links[k].first, links[k].first + links[k].count):
-            freedom = freedoms[f]
-            u = 0.0
-            for d in range(len(freedom.motion)):
-                u += freedom.hold[d] * response[d]
-            u = x[f] - u * freedom.inverse
-            x[f] = u
-            for d in range(len(freedom.motion)):
-                response[d] += u * freedom.motion[d]
+            x[f], p = moved(freedoms[f], x[f], p)
+        set_response(links[k], p)
 
 
 @njit
@@ -165,49 +156,49 @@ def kinetic_energy(links: Any, count: Any, freedoms: Any, x: Any) -> Any:
     """Return twice the kinetic energy of the rates x at the pose of the factor; changes ``link.response``."""
     energy = 0.0
     for k in range(count):
-        response = links[k].response
         parent = links[k].parent
-        for d in range(len(links[k].response)):
-            response[d] = links[parent].response[d] if parent >= 0 else 0.0
+        p = response_of(links[parent]) if parent >= 0 else no_impulse(links[k])
         for f in range(links[k].first, links[k].first + links[k].count):
             freedom = freedoms[f]
-            if not freedom.inverse > 0.0:
-                continue
-            u = 0.0
-            for d in range(len(freedom.motion)):
-                u += freedom.hold[d] * response[d]
-                response[d] += x[f] * freedom.motion[d]
-            u = u * freedom.inverse + x[f]
-            energy += u * u / freedom.inverse
+            if freedom.inverse > 0.0:
+                u, p = carried(freedom, x[f], p)
+                energy += u * u / freedom.inverse
+        set_response(links[k], p)
     return energy
 
 
 @njit
-def set_free_rates(world: Any, island: Any, articulation: Any, passes: Any) -> None:
+def set_free_rates(world: Any, island: Any, articulation: Any) -> None:
     """Set ``free``, the rates at the end of the substep without rows.
 
-    The forces that depend on the rates are those at the mean of old and new rates, so that two ``passes`` are of
-    second order.
+    The forces that depend on the rates are those at its start, where the links move as they do now.  Whoever needs
+    second order corrects them: the balance of momentum, or ``correct_forces``, for which ``contact`` keeps them.  Of
+    fast links the balance may fail: for them the forces are those at the mean of old and new rates.
     """
     links = articulation.links
     freedoms = articulation.freedoms
     start = articulation.start
-    mean = articulation.mean
     free = articulation.free
     change = articulation.change
     bodies = world.state.bodies
     body_parameters = world.parameters.bodies
     gravity = world.parameters.world.gravity
-    move_links(island, articulation, start)
     for i in range(island.body_count):
         body = links[i].body
         set_applied(links[i], bodies[body], body_parameters[body], gravity)
     for f in range(island.freedoms):
-        change[f] = 0.0
-    for _ in range(passes):
+        change[f] = freedoms[f].pull - freedoms[f].stiffness * start[f]
+    set_forces(world, island, articulation, start)
+    for i in range(island.body_count):
+        for d in range(len(links[i].force)):
+            links[i].contact[d] = links[i].force[d]
+    respond(links, island.body_count, freedoms, change)
+    if island.turning > FAST_TURN:
+        mean = articulation.mean
         for f in range(island.freedoms):
             mean[f] = start[f] + 0.5 * change[f]
             change[f] = freedoms[f].pull - freedoms[f].stiffness * start[f]
+        move_links(island, articulation, mean)
         set_forces(world, island, articulation, mean)
         respond(links, island.body_count, freedoms, change)
     for f in range(island.freedoms):
@@ -216,9 +207,8 @@ def set_free_rates(world: Any, island: Any, articulation: Any, passes: Any) -> N
 
 @njit
 def set_forces(world: Any, island: Any, articulation: Any, rates: Any) -> None:
-    """Set ``force`` of all links: the impulses of what is applied, less those of their motion at these rates."""
+    """Set ``force`` of all links, which move at these rates: the impulses of what is applied, less those of motion."""
     links = articulation.links
     body_parameters = world.parameters.bodies
-    move_links(island, articulation, rates)
     for i in range(island.body_count):
         set_force(links, i, rates, body_parameters[links[i].body].mass, island.h)

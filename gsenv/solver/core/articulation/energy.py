@@ -18,6 +18,7 @@ from .links import move_links
 keep_momentum = by_dimension("articulation", "keep_momentum")
 carry = by_dimension("articulation", "carry")
 set_inertia = by_dimension("articulation", "set_inertia")
+add_inertia = by_dimension("articulation", "add_inertia")
 
 _FREE = int(LinkKind.FREE)
 UNEVEN_TURN = 0.02  # rad in a substep: of slower links the error of the energy is small
@@ -88,8 +89,7 @@ def _set_rigid_motions(island: Any, links: Any) -> Any:
         if root.kind == _FREE and links[k].tree != k:
             for d in range(len(root.force)):
                 root.force[d] += links[k].force[d]
-                for e in range(len(root.force)):
-                    root.inertia[d, e] += links[k].inertia[d, e]
+            add_inertia(root, links[k])
     for k in range(island.body_count):
         root = links[k]
         if root.kind == _FREE:

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from numba import uint64
+
 from ...jit import njit
 from ...methods.joint_factor import EPSILON
 from ..energy import ROTATION_GAIN
@@ -107,20 +109,22 @@ def substitute(n: Any, matrix: Any, x: Any) -> None:
 def dot_with(span: Any, ways: Any, values: Any, z: Any) -> Any:
     """Return y . z of a row."""
     s = 0.0
-    i = span.values
-    for p in range(span.places, span.places + span.count):
+    i = uint64(span.values)  # no sign to check
+    stride = uint64(span.stride)
+    for p in range(uint64(span.places), uint64(span.places + span.count)):
         s += values[i] * z[ways[p]]
-        i += span.stride
+        i += stride
     return s
 
 
 @njit
 def add_to(span: Any, ways: Any, values: Any, z: Any, impulse: Any) -> None:
     """Add y times an impulse to z."""
-    i = span.values
-    for p in range(span.places, span.places + span.count):
+    i = uint64(span.values)
+    stride = uint64(span.stride)
+    for p in range(uint64(span.places), uint64(span.places + span.count)):
         z[ways[p]] += values[i] * impulse
-        i += span.stride
+        i += stride
 
 
 @njit

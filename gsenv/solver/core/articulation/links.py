@@ -16,9 +16,10 @@ from .other_joints import count_other_rows, is_soft
 enter_link = by_dimension("articulation", "enter_link")
 enter_joint = by_dimension("articulation", "enter_joint")
 place_link = by_dimension("articulation", "place_link")
+keep_axes = by_dimension("articulation", "keep_axes")
 start_joint_rates = by_dimension("articulation", "start_joint_rates")
 set_joint_motion = by_dimension("articulation", "set_joint_motion")
-turning_rate = by_dimension("articulation", "turning_rate")
+squared_turning = by_dimension("articulation", "squared_turning")
 swing_of_side = by_dimension("joints", "swing_of_side")
 tension_of = by_dimension("joints", "tension_of")
 most_inverse = by_dimension("articulation", "most_inverse")
@@ -189,10 +190,10 @@ def measure_motion(world: Any, island: Any, joints: Any, articulation: Any) -> N
     dt = world.options.timestep
     slow = (LEAST_SWING * world.options.substeps / dt) ** 2
     island.swing = 0.0
-    island.spin = 0.0
+    spin = 0.0
     for k in range(island.body_count):
         link = links[k]
-        island.spin = max(island.spin, turning_rate(links, k, body_parameters))
+        spin = max(spin, squared_turning(links, k, body_parameters))
         if link.joint >= 0 and link.count > 0:
             model = joint_models[link.joint]
             parameters = joint_parameters[link.joint]
@@ -208,6 +209,7 @@ def measure_motion(world: Any, island: Any, joints: Any, articulation: Any) -> N
             a, _, _ = swing_of_side(bodies[model.body_a], body_parameters[model.body_a], parameters.anchor_a)
             b, _, _ = swing_of_side(bodies[model.body_b], body_parameters[model.body_b], parameters.anchor_b)
             island.swing = max(island.swing, tension * (a + b))
+    island.spin = spin**0.5
 
 
 @njit
@@ -230,10 +232,8 @@ def set_base(link: Any) -> None:
     for d in range(len(link.rotation)):
         link.base_rotation[d] = link.rotation[d]
     link.base_angle = link.angle
-    for i in range(link.count if link.kind == _AXES else 0):
-        link.base_coordinates[i] = link.coordinates[i]
-        for d in range(len(link.position)):
-            link.base_directions[i, d] = link.directions[i, d]
+    if link.kind == _AXES:
+        keep_axes(link)
 
 
 @njit
@@ -285,8 +285,8 @@ def largest_turn(world: Any, island: Any, articulation: Any) -> Any:
     body_parameters = world.parameters.bodies
     spin = 0.0
     for k in range(island.body_count):
-        spin = max(spin, turning_rate(links, k, body_parameters))
-    return island.h * spin
+        spin = max(spin, squared_turning(links, k, body_parameters))
+    return island.h * spin**0.5
 
 
 @njit

@@ -185,9 +185,9 @@ def _whiten_one(rows: Any, r: Any, sides: Any, counts: Any, articulation: Any) -
             p = added(freedoms[0], p, q)
         freedom = freedoms[ways[first + i]]
         if i >= counts[0] and i < counts[1]:
-            g, q = reduced(freedom, q)
+            g, q = reduced(freedom, 0.0, q)
         else:
-            g, p = reduced(freedom, p)
+            g, p = reduced(freedom, 0.0, p)
         values[at] = g * freedom.root
         at += stride
 
@@ -206,24 +206,24 @@ def _whiten_three(rows: Any, r: Any, sides: Any, counts: Any, articulation: Any)
     o, u = _ends_of(rows[r + 2], links, sides)
     for i in range(counts[0]):
         freedom = freedoms[ways[first + i]]
-        x, p = reduced(freedom, p)
-        y, q = reduced(freedom, q)
-        z, o = reduced(freedom, o)
+        x, p = reduced(freedom, 0.0, p)
+        y, q = reduced(freedom, 0.0, q)
+        z, o = reduced(freedom, 0.0, o)
         _write(values, at + 3 * i, freedom.root, x, y, z)
     for i in range(counts[0], counts[1]):
         freedom = freedoms[ways[first + i]]
-        x, s = reduced(freedom, s)
-        y, t = reduced(freedom, t)
-        z, u = reduced(freedom, u)
+        x, s = reduced(freedom, 0.0, s)
+        y, t = reduced(freedom, 0.0, t)
+        z, u = reduced(freedom, 0.0, u)
         _write(values, at + 3 * i, freedom.root, x, y, z)
     p = added(freedoms[0], p, s)
     q = added(freedoms[0], q, t)
     o = added(freedoms[0], o, u)
     for i in range(counts[1], counts[2]):
         freedom = freedoms[ways[first + i]]
-        x, p = reduced(freedom, p)
-        y, q = reduced(freedom, q)
-        z, o = reduced(freedom, o)
+        x, p = reduced(freedom, 0.0, p)
+        y, q = reduced(freedom, 0.0, q)
+        z, o = reduced(freedom, 0.0, o)
         _write(values, at + 3 * i, freedom.root, x, y, z)
 
 

@@ -76,10 +76,12 @@ def swing(world: Any, island: Any, joints: Any, articulation: Any) -> None:
         elif size > 0.5 * left:
             size = 0.5 * left
         _try(world, island, articulation, size)
-        error = _error(world, island, articulation, size) / (ERROR * world.options.tolerance)
+        error, energy = _error(world, island, articulation, size)
+        error /= ERROR * world.options.tolerance
         if error <= 1.0 or size * HALVINGS <= whole:
             if not error <= 1.0:
                 world.state.world.unconverged += 1
+            _limit_gain(world, island, articulation, energy)
             _accept(world, island, joints, articulation, size)
             left = left - size if size < left else 0.0
             if left > 0.0:
@@ -198,7 +200,7 @@ def _accelerate(world: Any, island: Any, articulation: Any, rate: Any, change: A
 @njit
 def _error(world: Any, island: Any, articulation: Any, size: Any) -> Any:
     """Return the error of the speeds over the speeds, or what gravity adds to them in a substep, in the norm of the
-    kinetic energy.
+    kinetic energy, and twice that energy at the end of the step.
     """
     links = articulation.links
     freedoms = articulation.freedoms
@@ -216,7 +218,7 @@ def _error(world: Any, island: Any, articulation: Any, size: Any) -> Any:
     mass = 0.0
     for k in range(count):
         mass += world.parameters.bodies[links[k].body].mass
-    return (wrong / max(energy, mass * least)) ** 0.5 if wrong > 0.0 else wrong
+    return ((wrong / max(energy, mass * least)) ** 0.5 if wrong > 0.0 else wrong), energy
 
 
 @njit
@@ -228,7 +230,6 @@ def _accept(world: Any, island: Any, joints: Any, articulation: Any, size: Any) 
     for k in range(island.body_count):
         for d in range(len(links[k].half)):
             links[k].half[d] = 0.0
-    _limit_gain(world, island, articulation)
     for k in range(island.body_count):
         set_base(links[k])
         leave_link(links[k], bodies[links[k].body], substep_bodies[links[k].body])
@@ -262,8 +263,11 @@ def _set_middle_arms(world: Any, island: Any, articulation: Any, size: Any) -> N
 
 
 @njit
-def _limit_gain(world: Any, island: Any, articulation: Any) -> None:
-    """Slow the links down to where forces have done the work: an error of the step must not add energy."""
+def _limit_gain(world: Any, island: Any, articulation: Any, energy: Any) -> None:
+    """Slow the links down to where forces have done the work: an error of the step must not add energy.
+
+    ``energy``: twice their kinetic energy.
+    """
     links = articulation.links
     bodies = world.state.bodies
     body_parameters = world.parameters.bodies
@@ -279,7 +283,7 @@ def _limit_gain(world: Any, island: Any, articulation: Any) -> None:
             allowed += 2.0 * (weight * gravity[d] + force[d]) * (link.position[d] - link.start[d])
         for d in range(len(link.turn)):
             allowed += 2.0 * force[len(gravity) + d] * link.turn[d]
-    island.kinetic = kinetic_energy(links, island.body_count, articulation.freedoms, rate)
+    island.kinetic = energy
     if island.kinetic > allowed:
         scale = (max(allowed, 0.0) / island.kinetic) ** 0.5
         island.kinetic = max(allowed, 0.0)

@@ -31,9 +31,16 @@ from ..slices import part
 from ..springs import has_spring, is_slow, mean_reach
 from .other_joints import main_joint
 
+
+@njit
+def _no_inverses(row: Any, links: Any, k: Any, bodies: Any, body_parameters: Any, substep_bodies: Any) -> None:
+    """Do nothing: 2D moments of inertia have no direction."""
+
+
 numbers_of = by_dimension("articulation", "numbers_of")
 coordinate_of = by_dimension("articulation", "coordinate_of")
 set_servo_direction = by_dimension("articulation", "set_servo_direction")
+set_servo_inverses = by_dimension("articulation", "set_servo_inverses", otherwise=_no_inverses)
 set_pivot_direction = by_dimension("articulation", "set_pivot_direction")
 is_isotropic = by_dimension("articulation", "is_isotropic")
 add_ball_spring = by_dimension("articulation", "add_ball_spring")
@@ -210,7 +217,7 @@ def _set_any_spring(world: Any, island: Any, articulation: Any, servo: Any, join
 
 @njit
 def _set_spring(world: Any, row: Any, articulation: Any, servo: Any, joint: Any, h: Any) -> None:
-    curve = _start_row(world, row, articulation, servo, servo.place, servo.number, h)
+    curve = _start_row(world, row, articulation, servo, servo.place, servo.number, True, h)
     slot = slot_of(joint, SPRING)
     error = servo.begin - joint.state.rest
     set_spring_row(row, slot, error, curve, joint.parameters, world.scratch.substep_bodies, h)
@@ -243,17 +250,17 @@ def _add_driven_rows(world: Any, island: Any, articulation: Any, servo: Any, joi
     parameters = joint.parameters
     h = island.h
     if has_armature(parameters) and servo.driven < 0:
-        curve = _start_row(world, rows[row], articulation, servo, servo.driven, servo.turning, h)
+        curve = _start_row(world, rows[row], articulation, servo, servo.driven, servo.turning, True, h)
         set_armature_row(rows[row], len(joint.state.impulse) - 1, joint, curve, substep_bodies)
         row += 1
     if has_motor(parameters) and not (joint.model.effort_controlled and servo.driven >= 0):
-        curve = _start_row(world, rows[row], articulation, servo, servo.driven, servo.turning, h)
+        curve = _start_row(world, rows[row], articulation, servo, servo.driven, servo.turning, True, h)
         limited = servo.turning == servo.number
         speeds = speeds_within(servo.begin, 0.0, parameters, h) if limited else (-_INFINITY, _INFINITY)
         set_motor_row(rows[row], slot_of(joint, MOTOR), joint, speeds, curve, substep_bodies, h)
         row += 1
     if has_friction(parameters):
-        curve = _start_row(world, rows[row], articulation, servo, servo.driven, servo.turning, h)
+        curve = _start_row(world, rows[row], articulation, servo, servo.driven, servo.turning, False, h)
         set_friction_row(rows[row], slot_of(joint, FRICTION), parameters, curve, substep_bodies, h)
         row += 1
     return row
@@ -270,7 +277,8 @@ def _add_coordinate_rows(world: Any, island: Any, articulation: Any, servo: Any,
         _set_spring(world, rows[row], articulation, servo, joint, h)
         row += 1
     if servo.limited != 0:
-        curve = _start_row(world, rows[row], articulation, servo, servo.place, servo.number, h)
+        weighed = parameters.limit_frequency > 0.0
+        curve = _start_row(world, rows[row], articulation, servo, servo.place, servo.number, weighed, h)
         set_limit_row(rows[row], slot_of(joint, LIMIT), servo.begin, curve, parameters, substep_bodies, h)
         row += 1
     return row
@@ -296,8 +304,13 @@ def slot_of(joint: Any, part_number: Any) -> Any:
 
 
 @njit
-def _start_row(world: Any, row: Any, articulation: Any, servo: Any, place: Any, number: Any, h: Any) -> Any:
-    """Set bodies and Jacobian of a row on a coordinate; returns the change of J v by the end of the substep."""
+def _start_row(
+    world: Any, row: Any, articulation: Any, servo: Any, place: Any, number: Any, weighed: Any, h: Any
+) -> Any:
+    """Set bodies and Jacobian of a row on a coordinate; returns the change of J v by the end of the substep.
+
+    ``weighed``: whether its spring or its gain refers to its effective mass in body space.
+    """
     joint_models = world.model.joints
     joint_parameters = world.parameters.joints
     links = articulation.links
@@ -306,10 +319,11 @@ def _start_row(world: Any, row: Any, articulation: Any, servo: Any, place: Any, 
     row.body_b = joint_models[j].body_b
     row.source = j
     if place >= 0:
-        bodies = world.state.bodies
-        set_servo_direction(
-            row, links, servo.link, place, bodies, world.parameters.bodies, world.scratch.substep_bodies
-        )
+        set_servo_direction(row, links[servo.link], place)
+        if weighed:
+            bodies = world.state.bodies
+            substep_bodies = world.scratch.substep_bodies
+            set_servo_inverses(row, links, servo.link, bodies, world.parameters.bodies, substep_bodies)
         return 0.0
     joint = Joint(joint_models[j], joint_parameters[j], world.state.joints[j])
     return set_pivot_direction(world, row, links, servo.link, joint, number, h)

@@ -11,7 +11,7 @@ from typing import Any
 from numba import int64, uint64
 
 from ...jit import inline_njit, njit
-from ...methods.disc import minimise_on_disc
+from ...methods.disc import minimise_near, minimise_on_disc
 from ...records.options import SolverKind
 from ..rows import DISC, EQUATION, FRICTION, UNILATERAL, push_row
 from .equations import add_to, correct_others, dot_with, start_corrections, sweep_others
@@ -119,8 +119,10 @@ def _solve_three(span: Any, ways: Any, values: Any, z: Any, push: Any) -> Any:
     bound = span.friction * new
     x = -span.inverse[0] * u - span.inverse[1] * v
     y = -span.inverse[1] * u - span.inverse[2] * v
-    if span.inverse[0] == 0.0 or x * x + y * y > bound * bound:
+    if span.inverse[0] == 0.0:
         x, y = minimise_on_disc(a, c, b, u, v, bound)
+    elif x * x + y * y > bound * bound:
+        x, y = minimise_near((a, c, b), (u, v), bound, (s, t))
     span.impulse[0], span.impulse[1], span.impulse[2] = new, x, y
     x -= s
     y -= t

@@ -24,7 +24,7 @@ from ..springs import any_sprung
 from .balance import limit_speed, settle_rates
 from .closing import close_others
 from .contact_balance import change_of_rows, correct_forces, end_with_rows, rates_of_rows, settle_rows
-from .dynamics import PASSES, factorise_links, set_free_rates, set_middle
+from .dynamics import factorise_links, set_free_rates, set_middle
 from .equations import clear_biases, contradiction, factorise_equations, is_apart, smooth_with_others
 from .joining import join_velocities
 from .links import (
@@ -133,16 +133,18 @@ def _substep(world: Any, island: Any, s: Any, joints: Any, articulation: Any) ->
     refresh_contact_rows(world, island)
     _enter_middle(world, island, joints, articulation)
     fast = island.turning > SLOW_TURN
-    set_free_rates(world, island, articulation, PASSES if island.rows > 0 or fast else 1)
+    set_free_rates(world, island, articulation)
     touched = False
+    turn = 0.0
     if island.rows > 0:
-        touched = _solve(world, island, articulation, last)
+        _solve_rows(world, island, articulation, last)
+        turn = SLOW_TURN if fast else largest_turn(world, island, articulation)
+        touched = _correct(world, island, articulation)
         apart = island.residual > CONTRADICTED or is_apart(world, island, articulation.others)
         if s == 0 and island.other_rows > 0 and apart:
             _return_to_start(world, island, articulation)
             return False
     if touched:
-        turn = largest_turn(world, island, articulation)
         if not fast and turn <= SLOW_TURN:
             if turn > STILL_TURN:
                 correct_forces(world, island, articulation)
@@ -203,7 +205,7 @@ def _divide(world: Any, island: Any, joints: Any, articulation: Any) -> None:
             store_reactions(world, island, articulation, joints)
             _continue(island, articulation)
         _enter_middle(world, island, joints, articulation)
-        set_free_rates(world, island, articulation, 1)
+        set_free_rates(world, island, articulation)
         if not settle_rates(world, island, articulation):
             limit_speed(world, island, articulation)
     island.h = whole
@@ -243,20 +245,15 @@ def _keep_start_velocities(world: Any, island: Any, articulation: Any) -> None:
 
 
 @njit
-def _solve(world: Any, island: Any, articulation: Any, last: Any) -> Any:
-    """Make all rows true; sets ``rate`` to the new rates and ``shift`` to the displacement that corrects overlaps.
-
-    Returns whether any row had to act.
-    """
+def _correct(world: Any, island: Any, articulation: Any) -> Any:
+    """Set ``shift`` to the displacement that corrects overlaps; returns whether any row had to act."""
     shift = articulation.shift
     change = articulation.change
-    _solve_rows(world, island, articulation, last)
     corrected = correct_overlaps(world, island, articulation)
     share = 0.0
     if corrected:
         change_of_rows(island, articulation)
         share = largest_share(island, articulation)
-        move_links(island, articulation, articulation.rate)
         add_all_impulses(world, island, articulation)
     for f in range(island.freedoms):
         shift[f] = share * island.h * change[f] if corrected else 0.0
@@ -269,7 +266,7 @@ def _solve(world: Any, island: Any, articulation: Any, last: Any) -> Any:
 
 @njit
 def _solve_rows(world: Any, island: Any, articulation: Any, last: Any) -> None:
-    """Solve the rows at the middle of the substep; sets ``rate``."""
+    """Make all rows true at the middle of the substep; sets ``rate`` to the new rates."""
     counters = world.state.world
     move_links(island, articulation, articulation.free)
     _keep_free_velocities(world, island, articulation)

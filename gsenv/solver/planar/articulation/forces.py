@@ -77,6 +77,14 @@ def set_inertia(link: Any, parameters: Any, h: Any) -> None:
 
 
 @njit
+def add_inertia(link: Any, other: Any) -> None:
+    """Add the inertia of another link."""
+    for d in range(3):
+        for e in range(3):
+            link.inertia[d, e] += other.inertia[d, e]
+
+
+@njit
 def set_motions(link: Any, freedoms: Any) -> None:
     """Set the motions of the degrees of freedom of a link, at the origin."""
     i = link.first
@@ -97,13 +105,55 @@ def set_motions(link: Any, freedoms: Any) -> None:
 
 
 @inline_njit
-def reduced(freedom: Any, p: Wrench) -> tuple[float, Wrench]:
-    """Return the force on a degree of freedom by an impulse p at the origin, and the impulse on its parent."""
-    s = freedom.motion
-    u = freedom.hold
-    g = p[0] * s[0] + p[1] * s[1] + p[2] * s[2]
-    x = g * freedom.inverse
-    return g, (p[0] - x * u[0], p[1] - x * u[1], p[2] - x * u[2])
+def force_on(link: Any) -> Wrench:
+    return link.force[0], link.force[1], link.force[2]
+
+
+@inline_njit
+def response_of(link: Any) -> Wrench:
+    return link.response[0], link.response[1], link.response[2]
+
+
+@inline_njit
+def set_response(link: Any, p: Wrench) -> None:
+    for d in range(3):
+        link.response[d] = p[d]
+
+
+@inline_njit
+def _pulled(freedom: Any, p: Wrench) -> Any:
+    """Return what a velocity p of the parent adds to the rate of a degree of freedom."""
+    hold = freedom.hold
+    return (hold[0] * p[0] + hold[1] * p[1] + hold[2] * p[2]) * freedom.inverse
+
+
+@inline_njit
+def _beyond(freedom: Any, x: Any, p: Wrench) -> Wrench:
+    """Return p and x times the motion of a degree of freedom."""
+    motion = freedom.motion
+    return p[0] + x * motion[0], p[1] + x * motion[1], p[2] + x * motion[2]
+
+
+@inline_njit
+def moved(freedom: Any, x: float, p: Wrench) -> tuple[float, Wrench]:
+    """Return the change of a rate, x without the change p of the parent's velocity, and the change of the link's."""
+    x -= _pulled(freedom, p)
+    return x, _beyond(freedom, x, p)
+
+
+@inline_njit
+def carried(freedom: Any, x: float, p: Wrench) -> tuple[float, Wrench]:
+    """Return the rate x with what the velocity p of the parent adds to it, and the velocity of the link."""
+    return x + _pulled(freedom, p), _beyond(freedom, x, p)
+
+
+@inline_njit
+def reduced(freedom: Any, x: float, p: Wrench) -> tuple[float, Wrench]:
+    """Return the impulse on a degree of freedom, x and that of p at the origin, and the impulse on its parent."""
+    motion, hold = freedom.motion, freedom.hold
+    x += p[0] * motion[0] + p[1] * motion[1] + p[2] * motion[2]
+    rate = x * freedom.inverse
+    return x, (p[0] - rate * hold[0], p[1] - rate * hold[1], p[2] - rate * hold[2])
 
 
 @inline_njit

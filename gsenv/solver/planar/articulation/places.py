@@ -96,6 +96,13 @@ def place_link(links: Any, k: Any, step: Any, bodies: Any, body_parameters: Any,
 
 
 @njit
+def keep_axes(link: Any) -> None:
+    """Count displacements of a link on axes from its present coordinates."""
+    for i in range(link.count):
+        link.base_coordinates[i] = link.coordinates[i]
+
+
+@njit
 def _turn(link: Any, angle: Any) -> None:
     link.turn[0] = angle
     link.angle = link.base_angle + angle
@@ -164,17 +171,17 @@ def set_joint_motion(links: Any, k: Any, rates: Any) -> None:
 
 
 @njit
-def turning_rate(links: Any, k: Any, body_parameters: Any) -> Any:
-    """Return the rate in rad/s at which forces on a link and on its joint change direction."""
+def squared_turning(links: Any, k: Any, body_parameters: Any) -> Any:
+    """Return the squared rate in rad/s at which forces on a link and on its joint change direction."""
     link = links[k]
     rate = 0.0
     if link.kind == _FREE:
-        return rate
+        return rate * rate
     if abs(link.arm[0]) + abs(link.arm[1]) > OFF_CENTER * body_parameters[link.body].radius:
         rate = abs(link.velocity[2])
     if link.parent >= 0 and abs(link.reach[0]) + abs(link.reach[1]) > OFF_CENTER * body_parameters[link.holder].radius:
         rate = max(rate, abs(links[link.parent].velocity[2]))
-    return rate
+    return rate * rate
 
 
 @njit

@@ -34,11 +34,8 @@ def coordinate_of(link: Any, servo: Any, bodies: Any, joint: Any) -> Any:
 
 
 @njit
-def set_servo_direction(
-    row: Any, links: Any, k: Any, place: Any, bodies: Any, body_parameters: Any, substep_bodies: Any
-) -> None:
+def set_servo_direction(row: Any, link: Any, place: Any) -> None:
     """Set the Jacobian of J v = rate of a turn or slide."""
-    link = links[k]
     inner = row.jacobian_a if link.flipped else row.jacobian_b
     outer = row.jacobian_b if link.flipped else row.jacobian_a
     x, y = link.directions[place, 0], link.directions[place, 1]

@@ -9,7 +9,7 @@ from typing import Any
 
 from ...jit import inline_njit, njit
 from ...records.articulation import SLIDES, LinkKind
-from ..math import Vec, add, along, cross, dot, multiply, pose_of, quaternion, scaled, sub, vec
+from ..math import Vec, add, along, cross, multiply, pose_of, quaternion, scaled, sub, vec
 from ..rotation import spin_of
 from .places import row_of, set_six
 
@@ -113,35 +113,32 @@ def set_moment(link: Any, parameters: Any) -> None:
 
 @njit
 def set_inertia(link: Any, parameters: Any, h: Any) -> None:
-    """Set the inertia about the origin, with the implicit damping of the body."""
+    """Set the lower triangle of the inertia about the origin, with the implicit damping of the body."""
     mass = parameters.mass * (1.0 + h * parameters.linear_damping)
     turning = 1.0 + h * parameters.angular_damping
-    r = vec(link.center)
-    square = dot(r, r)
+    x, y, z = vec(link.center)
+    u, v, w = mass * x, mass * y, mass * z
     n = link.inertia
     i = link.moment
-    for d in range(3):
-        for e in range(3):
-            n[d, e] = mass if d == e else 0.0
-            n[3 + d, 3 + e] = turning * i[_place(d, e)] - mass * r[d] * r[e] + (mass * square if d == e else 0.0)
-            n[d, 3 + e] = 0.0
-    n[0, 4] = mass * r[2]
-    n[0, 5] = -mass * r[1]
-    n[1, 3] = -mass * r[2]
-    n[1, 5] = mass * r[0]
-    n[2, 3] = mass * r[1]
-    n[2, 4] = -mass * r[0]
-    for d in range(3):
-        for e in range(3):
-            n[3 + e, d] = n[d, 3 + e]
+    n[0, 0] = mass
+    n[1, 0], n[1, 1] = 0.0, mass
+    n[2, 0], n[2, 1], n[2, 2] = 0.0, 0.0, mass
+    n[3, 0], n[3, 1], n[3, 2] = 0.0, -w, v
+    n[4, 0], n[4, 1], n[4, 2] = w, 0.0, -u
+    n[5, 0], n[5, 1], n[5, 2] = -v, u, 0.0
+    n[3, 3] = turning * i[0] + (v * y + w * z)
+    n[4, 3], n[4, 4] = turning * i[1] - u * y, turning * i[3] + (u * x + w * z)
+    n[5, 3], n[5, 4], n[5, 5] = turning * i[2] - u * z, turning * i[4] - v * z, turning * i[5] + (u * x + v * y)
 
 
 @njit
-def _place(d: int, e: int) -> int:
-    """Return the place of an entry of a symmetric matrix among xx xy xz yy yz zz."""
-    low = min(d, e)
-    high = max(d, e)
-    return high if low == 0 else high + 2 if low == 1 else 5
+def add_inertia(link: Any, other: Any) -> None:
+    """Add the lower triangle of the inertia of another link."""
+    n = link.inertia
+    m = other.inertia
+    for d in range(6):
+        for e in range(d + 1):
+            n[d, e] += m[d, e]
 
 
 @njit
@@ -169,11 +166,53 @@ def set_motions(link: Any, freedoms: Any) -> None:
 
 
 @inline_njit
-def reduced(freedom: Any, p: Wrench) -> tuple[float, Wrench]:
-    """Return the force on a degree of freedom by an impulse p at the origin, and the impulse on its parent."""
+def force_on(link: Any) -> Wrench:
+    p = link.force
+    return p[0], p[1], p[2], p[3], p[4], p[5]
+
+
+@inline_njit
+def response_of(link: Any) -> Wrench:
+    p = link.response
+    return p[0], p[1], p[2], p[3], p[4], p[5]
+
+
+@inline_njit
+def set_response(link: Any, p: Wrench) -> None:
+    link.response[0] = p[0]
+    link.response[1] = p[1]
+    link.response[2] = p[2]
+    link.response[3] = p[3]
+    link.response[4] = p[4]
+    link.response[5] = p[5]
+
+
+@inline_njit
+def moved(freedom: Any, x: float, p: Wrench) -> tuple[float, Wrench]:
+    """Return the change of a rate, x without the change p of the parent's velocity, and the change of the link's."""
     s = freedom.motion
     u = freedom.hold
-    g = (p[0] * s[0] + p[1] * s[1]) + (p[2] * s[2] + p[3] * s[3]) + (p[4] * s[4] + p[5] * s[5])
+    x -= ((p[0] * u[0] + p[1] * u[1]) + (p[2] * u[2] + p[3] * u[3]) + (p[4] * u[4] + p[5] * u[5])) * freedom.inverse
+    return x, (p[0] + x * s[0], p[1] + x * s[1], p[2] + x * s[2], p[3] + x * s[3], p[4] + x * s[4], p[5] + x * s[5])
+
+
+@inline_njit
+def carried(freedom: Any, x: float, p: Wrench) -> tuple[float, Wrench]:
+    """Return the rate x with what the velocity p of the parent adds to it, and the velocity of the link."""
+    s = freedom.motion
+    u = freedom.hold
+    rate = (
+        x + ((p[0] * u[0] + p[1] * u[1]) + (p[2] * u[2] + p[3] * u[3]) + (p[4] * u[4] + p[5] * u[5])) * freedom.inverse
+    )
+    return rate, (p[0] + x * s[0], p[1] + x * s[1], p[2] + x * s[2], p[3] + x * s[3], p[4] + x * s[4], p[5] + x * s[5])
+
+
+@inline_njit
+def reduced(freedom: Any, x: float, p: Wrench) -> tuple[float, Wrench]:
+    """Return the impulse on a degree of freedom, x and that of p at the origin, and the impulse on its parent."""
+    s = freedom.motion
+    u = freedom.hold
+    g = x + (p[0] * s[0] + p[1] * s[1]) + (p[2] * s[2] + p[3] * s[3]) + (p[4] * s[4] + p[5] * s[5])
     x = g * freedom.inverse
     return g, (
         p[0] - x * u[0],

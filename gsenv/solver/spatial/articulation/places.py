@@ -12,6 +12,7 @@ from typing import Any
 
 from ...core.joints import OFF_CENTER
 from ...core.slices import part
+from ...core.trig import sin_cos
 from ...jit import inline_njit, njit
 from ...records.articulation import SLIDES, LinkKind
 from ..joints.axes import FIRST_TURN, LAST_TURN, NODE_TURN, TWIST, angle_of, axis_of, cardan_angle, turn_coordinate
@@ -27,10 +28,10 @@ from ..math import (
     near_turn_of,
     near_unit,
     norm,
+    pose_of,
     quaternion,
     scaled,
     sub,
-    turn_about,
     turned,
     vec,
 )
@@ -39,6 +40,7 @@ from ..rotation import is_round, set_spin, spin_of
 _FREE = int(LinkKind.FREE)
 _PIVOT = int(LinkKind.PIVOT)
 _AXES = int(LinkKind.AXES)
+_EQUAL = 1e-10  # m and m/s: differences that are those of rounding
 _LARGEST_NODE = 1.4  # rad: beyond it the first and the last of three turns nearly coincide
 
 
@@ -101,10 +103,18 @@ def _arms(link: Any, joint: Any, body_parameters: Any) -> tuple[Vec, Vec]:
 def mismatch(link: Any, body: Any, radius: Any) -> tuple[float, float, float]:
     """Return (m, m/s, m/s): how far pose and velocity of a body are from those of its link, and its speed."""
     e = multiply(quaternion(body.rotation), conjugate(quaternion(link.rotation)))  # its length is that of half the turn
-    gap = norm(sub(vec(body.position), vec(link.position))) + 2.0 * radius * norm((e[1], e[2], e[3]))
+    x, turn = sub(vec(body.position), vec(link.position)), (e[1], e[2], e[3])
     v, w = vec(body.velocity), spin_of(body.velocity)
-    slip = norm(sub(v, vec(link.velocity))) + radius * norm(sub(w, spin_of(link.velocity)))
-    return gap, slip, norm(v) + radius * norm(w)
+    u, spin = sub(v, vec(link.velocity)), sub(w, spin_of(link.velocity))
+    if _sum(x) + radius * _sum(turn) + _sum(u) + radius * _sum(spin) < _EQUAL:
+        return 0.0, 0.0, 0.0
+    gap = norm(x) + 2.0 * radius * norm(turn)
+    return gap, norm(u) + radius * norm(spin), norm(v) + radius * norm(w)
+
+
+@inline_njit
+def _sum(v: Vec) -> float:
+    return abs(v[0]) + abs(v[1]) + abs(v[2])
 
 
 @njit
@@ -158,18 +168,42 @@ def _follow(link: Any, rotation: Quaternion, turn: Vec, step: Any, joint: Any) -
     q = multiply(rotation, conjugate(rest)) if link.flipped else rotation
     for i in range(link.count):
         moved = step[link.first + i]
-        coordinate = link.base_coordinates[i] + moved
-        link.coordinates[i] = coordinate
         axis = row_of(link.axes, i)
         u = scaled(turned(q, axis), sign)
         set_row(link.directions, i, u)
+        link.coordinates[i] = link.base_coordinates[i] + moved
         if link.numbers[i] < SLIDES:
-            slid = along(slid, coordinate, u)
+            slid = along(slid, link.coordinates[i], u)
         else:
             turn = along(turn, 0.5 * moved, add(row_of(link.base_directions, i), u))
-            q = multiply(q, turn_about(axis, sign * coordinate))
+            c, s = _turned_half(link.base_halves[i, 0], link.base_halves[i, 1], 0.5 * moved)
+            link.halves[i, 0] = c
+            link.halves[i, 1] = s
+            s *= sign
+            q = multiply(q, (c, s * axis[0], s * axis[1], s * axis[2]))
     _set_rotation(link, q if link.flipped else multiply(q, rest))
     return turn, slid
+
+
+@inline_njit
+def _turned_half(c: float, s: float, angle: float) -> tuple[float, float]:
+    """Return cosine and sine of an angle that is ``angle`` rad larger, by series where that is small."""
+    z = angle * angle
+    x = 1.0 - z * (0.5 - z * (1.0 / 24.0 - z * (1.0 / 720.0 - z * (1.0 / 40320.0))))
+    y = angle - angle * z * (1.0 / 6.0 - z * (1.0 / 120.0 - z * (1.0 / 5040.0 - z * (1.0 / 362880.0))))
+    if not z < 0.01:
+        x, y = sin_cos(angle)
+    return c * x - s * y, s * x + c * y
+
+
+@njit
+def keep_axes(link: Any) -> None:
+    """Count displacements of a link on axes from its present coordinates and directions."""
+    for i in range(link.count):
+        link.base_coordinates[i] = link.coordinates[i]
+        link.base_halves[i, 0] = link.halves[i, 0]
+        link.base_halves[i, 1] = link.halves[i, 1]
+        set_row(link.base_directions, i, row_of(link.directions, i))
 
 
 @njit
@@ -186,6 +220,7 @@ def enter_joint(links: Any, k: Any, bodies: Any, body_parameters: Any, joint: An
     if link.count == 1 and link.numbers[0] == TWIST:
         _enter_hinge(link, a, b, joint)
         return True
+    axes = pose_of((0.0, 0.0, 0.0), frame)
     on_a = multiply(quaternion(a.rotation), frame)
     on_b = multiply(quaternion(b.rotation), multiply(conjugate(quaternion(joint.reference)), frame))
     relative = multiply(conjugate(on_a), on_b)
@@ -198,13 +233,14 @@ def enter_joint(links: Any, k: Any, bodies: Any, body_parameters: Any, joint: An
     for i in range(link.count):
         number = link.numbers[i]
         place = number if number < SLIDES else 2 if number == TWIST else number - FIRST_TURN
-        set_row(link.axes, i, axis_of(frame, place))
+        set_row(link.axes, i, axes.x if place == 0 else axes.y if place == 1 else axes.z)
         if number < SLIDES:
             link.coordinates[i] = dot(apart, axis_of(on_a, number))
         elif number <= LAST_TURN:
             link.coordinates[i] = cardan_angle(number, relative)
         else:
             link.coordinates[i] = turn_coordinate(number, on_a, on_b)
+        _set_half(link, i)
         if number == NODE_TURN and abs(link.coordinates[i]) > _LARGEST_NODE:
             return False
     return True
@@ -213,11 +249,20 @@ def enter_joint(links: Any, k: Any, bodies: Any, body_parameters: Any, joint: An
 @inline_njit
 def _enter_hinge(link: Any, a: Any, b: Any, joint: Any) -> None:
     """Set axis and angle of a link that only turns about one axis."""
-    axis = axis_of(quaternion(joint.frame), 2)
+    axis = pose_of((0.0, 0.0, 0.0), quaternion(joint.frame)).z
     set_row(link.axes, 0, axis)
     on_b = multiply(quaternion(b.rotation), conjugate(quaternion(joint.reference)))
     turn = multiply(conjugate(quaternion(a.rotation)), on_b)
     link.coordinates[0] = angle_of(dot(axis, (turn[1], turn[2], turn[3])), turn[0])
+    _set_half(link, 0)
+
+
+@inline_njit
+def _set_half(link: Any, i: int) -> None:
+    """Set cosine and sine of half the coordinate of a turn."""
+    c, s = sin_cos(0.5 * link.coordinates[i])
+    link.halves[i, 0] = c
+    link.halves[i, 1] = s
 
 
 @njit
@@ -287,18 +332,23 @@ def set_joint_motion(links: Any, k: Any, rates: Any) -> None:
 
 
 @njit
-def turning_rate(links: Any, k: Any, body_parameters: Any) -> float:
-    """Return the rate in rad/s at which forces on a link and on its joint change direction."""
+def squared_turning(links: Any, k: Any, body_parameters: Any) -> float:
+    """Return the squared rate in rad/s at which forces on a link and on its joint change direction."""
     link = links[k]
     parameters = body_parameters[link.body]
-    rate = 0.0 if is_round(parameters) else norm(spin_of(link.velocity))
+    rate = 0.0 if is_round(parameters) else _square(spin_of(link.velocity))
     if link.kind == _FREE:
         return rate
-    if norm(vec(link.arm)) > OFF_CENTER * parameters.radius:
-        rate = norm(spin_of(link.velocity))
-    if link.parent >= 0 and norm(vec(link.reach)) > OFF_CENTER * body_parameters[link.holder].radius:
-        rate = max(rate, norm(spin_of(links[link.parent].velocity)))
+    if _square(vec(link.arm)) > (OFF_CENTER * parameters.radius) ** 2:
+        rate = _square(spin_of(link.velocity))
+    if link.parent >= 0 and _square(vec(link.reach)) > (OFF_CENTER * body_parameters[link.holder].radius) ** 2:
+        rate = max(rate, _square(spin_of(links[link.parent].velocity)))
     return rate
+
+
+@inline_njit
+def _square(v: Vec) -> float:
+    return dot(v, v)
 
 
 @njit

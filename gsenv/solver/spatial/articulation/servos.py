@@ -45,11 +45,8 @@ def _frames(a: Any, b: Any, joint: Any) -> tuple[Quaternion, Quaternion]:
 
 
 @njit
-def set_servo_direction(
-    row: Any, links: Any, k: Any, place: Any, bodies: Any, body_parameters: Any, substep_bodies: Any
-) -> None:
-    """Set the Jacobian of J v = rate of a turn or slide, and the inverse inertias of both bodies in its direction."""
-    link = links[k]
+def set_servo_direction(row: Any, link: Any, place: Any) -> None:
+    """Set the Jacobian of J v = rate of a turn or slide."""
     inner = row.jacobian_a if link.flipped else row.jacobian_b
     outer = row.jacobian_b if link.flipped else row.jacobian_a
     if link.numbers[place] < SLIDES:
@@ -60,6 +57,14 @@ def set_servo_direction(
         u = dual_of(link, place)
         set_six(inner, (0.0, 0.0, 0.0), u)
         set_six(outer, (0.0, 0.0, 0.0), scaled(u, -1.0))
+
+
+@njit
+def set_servo_inverses(row: Any, links: Any, k: Any, bodies: Any, body_parameters: Any, substep_bodies: Any) -> None:
+    """Set the inverse inertias of both bodies in the direction of a row."""
+    link = links[k]
+    inner = row.jacobian_a if link.flipped else row.jacobian_b
+    outer = row.jacobian_b if link.flipped else row.jacobian_a
     _set_inverses(links, link, (spin_of(outer), spin_of(inner)), bodies, body_parameters, substep_bodies)
 
 

@@ -10,7 +10,9 @@ from ...core.detection import TOUCHING, any_jointed, with_motion
 from ...core.geometry import BASE_MARGIN, MISS, PlacedShape
 from ...jit import inline_njit, njit
 from ...records.model import Array
-from ..kinds import HEIGHTFIELD, SPHERE
+from ..geometry import pose_in
+from ..kinds import CYLINDER, HEIGHTFIELD, PLANE, SPHERE
+from ..math import dot, sub, vec
 from .heightfields import heightfield_contacts
 from .manifold import clear_manifold
 from .predict import predict
@@ -67,8 +69,12 @@ def look_ahead(world: Any, one: PlacedShape, other: PlacedShape, margin: float, 
 
 @inline_njit
 def far_apart(world: Any, a: int, b: int, margin: float) -> bool:
-    """Whether two spheres are beyond the margin; for other shapes the test of the boxes is sufficient."""
+    """Whether two spheres, or a plane and a solid, are beyond the margin; for others the boxes are sufficient."""
     models = world.shapes.models
+    if models[a].kind == PLANE:
+        return is_above(world, a, b, margin)
+    if models[b].kind == PLANE:
+        return is_above(world, b, a, margin)
     if models[a].kind != SPHERE or models[b].kind != SPHERE:
         return False
     parameters = world.shapes.parameters
@@ -79,6 +85,17 @@ def far_apart(world: Any, a: int, b: int, margin: float) -> bool:
     for d in range(3):
         square += (one.position[d] - other.position[d]) ** 2
     return square > reach * reach
+
+
+@inline_njit
+def is_above(world: Any, plane: int, solid: int, margin: float) -> bool:
+    """Whether the sphere around a solid is above a plane by more than the margin; hulls are not tested."""
+    if world.shapes.models[solid].kind > CYLINDER:
+        return False
+    floor = world.scratch.geometry[plane]
+    height = dot(pose_in(floor).z, sub(vec(world.scratch.geometry[solid].position), vec(floor.position)))
+    size = world.shapes.parameters[solid].size
+    return height > size[0] + size[1] + size[2] + world.shapes.parameters[solid].radius + margin
 
 
 @njit
