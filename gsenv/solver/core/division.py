@@ -82,7 +82,7 @@ def copy_counters(source: Any, target: Any) -> None:
 
 @njit
 def set_length(world: Any, joints: Any, timestep: float) -> None:
-    """Set the length in s of the next part, and scale the impulses that its solves start from."""
+    """Set the length in s of the next part, and scale the impulses that its solves and substeps start from."""
     scale = timestep / world.options.timestep
     world.options.timestep = timestep
     contacts = world.state.contacts
@@ -93,39 +93,52 @@ def set_length(world: Any, joints: Any, timestep: float) -> None:
         for j in range(len(joints)):
             for d in range(len(joints[j].impulse)):
                 joints[j].impulse[d] *= scale
+            for d in range(len(joints[j].total_impulse)):
+                joints[j].total_impulse[d] *= scale
+            for d in range(len(joints[j].reaction)):
+                joints[j].reaction[d] *= scale
 
 
 @njit
-def clear_sums(world: Any, joints: Any) -> None:
-    """Set the sums of all impulses to 0, those of sleeping bodies too: `add_kept_sums` restores these."""
+def start_sums(world: Any, joints: Any) -> None:
+    """Set the sums over the parts of a step to 0."""
+    if joints is not None:
+        sums = world.scratch.division.joint_sums
+        for j in range(len(joints)):
+            for d in range(len(joints[j].total_impulse)):
+                sums[j].total_impulse[d] = 0.0
+            for d in range(len(joints[j].reaction)):
+                sums[j].reaction[d] = 0.0
+
+
+@njit
+def start_part_of_step(world: Any, joints: Any) -> None:
+    """Keep the state, and set the sums of all contacts to 0, also those that sleep: `add_part` restores them."""
+    keep_state(world, joints, PART)
     contacts = world.state.contacts
     for k in range(int(world.state.world.contact_count)):
         for d in range(len(contacts[k].total_impulse)):
             contacts[k].total_impulse[d] = 0.0
-    if joints is not None:
-        for j in range(len(joints)):
-            for d in range(len(joints[j].total_impulse)):
-                joints[j].total_impulse[d] = 0.0
-            for d in range(len(joints[j].reaction)):
-                joints[j].reaction[d] = 0.0
 
 
 @njit
-def add_kept_sums(world: Any, joints: Any) -> int:
-    """Add impulses and counters of the parts before the present one; returns the number of contacts.
+def add_part(world: Any, joints: Any, first: bool) -> int:
+    """Add the impulses and counters of a part to those of the parts before; returns the number of contacts.
 
     Contacts that have ended since or have another normal now stay in the list, after others of their pair, with the
     impulses of the step and none to start from. Where they do not fit into it, the number exceeds its length.
     """
     division = world.scratch.division
     if joints is not None:
-        for j in range(len(joints)):
-            kept = division.joints[PART, j]
-            for d in range(len(kept.total_impulse)):
-                joints[j].total_impulse[d] += kept.total_impulse[d]
-            for d in range(len(kept.reaction)):
-                joints[j].reaction[d] += kept.reaction[d]
+        sums = division.joint_sums
+        for j in range(len(joints)):  # of joints that sleep: the share of the part in what they had
+            for d in range(len(joints[j].total_impulse)):
+                sums[j].total_impulse[d] += joints[j].total_impulse[d]
+            for d in range(len(joints[j].reaction)):
+                sums[j].reaction[d] += joints[j].reaction[d]
     counters = world.state.world
+    if first:
+        return int64(counters.contact_count)
     before = division.worlds[PART]
     counters.sweeps += before.sweeps
     counters.unconverged += before.unconverged
@@ -138,6 +151,18 @@ def add_kept_sums(world: Any, joints: Any) -> int:
         insert_ended(world, ended)
         counters.contact_count = count
     return count
+
+
+@njit
+def store_sums(world: Any, joints: Any) -> None:
+    """Set the impulses of the joints over the step to the sums over its parts."""
+    if joints is not None:
+        sums = world.scratch.division.joint_sums
+        for j in range(len(joints)):
+            for d in range(len(joints[j].total_impulse)):
+                joints[j].total_impulse[d] = sums[j].total_impulse[d]
+            for d in range(len(joints[j].reaction)):
+                joints[j].reaction[d] = sums[j].reaction[d]
 
 
 @njit

@@ -15,13 +15,15 @@ from .detection import find_contacts
 from .division import (
     PART,
     STEP,
-    add_kept_sums,
+    add_part,
     check_part,
     check_step,
-    clear_sums,
     keep_state,
     restore_state,
     set_length,
+    start_part_of_step,
+    start_sums,
+    store_sums,
 )
 from .geometry import gravity_norm, update_geometry
 from .integrate import any_kinematic, clear_forces, hold_disabled, move_kinematic, release_disabled, start_bodies
@@ -123,11 +125,11 @@ def divide_step(world: Any, joints: Any) -> Any:
     status = OK
     needed = int64(0)
     checked = True
+    start_sums(world, joints)
     while done < end:
         set_length(world, joints, timestep * (length / end))
         if done > 0:
-            keep_state(world, joints, PART)
-            clear_sums(world, joints)
+            start_part_of_step(world, joints)
         failed = False
         status, needed, far_moving = take_part(world, joints, False)
         if status == OK and far_moving and checked:
@@ -139,18 +141,19 @@ def divide_step(world: Any, joints: Any) -> Any:
             length //= 2
             continue
         checked = checked and not failed
-        if done > 0:
-            needed = add_kept_sums(world, joints)
-            if needed > len(world.state.contacts):
-                status = MORE_CONTACTS
-                break
+        needed = add_part(world, joints, done == 0)
+        if needed > len(world.state.contacts):
+            status = MORE_CONTACTS
+            break
         done += length
         while done % (2 * length) == 0 and done + 2 * length <= end:
             length *= 2
     if status != OK:
         restore_state(world, joints, STEP)
+        return status, needed
     set_length(world, joints, timestep)
-    return status, needed
+    store_sums(world, joints)
+    return OK, int64(0)
 
 
 @njit

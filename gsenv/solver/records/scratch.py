@@ -74,6 +74,7 @@ class Scratch:
         return {
             "bodies": np.zeros((2, len(model.bodies)), model.start_bodies.dtype),
             "joints": np.zeros((2, len(model.joints)), model.start_joints.dtype),
+            "joint_sums": np.zeros(len(model.joints), model.start_joints.dtype),
             "contacts": np.zeros((2, capacity), contact_dtype(model.dim)),
             "overlaps": np.zeros(capacity, contact_dtype(model.dim)),
             "overlap_count": np.zeros(1, np.int64),
