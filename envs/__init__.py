@@ -55,6 +55,15 @@ ENVS = (
         "car.policy:drive_steep",
     ),
     EnvEntry(
+        "GCar3D-v0",
+        "car3d.env:Car3DEnv",
+        "car3d.env:Car3DVectorEnv",
+        600,
+        9.0,
+        "3D: drive a car along a winding road over hills and obstacles",
+        "car3d.policy:pursue",
+    ),
+    EnvEntry(
         "GStack3D-v0",
         "stack3d.env:Stack3DEnv",
         "stack3d.env:Stack3DVectorEnv",

@@ -28,6 +28,7 @@ RANDOM_CONSTANTS = 10
 NAIVE: dict[str, tuple[str, str, tuple[float, ...]]] = {  # function, its argument, the values that are tried
     "GCar-v0": ("car.policy:hold_speed", "speed", (4.0, 5.0, 5.5, 6.0, 6.5, 7.0)),
     "GCar-hardcore-v0": ("car.policy:hold_speed", "speed", (4.0, 5.0, 5.5, 6.0, 6.5, 7.0)),
+    "GCar3D-v0": ("car3d.policy:hold_speed", "speed", (5.0, 6.0, 7.0, 8.0)),
 }
 
 

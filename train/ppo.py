@@ -50,7 +50,7 @@ RAGDOLL = replace(
 )
 CAR = replace(
     DEFAULTS,
-    steps=1_500_000,
+    steps=2_500_000,
     world_count=256,
     rollout=32,
     batch_size=1024,
@@ -76,6 +76,7 @@ SETTINGS = {
         tests=({"difficulty": 0.3}, {"difficulty": 0.5}),
     ),
     "GCar-hardcore-v0": CAR,
+    "GCar3D-v0": CAR,
     "GRagdoll2D-v0": RAGDOLL,
     "GRagdoll2D-hardcore-v0": replace(RAGDOLL, arguments={"push": 1.2}),
 }
