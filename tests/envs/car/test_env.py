@@ -226,6 +226,7 @@ def test_docstring_is_the_specification(heading: str) -> None:
     assert "{" not in doc.replace('{"difficulty": d}', "")
     for entry in (*CarTask.actions, *CarTask.observations):
         assert f"| {entry.name} " in doc
+    named: Any
     for named in (*CarTask.reward_terms, *CarTask.quantities, *CarTask.arguments):
         assert f"| {named.name} " in doc
 

@@ -265,7 +265,7 @@ def test_drivers_rank_as_their_skill() -> None:
     generator = np.random.default_rng(0)
     tuned = outcome(pursue)
     held = outcome(partial(hold_speed, speed=7.0))
-    blind = outcome(lambda observations: np.tile(np.float32([0.2, 0.0]), (len(observations), 1)))
+    blind = outcome(lambda observations: np.tile(np.array([0.2, 0.0]), (len(observations), 1)))
     random = outcome(lambda observations: generator.uniform(-1.0, 1.0, (len(observations), 2)))
     assert tuned[0] >= 0.8
     assert tuned[1] > held[1] > blind[1] > random[1]
