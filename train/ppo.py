@@ -48,6 +48,17 @@ RAGDOLL = replace(
     curriculum=((0.12, {"push": 0.3}), (0.3, {"push": 0.5})),
     tests=({"push": 0.3}, {"push": 0.6}, {"push": 1.0}),
 )
+CAR = replace(
+    DEFAULTS,
+    steps=2_500_000,
+    world_count=256,
+    rollout=32,
+    batch_size=1024,
+    epochs=5,
+    learning_rate=1e-3,
+    layers=(64, 64),
+    discount=0.997,  # with 0.99 a crash costs less than the speed that risks it
+)
 SETTINGS = {
     "GStack-v0": replace(
         DEFAULTS,
@@ -58,7 +69,14 @@ SETTINGS = {
         ),  # with five from the start, some seeds never release a block
         tests=({"blocks": 3}, {"blocks": 5}),
     ),
-    "GCar-v0": replace(DEFAULTS, steps=1_500_000, arguments={"difficulty": 0.3}, tests=({"difficulty": 0.3},)),
+    "GCar-v0": replace(
+        CAR,
+        arguments={"difficulty": 0.5},
+        curriculum=((0.15, {"difficulty": 0.2}), (0.3, {"difficulty": 0.35})),
+        tests=({"difficulty": 0.3}, {"difficulty": 0.5}),
+    ),
+    "GCar-hardcore-v0": CAR,
+    "GCar3D-v0": CAR,
     "GRagdoll2D-v0": RAGDOLL,
     "GRagdoll2D-hardcore-v0": replace(RAGDOLL, arguments={"push": 1.2}),
 }

@@ -38,7 +38,6 @@ class Settings(experiment.Settings):
 DEFAULTS = Settings()
 SETTINGS = {
     "GStack-v0": replace(DEFAULTS, arguments={"blocks": 5}, tests=({"blocks": 3}, {"blocks": 5})),
-    "GCar-v0": replace(DEFAULTS, arguments={"difficulty": 0.3}, tests=({"difficulty": 0.3},)),
 }
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from gsenv.envs.car.scene import (
@@ -17,6 +19,11 @@ from gsenv.envs.car.scene import (
     CHECKS,
     FINISH,
     FIRST_X,
+    GATE,
+    GATE_HALF,
+    GATE_HEIGHT,
+    GATE_REACH,
+    GATES,
     GROUND,
     GROUP_BOXES,
     NOTHING,
@@ -37,10 +44,12 @@ from gsenv.envs.car.scene import (
     WHEEL_MASS,
     WHEELBASE,
 )
-from gsenv.scenes.palette import GRAPHITE, STEEL, WARM, WOOD
+from gsenv.scenes.palette import AMBER, GRAPHITE, STEEL, WARM, WOOD
 from gsenv.scenes.vehicles import add_car
 from gsenv.solver import Scene
 from gsenv.solver.planar import Box, Capsule, Polygon, Revolute, Terrain
+
+RED, GREEN = (214, 58, 52), (76, 168, 84)  # of a gate before and after it is passed
 
 
 def build_scene() -> Scene:
@@ -50,6 +59,7 @@ def build_scene() -> Scene:
     terrain = Terrain(vertices=np.stack([x, np.zeros(VERTICES)], 1), category=GROUND)
     scene.add_body("ground", "static", [terrain])
     _add_flag(scene)
+    _add_gates(scene)
     add_car(
         scene, torques=(TORQUE, TORQUE), chassis_mass=CHASSIS_MASS, wheel_mass=WHEEL_MASS,
         wheel_inertia=WHEEL_INERTIA,
@@ -61,6 +71,9 @@ def build_scene() -> Scene:
         box = Box(half_extents=(0.2, 0.2), density=BOX_DENSITY)
         where = (2.0 * k, PARKED_Y)
         scene.add_body(f"box_{k}", shapes=[box], position=where, enabled=False, color=_box_color(k))
+    scene.add_body(
+        "burst", "static", [_star(0.55, 0.0), _star(0.55, 0.25 * math.pi)], position=(0.0, PARKED_Y), color=AMBER
+    )
     _join(scene)
     for name in ("rear", "front"):
         scene.add_actuator(f"{name}_drive", f"{name}_axle", mode="velocity")
@@ -69,6 +82,25 @@ def build_scene() -> Scene:
 
 def _box_color(k: int) -> tuple[int, int, int]:
     return (WARM, (70, 140, 190), (252, 172, 20))[k % 3]
+
+
+def _star(half: float, angle: float) -> Box:
+    return Box(half_extents=(half, half), angle=angle, category=GATE, mask=NOTHING)
+
+
+def _add_gates(scene: Scene) -> None:
+    """Add the arches, then their red and their green bars, which each episode puts over bridges and see-saws."""
+
+    def bar(x: float, y: float, half_x: float, half_y: float) -> Box:
+        return Box(half_extents=(half_x, half_y), position=(x, y), category=GATE, mask=NOTHING)
+
+    posts = [bar(side * GATE_REACH, 0.5 * GATE_HEIGHT, 0.06, 0.5 * GATE_HEIGHT) for side in (-1.0, 1.0)]
+    arch = [*posts, bar(0.0, GATE_HEIGHT, GATE_REACH + 0.06, 0.05)]
+    below = GATE_HEIGHT - 0.22
+    lamp = [bar(0.0, below, GATE_HALF, 0.13)]
+    for name, boxes, color in (("arch", arch, STEEL), ("red", lamp, RED), ("green", lamp, GREEN)):
+        for k in range(GATES):
+            scene.add_body(f"gate_{k}_{name}", "static", boxes, position=(8.0 * k, PARKED_Y - 20.0), color=color)
 
 
 def _add_bridges(scene: Scene) -> None:

@@ -125,8 +125,8 @@ def height_at(x, vertices):  # type: ignore[no-untyped-def]
 
 
 @njit
-def _place(world, b, x, y, sine):  # type: ignore[no-untyped-def]
-    """Place body b of an obstacle, enabled and at rest, rotated by the angle with this sine."""
+def place_thing(world, b, x, y, sine):  # type: ignore[no-untyped-def]
+    """Place body b of an obstacle, a gate or a mark, enabled and at rest, rotated by the angle with this sine."""
     turn = (math.sqrt(1.0 - sine * sine), sine, math.asin(sine))
     parameters = world.parameters.bodies
     place_body(b, world.state.bodies, parameters, active_contacts(world), (x, y), turn, (0.0, 0.0, 0.0))
@@ -160,7 +160,7 @@ def _hang_planks(world, k, left, top, width):  # type: ignore[no-untyped-def]
         set_capsule_size(body, world.parameters.shapes[_SHAPE_OFFSET + b], half, _PLANK_RADIUS)
         set_mass(body, mass)
         set_inertia(body, mass * half * half / 3.0)  # of a thin rod
-        _place(world, b, x + half * c, y + half * s, s)
+        place_thing(world, b, x + half * c, y + half * s, s)
         x += 2.0 * half * c
         y += 2.0 * half * s
     _hinge_planks(world, k, half)
@@ -201,8 +201,8 @@ def _build_seesaw(world, k, slot, difficulty, draws):  # type: ignore[no-untyped
     # The hinge is at the board's underside, a little past its middle.
     x = middle - cosine * _BOARD_OFFSET - sine * _THICK
     y = ground + height - sine * _BOARD_OFFSET + cosine * _THICK
-    _place(world, board, x, y, sine)
-    _place(world, fulcrum, middle, ground + height - 1.0, 0.0)
+    place_thing(world, board, x, y, sine)
+    place_thing(world, fulcrum, middle, ground + height - 1.0, 0.0)
     enable_joint(world.parameters.joints[_PIVOT + k], bodies[fulcrum], bodies[board])
     sleep_body(bodies[board])
 
@@ -219,7 +219,7 @@ def _build_boxes(world, k, slot, difficulty, draws):  # type: ignore[no-untyped-
         b = _BOX_BODY + k * _GROUP + i
         mass = 4.0 * half_x * half_y * _BOX_DENSITY
         set_box(world.parameters.bodies[b], world.parameters.shapes[_SHAPE_OFFSET + b], (half_x, half_y), mass)
-        _place(world, b, x, y, 0.0)
+        place_thing(world, b, x, y, 0.0)
         sleep_body(world.state.bodies[b])
 
 
@@ -255,4 +255,4 @@ def build_course(world, difficulty, draws):  # type: ignore[no-untyped-def]
             _build_boxes(world, kind - _BRIDGES - _SEESAWS, slot, difficulty, own)
     derive_outline(vertices[:_VERTICES])  # polygons come behind the terrain
     for i in range(3):
-        _place(world, _FLAG_BODY + i, _FINISH, height_at(_FINISH, vertices), 0.0)
+        place_thing(world, _FLAG_BODY + i, _FINISH, height_at(_FINISH, vertices), 0.0)

@@ -7,7 +7,8 @@ from typing import Any
 
 from gsenv.envs.car import scene
 from gsenv.envs.car.course import DRAW_COUNT as DRAW_COUNT
-from gsenv.envs.car.course import build_course, height_at
+from gsenv.envs.car.course import build_course, height_at, place_thing, slot_x
+from gsenv.envs.car.gates import pass_gates, place_gates
 from gsenv.envs.core.kernels import active_contacts, clip, first_not_finite
 from gsenv.solver.core.edit import set_mass
 from gsenv.solver.jit import njit
@@ -21,6 +22,13 @@ TASK_STATE_FIELDS: list[tuple[Any, ...]] = [
     ("change", "f8"),  # mean square change of the last action
     ("power", "f8"),  # W, of the motors at the end of the last step
     ("roof", "i8"),  # control steps on the roof
+    ("touch", "f8", (3,)),  # 1 where rear wheel, front wheel and chassis are pushed
+    ("flight", "i8"),  # control steps since a wheel touched something
+    ("velocity", "f8", (2,)),  # m/s, of the chassis at the last step
+    ("shock", "f8"),  # of the last step, in multiples of the limit
+    ("gate", "i8"),  # slot of the next gate; SLOTS: none
+    ("below", "f8", (2,)),  # 1 where rear and front wheel have touched something below its bar
+    ("gates", "i8"),  # that were passed
     ("gaze", "f8", (2,)),  # m, where the camera looks
 ]
 
@@ -29,13 +37,22 @@ ROOF_STEPS = 30
 HEIGHTS = 16
 FIRST_HEIGHT = 0.6  # m ahead of the chassis' middle
 HEIGHT_SPACING = 0.6  # m
+HEIGHT_UNIT = 2.0  # m, of observed heights
+RATE_UNIT = 3.0  # rad/s and m/s, of observed rates
 REVERSE_BELOW = 0.3  # m/s: at lower speeds a negative action drives backwards
+FLIGHT_STEPS = 15  # without a wheel on anything, after which progress is not paid
+G = 9.81  # m/s^2, the unit of shocks, whatever the gravity
+SHOCK_LIMIT = 10.0  # G, mean over a control step
+FREE_SHOCK = 0.5  # of the limit, that costs nothing
+GATE_SIGHT = 20.0  # m
 
 GAZE_AHEAD = 2.0  # m, of the camera
 
 PROGRESS_WEIGHT = 0.1  # per m
+TIME_REWARD = -0.005  # per step
 FINISH_REWARD = 5.0
-ROOF_REWARD = -5.0
+FAILURE_REWARD = -1.0
+SHOCK_WEIGHT = -0.5
 ENERGY_WEIGHT = -0.01  # per kJ
 SMOOTH_WEIGHT = -0.002
 
@@ -54,6 +71,8 @@ _TOP_SPEED = scene.TOP_SPEED
 _REVERSE_SPEED = scene.REVERSE_SPEED
 _BRAKE_SHARE = scene.BRAKE_TORQUE / scene.TORQUE
 _AXLE = scene.REAR_AXLE
+_BURST = scene.BURST_BODY
+_SLOTS = scene.SLOTS
 _MOTOR_SLOT = 3  # of a wheel joint's impulses
 
 
@@ -80,6 +99,7 @@ def initialize_world(world, difficulty, draws):  # type: ignore[no-untyped-def]
     task.place = chassis.position[0]
     task.best = task.place
     task.gaze[0], task.gaze[1] = _gaze(chassis, world.parameters.vertices)
+    place_gates(world)
 
 
 # ---------------------------------------------------------------- apply actions
@@ -121,19 +141,29 @@ def _apply_action(world, action):  # type: ignore[no-untyped-def]
 
 
 @njit
-def _touches(contacts):  # type: ignore[no-untyped-def]
-    """Whether (rear wheel, front wheel, chassis) are pushed."""
-    rear = False
-    front = False
-    chassis = False
+def _feel(contacts, touch):  # type: ignore[no-untyped-def]
+    """Set `touch` to 1 where rear wheel, front wheel and chassis are pushed, else to 0."""
+    for k in range(3):
+        touch[k] = 0.0
     for i in range(len(contacts)):
         contact = contacts[i]
         if contact.total_impulse[0] <= 0.0:
             continue
-        rear = rear or contact.body_a == _REAR or contact.body_b == _REAR
-        front = front or contact.body_a == _FRONT or contact.body_b == _FRONT
-        chassis = chassis or contact.body_a == _CHASSIS or contact.body_b == _CHASSIS
-    return rear, front, chassis
+        if contact.body_a == _REAR or contact.body_b == _REAR:
+            touch[0] = 1.0
+        if contact.body_a == _FRONT or contact.body_b == _FRONT:
+            touch[1] = 1.0
+        if contact.body_a == _CHASSIS or contact.body_b == _CHASSIS:
+            touch[2] = 1.0
+
+
+@njit
+def _measure_shock(task, velocity, gravity):  # type: ignore[no-untyped-def]
+    """Set the shock of the last step: what an accelerometer on the chassis reads on average, over its limit."""
+    ax = (velocity[0] - task.velocity[0]) / CONTROL_TIME - gravity[0]
+    ay = (velocity[1] - task.velocity[1]) / CONTROL_TIME - gravity[1]
+    task.shock = math.sqrt(ax * ax + ay * ay) / (SHOCK_LIMIT * G)
+    task.velocity[0], task.velocity[1] = velocity[0], velocity[1]
 
 
 @njit
@@ -165,18 +195,21 @@ def _follow(task, chassis, vertices):  # type: ignore[no-untyped-def]
 
 @njit
 def _update_task(world, timestep):  # type: ignore[no-untyped-def]
-    """Update the car's distance, power and time on the roof; return the progress in m in this step."""
+    """Update what the car has done; return the progress in m in this step that counts."""
     task, chassis = world.task.state, world.state.bodies[_CHASSIS]
+    _feel(active_contacts(world), task.touch)
+    task.flight = 0 if task.touch[0] + task.touch[1] > 0.0 else task.flight + 1
     if chassis.rotation[0] >= 0.0:
         task.roof = 0
-    elif _touches(active_contacts(world))[2]:
+    elif task.touch[2] > 0.0:
         task.roof += 1
+    _measure_shock(task, chassis.velocity, world.parameters.world.gravity)
     task.power = _power(world.state.bodies, world.state.joints, timestep)
     progress = chassis.position[0] - task.place
     task.place = chassis.position[0]
     task.best = max(task.best, task.place)
     _follow(task, chassis, world.parameters.vertices)
-    return progress
+    return progress if task.flight <= FLIGHT_STEPS or progress < 0.0 else 0.0
 
 
 @njit
@@ -184,19 +217,31 @@ def evaluate_world(world, timestep):  # type: ignore[no-untyped-def]
     """Set reward terms and info of one world after a control step; return (reward, terminated)."""
     task, term, info = world.task.state, world.task.terms, world.task.info
     progress = _update_task(world, timestep)
-    success = task.place >= _FINISH
-    overturned = task.roof >= ROOF_STEPS and not success
+    missed = pass_gates(world)
+    crashed = task.shock > 1.0
+    failed = missed or crashed or task.roof >= ROOF_STEPS
+    success = task.place >= _FINISH and not failed
+    if crashed:
+        chassis = world.state.bodies[_CHASSIS]
+        place_thing(world, _BURST, chassis.position[0], chassis.position[1], 0.0)
     term.progress = PROGRESS_WEIGHT * progress
+    term.time = TIME_REWARD
     term.finish = FINISH_REWARD if success else 0.0
-    term.roof = ROOF_REWARD if overturned else 0.0
+    term.failure = FAILURE_REWARD if failed else 0.0
+    rough = max(min(task.shock, 1.0) - FREE_SHOCK, 0.0)
+    term.shock = SHOCK_WEIGHT * rough * rough
     term.energy = ENERGY_WEIGHT * 1e-3 * task.power * CONTROL_TIME
     term.smoothness = SMOOTH_WEIGHT * task.change
     info.success = success
     info.is_success = success
     info.distance = min(max(task.best, 0.0), _FINISH)
+    info.gates = task.gates
+    info.missed_gate = missed
+    info.crashed = crashed
+    info.shock = SHOCK_LIMIT * task.shock
     info.on_roof = task.roof * CONTROL_TIME
-    reward = term.progress + term.finish + term.roof + term.energy + term.smoothness
-    return reward, success or overturned
+    reward = term.progress + term.time + term.finish + term.failure + term.shock + term.energy + term.smoothness
+    return reward, success or failed
 
 
 # ---------------------------------------------------------------- observe
@@ -255,7 +300,7 @@ def _observe_heights(world, out):  # type: ignore[no-untyped-def]
         shape = shapes[_SHAPE_OFFSET + b]
         _raise_heights(out, x, bodies[b], shape.size, shape.radius)
     for k in range(HEIGHTS):
-        out[k] -= chassis.position[1] - scene.CHASSIS_Y
+        out[k] = (out[k] - chassis.position[1] + scene.CHASSIS_Y) / HEIGHT_UNIT
 
 
 @njit
@@ -268,7 +313,7 @@ def _observe_wheel(out, k, wheel, chassis, axle, center):  # type: ignore[no-unt
     uy = wheel.velocity[1] - chassis.velocity[1] - chassis.velocity[2] * dx
     out[7 + k] = -wheel.velocity[2] * _RADIUS / 10.0
     out[9 + k] = (c * dy - s * dx - axle.anchor_a[1] + center[1]) / _TRAVEL
-    out[11 + k] = c * uy - s * ux
+    out[11 + k] = (c * uy - s * ux) / RATE_UNIT
 
 
 @njit
@@ -277,12 +322,12 @@ def _observe_car(world, out):  # type: ignore[no-untyped-def]
     bodies, parameters = world.state.bodies, world.parameters
     chassis = bodies[_CHASSIS]
     out[0] = (_FINISH - chassis.position[0]) / 100.0
-    out[1] = chassis.position[1] - height_at(chassis.position[0], parameters.vertices)
+    out[1] = (chassis.position[1] - height_at(chassis.position[0], parameters.vertices)) / HEIGHT_UNIT
     out[2] = chassis.rotation[1]
     out[3] = chassis.rotation[0]
     out[4] = chassis.velocity[0] / 10.0
     out[5] = chassis.velocity[1] / 10.0
-    out[6] = chassis.velocity[2]
+    out[6] = chassis.velocity[2] / RATE_UNIT
     center = parameters.bodies[_CHASSIS].center
     for k in range(2):
         _observe_wheel(out, k, bodies[_REAR + k], chassis, parameters.joints[_AXLE + k], center)
@@ -293,14 +338,18 @@ def observe_world(world):  # type: ignore[no-untyped-def]
     """Write all observations of a world, clipped to their bounds."""
     task, out = world.task.state, world.task.observation
     _observe_car(world, out)
-    rear, front, touches = _touches(active_contacts(world))
-    out[13] = 1.0 if rear else 0.0
-    out[14] = 1.0 if front else 0.0
-    out[15] = 1.0 if touches else 0.0
-    out[16] = task.action[0]
-    out[17] = task.action[1]
-    out[18] = task.roof / ROOF_STEPS
-    _observe_heights(world, out[19:])
+    for k in range(3):
+        out[13 + k] = task.touch[k]
+    for a in range(2):
+        out[16 + a] = task.action[a]
+        out[18 + a] = task.below[a]
+    out[20] = 2.0
+    if task.gate < _SLOTS:
+        out[20] = 2.0 * (slot_x(task.gate) - world.state.bodies[_CHASSIS].position[0]) / GATE_SIGHT
+    out[21] = task.flight / FLIGHT_STEPS
+    out[22] = task.shock
+    out[23] = task.roof / ROOF_STEPS
+    _observe_heights(world, out[24:])
     clip(out, world.task.low, world.task.high)
 
 

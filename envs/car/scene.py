@@ -49,20 +49,34 @@ BOX_GROUPS = 2
 GROUP_BOXES = 3
 BOX_DENSITY = 30.0  # kg/m^2
 
+# Gates, one for each bridge and each see-saw: an arch over it with a bar that is red, and green once it is passed
+GATES = BRIDGES + SEESAWS
+GATE_HALF = 1.0  # m, of the bar and of the stretch below it, on which both wheels must touch the obstacle
+GATE_REACH = 3.3  # m, of the arch's posts from its middle
+GATE_HEIGHT = 3.5  # m
+
 GROUND_BODY, FLAG_BODY = 0, 1  # pole, dark and light fields: painted before the car
-CHASSIS_BODY, REAR_BODY, FRONT_BODY, FIRST_PLANK = 4, 5, 6, 7
+FIRST_ARCH = 4
+FIRST_RED = FIRST_ARCH + GATES
+FIRST_GREEN = FIRST_RED + GATES
+CHASSIS_BODY = FIRST_GREEN + GATES
+REAR_BODY, FRONT_BODY, FIRST_PLANK = CHASSIS_BODY + 1, CHASSIS_BODY + 2, CHASSIS_BODY + 3
 FIRST_BOARD = FIRST_PLANK + BRIDGES * PLANKS
 FIRST_FULCRUM = FIRST_BOARD + SEESAWS
 FIRST_BOX = FIRST_FULCRUM + SEESAWS
 LAST_OBSTACLE = FIRST_BOX + BOX_GROUPS * GROUP_BOXES
+BURST_BODY = LAST_OBSTACLE  # a star where a landing was too hard
 CHECKS = (4, 3)  # fields of the finish flag
-FIRST_OBSTACLE_SHAPE = 6 + CHECKS[0] * CHECKS[1]  # ground, pole, flag, hull, cab and wheels come before
+ARCH_SHAPES = 3  # two posts and a beam
+FIRST_OWN_SHAPE = 2 + CHECKS[0] * CHECKS[1] + GATES * (ARCH_SHAPES + 2)  # after ground, pole, flag and gates
+FIRST_OBSTACLE_SHAPE = FIRST_OWN_SHAPE + 4  # after hull, cab and wheels
 REAR_AXLE, FRONT_AXLE, FIRST_HINGE = 0, 1, 2
 HINGES = PLANKS + 1  # of a bridge
 FIRST_PIVOT = FIRST_HINGE + BRIDGES * HINGES
 
 GROUND = 2  # categories
 PLANK = 4
+GATE = 8
 NOTHING = 0
 
 PARKED_Y = -40.0  # m, of obstacles that an episode does without; disabled, so nothing meets them

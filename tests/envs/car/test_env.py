@@ -13,9 +13,10 @@ import pytest
 from gymnasium.error import ResetNeeded
 from gymnasium.utils.env_checker import check_env
 
+from gsenv.envs import time_limit
 from gsenv.envs.car import course, rules, scene
 from gsenv.envs.car.env import CarEnv, CarTask, CarVectorEnv
-from gsenv.envs.car.policy import drive
+from gsenv.envs.car.policy import drive, drive_steep
 from gsenv.envs.core.policies import scripted_policy
 from tests.envs.registered import terms_of
 from tests.envs.stack.worlds import assert_equal
@@ -53,7 +54,7 @@ def test_stable_baselines_checker_has_no_complaint() -> None:
         checker.check_env(gymnasium.make("GCar-v0").unwrapped, warn=True)
 
 
-def test_version_is_registered_with_1000_steps_and_passes_the_passive_checker() -> None:
+def test_version_is_registered_with_its_limit_and_passes_the_passive_checker() -> None:
     env = gymnasium.make("GCar-v0")
     env.reset(seed=0)
     steps = 0
@@ -64,7 +65,7 @@ def test_version_is_registered_with_1000_steps_and_passes_the_passive_checker() 
             _, _, terminated, truncated, _ = env.step(IDLE)
             assert not terminated
             steps += 1
-    assert steps == 1000
+    assert steps == time_limit("GCar-v0")
 
 
 def test_seeds_decide_the_course(env: CarEnv) -> None:
@@ -110,11 +111,11 @@ def test_every_observation_varies_and_stays_in_bounds() -> None:
 
 
 def test_reward_is_the_sum_of_its_terms_and_each_term_occurs() -> None:
-    vector = CarVectorEnv(30, difficulty=0.8)
+    vector = CarVectorEnv(30, difficulty=0.6)
     vector.reset(seed=0)
     seen: set[str] = set()
     for _ in range(900):
-        actions = drive(vector.task.observation)
+        actions = drive_steep(vector.task.observation)
         actions[15:] = 1.0
         _, rewards, _, _, infos = vector.step(actions)
         terms = terms_of(infos)
@@ -225,6 +226,7 @@ def test_docstring_is_the_specification(heading: str) -> None:
     assert "{" not in doc.replace('{"difficulty": d}', "")
     for entry in (*CarTask.actions, *CarTask.observations):
         assert f"| {entry.name} " in doc
+    named: Any
     for named in (*CarTask.reward_terms, *CarTask.quantities, *CarTask.arguments):
         assert f"| {named.name} " in doc
 
@@ -240,6 +242,11 @@ def test_docstring_is_the_specification(heading: str) -> None:
         f"faster than {rules.REVERSE_BELOW:g} m/s",
         f"that fraction of {scene.BRAKE_TORQUE:g} N m",
         f"up to {scene.REVERSE_SPEED:g} rad/s ({scene.REVERSE_SPEED * scene.RADIUS:g} m/s)",
+        f"GCar-v0 has {CarTask.arguments[0].default:g} and {time_limit('GCar-v0')} steps",
+        f"GCar-hardcore-v0 has 1 and {time_limit('GCar-hardcore-v0')} steps",
+        f"exceeds {rules.SHOCK_LIMIT:g} g ({rules.SHOCK_LIMIT * rules.G:g} m/s^2",
+        f"the {2 * scene.GATE_HALF:g} m below the bar",
+        f"after {time_limit('GCar-v0')} steps",
         "({:g} to {:g}, {:g} to {:g} and {:g} to {:g} m)".format(*np.ravel(course.HILLS)),
         f"the hills begin at {course.FLAT_START:g} m",
         f"for {rules.ROOF_STEPS / 30:g} s",

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import Any
 
 import numpy as np
 import pytest
 
+from gsenv.envs import time_limit
 from gsenv.envs.car import course, rules, scene
-from gsenv.envs.car.env import CarEnv, CarVectorEnv
-from gsenv.envs.car.policy import drive
+from gsenv.envs.car.env import CarEnv, CarHardcoreVectorEnv, CarTask, CarVectorEnv
+from gsenv.envs.car.policy import drive, drive_steep, hold_speed
 
 G = 9.81
 CHASSIS, REAR, FRONT = scene.CHASSIS_BODY, scene.REAR_BODY, scene.FRONT_BODY
-HALF_FRICTION = {"friction": (0.5, 0.5)}
+SOLID = 0x7FFFFFFF & ~scene.GATE
+FIRST_HEIGHT = next(k for k, entry in enumerate(CarTask.observations) if entry.name == "height_0")
 
 
 def flat_car(fidelity: str = "balanced", **randomize: tuple[float, float]) -> CarEnv:
@@ -230,10 +233,11 @@ def test_heights_ahead_are_those_of_ground_and_obstacles() -> None:
         for w in range(12):
             for i in range(rules.HEIGHTS):
                 x = chassis[w, 0] + rules.FIRST_HEIGHT + rules.HEIGHT_SPACING * i
-                hits = vector.task.world.cast_rays((x, 30.0), (0.0, -1.0), 80.0, worlds=w)
-                own = int(hits.shape[0, 0]) in range(13, 18)
-                seen = chassis[w, 1] - scene.CHASSIS_Y + observations[w, 19 + i]
-                if own or not -4.9 < observations[w, 19 + i] < 4.9:
+                hits = vector.task.world.cast_rays((x, 30.0), (0.0, -1.0), 80.0, worlds=w, mask=SOLID)
+                own = int(hits.shape[0, 0]) in range(scene.FIRST_OWN_SHAPE, scene.FIRST_OBSTACLE_SHAPE)
+                height = observations[w, FIRST_HEIGHT + i]
+                seen = chassis[w, 1] - scene.CHASSIS_Y + rules.HEIGHT_UNIT * height
+                if own or abs(height) > 2.4:
                     continue
                 assert seen == pytest.approx(30.0 - hits.distance[0, 0], abs=0.02)
 
@@ -254,7 +258,7 @@ def test_a_second_on_the_roof_ends_the_episode() -> None:
         steps += 1
     assert terminated
     assert not info["success"]
-    assert info["reward_roof"] == rules.ROOF_REWARD
+    assert info["reward_failure"] == rules.FAILURE_REWARD
     assert info["on_roof"] == pytest.approx(1.0)
     assert 30 <= steps < 40
 
@@ -262,15 +266,17 @@ def test_a_second_on_the_roof_ends_the_episode() -> None:
 def test_the_finish_ends_the_episode_with_success() -> None:
     env = CarEnv(difficulty=0.0)
     observation, info = env.reset(seed=0)
-    total, terminated = 0.0, False
+    total, steps, terminated = 0.0, 0, False
     while not terminated:
         observation, reward, terminated, _, info = env.step(drive(observation))
         total += reward
+        steps += 1
     assert info["success"]
     assert info["is_success"]
     assert info["distance"] == scene.FINISH
     assert info["reward_finish"] == rules.FINISH_REWARD
-    assert total == pytest.approx(scene.FINISH * rules.PROGRESS_WEIGHT + rules.FINISH_REWARD, rel=0.03)
+    expected = scene.FINISH * rules.PROGRESS_WEIGHT + rules.FINISH_REWARD + steps * rules.TIME_REWARD
+    assert total == pytest.approx(expected, rel=0.03)
 
 
 def test_the_car_cannot_leave_backwards() -> None:
@@ -280,31 +286,167 @@ def test_the_car_cannot_leave_backwards() -> None:
     assert body(env, CHASSIS)["position"][0] > scene.FIRST_X
 
 
+# ---------------------------------------------------------------- landings
+
+
+def shock_of(env: CarEnv, action: tuple[float, float] = (0.0, 0.0)) -> float:
+    """g, of one more step."""
+    drive_for(env, 1, action)
+    return float(env.task.infos["shock"][0])
+
+
+def lift(env: CarEnv, height: float) -> None:
+    for name in ("chassis", "rear", "front"):
+        x, y = env.task.world.position[0, env.task.world.model.body_names.index(name)]
+        env.task.world.set_pose(name, position=(x, y + height))
+
+
+def test_the_shock_is_1_g_at_rest_and_0_in_free_fall() -> None:
+    env = flat_car()
+    drive_for(env, 90, (0.0, 0.0))
+    assert shock_of(env) == pytest.approx(1.0, abs=1e-3)
+    lift(env, 5.0)
+    drive_for(env, 20, (0.0, 0.0))  # the springs unload first
+    assert shock_of(env) < 0.05
+
+
+def test_the_shock_of_locked_wheels_is_that_of_friction_and_weight() -> None:
+    env = flat_car(friction=(0.5, 0.5))
+    roll(env, 15.0)
+    drive_for(env, 40, (-1.0, -1.0))
+    shocks = [shock_of(env, (-1.0, -1.0)) for _ in range(20)]
+    assert np.mean(shocks) == pytest.approx(math.sqrt(1.0 + 0.5**2), rel=1e-2)
+
+
+@pytest.mark.parametrize(("height", "crashes"), [(0.3, False), (3.0, True)])
+def test_a_hard_landing_ends_the_ride(height: float, crashes: bool) -> None:
+    """Springs of 0.2 m take a drop from 0.3 m; one from 3 m they cannot: v^2 / 2 h is 15 g or more."""
+    env = flat_car()
+    lift(env, height)
+    terminated, info = False, dict[str, Any]()
+    for _ in range(60):
+        _, _, terminated, _, info = env.step(np.zeros(2, np.float32))
+        if terminated:
+            break
+    assert terminated == info["crashed"] == crashes
+    assert (info["shock"] > rules.SHOCK_LIMIT) == crashes
+    assert info["reward_failure"] == (rules.FAILURE_REWARD if crashes else 0.0)
+    burst = env.task.world.state.bodies["position"][0, scene.BURST_BODY]
+    near = np.hypot(*(burst - body(env, CHASSIS)["position"])) < 0.1
+    assert near == crashes
+
+
+# ---------------------------------------------------------------- gates and progress
+
+
+def gate_world() -> tuple[CarEnv, float]:
+    """A course with a gate in the first slot, and the gate's place."""
+    env = CarEnv(difficulty=0.5)
+    for seed in range(20):
+        env.reset(seed=seed)
+        if 0 <= env.task.task_state["kinds"][0, 0] < scene.BRIDGES:
+            return env, course.slot_x(0)
+    raise AssertionError("no bridge comes first")
+
+
+def put_car(env: CarEnv, x: float, y: float, speed: float) -> None:
+    for name, side in (("chassis", 0.0), ("rear", -0.5), ("front", 0.5)):
+        height = y + (0.4 if name == "chassis" else 0.0)
+        env.task.world.set_pose(name, position=(x + side * scene.WHEELBASE, height), angle=0.0)
+    roll(env, speed)
+    env.task.task_state["velocity"] = speed, 0.0  # no shock
+
+
+def test_a_gate_that_is_jumped_is_missed() -> None:
+    env, x = gate_world()
+    ground = course.height_at(x - 3.3, env.task.world.parameters.vertices[0])
+    put_car(env, x - 3.0, ground + 2.5, 12.0)
+    terminated, info = False, dict[str, Any]()
+    for _ in range(30):
+        _, _, terminated, _, info = env.step(np.zeros(2, np.float32))
+        if terminated:
+            break
+    assert terminated
+    assert info["missed_gate"]
+    assert info["gates"] == 0
+    assert info["reward_failure"] == rules.FAILURE_REWARD
+
+
+def test_a_gate_that_is_driven_through_turns_green() -> None:
+    env, x = gate_world()
+    k = int(env.task.task_state["kinds"][0, 0])
+    bodies = env.task.world.state.bodies["position"][0]
+    ground = course.height_at(x - 3.3, env.task.world.parameters.vertices[0])
+    assert bodies[scene.FIRST_RED + k, 0] == pytest.approx(x)
+    assert bodies[scene.FIRST_RED + k, 1] > ground
+    put_car(env, x - 4.2, ground + scene.RADIUS, 4.0)
+    info, terminated, below = dict[str, Any](), False, set[Any]()
+    while not terminated and not info.get("gates"):
+        observation, _, terminated, _, info = env.step(np.full(2, 0.1, np.float32))
+        below.add(tuple(observation[18:20]))
+    assert info["gates"] == 1
+    assert not info["missed_gate"]
+    assert (0.0, 1.0) in below  # the front wheel comes first
+    assert bodies[scene.FIRST_GREEN + k, 0] == pytest.approx(x)
+    assert bodies[scene.FIRST_RED + k, 1] < scene.PARKED_Y / 2
+    assert observation[20] > 0.3  # the next gate
+
+
+def test_long_flights_are_not_paid() -> None:
+    env = flat_car()
+    roll(env, 8.0)
+    lift(env, 6.0)
+    paid = []
+    for _ in range(25):
+        drive_for(env, 1, (0.0, 0.0))
+        paid.append(float(env.task.terms["progress"][0]))
+    expected = rules.PROGRESS_WEIGHT * 8.0 / 30.0
+    np.testing.assert_allclose(paid[: rules.FLIGHT_STEPS], expected, rtol=1e-2)
+    assert paid[rules.FLIGHT_STEPS :] == [0.0] * (25 - rules.FLIGHT_STEPS)
+
+
 # ---------------------------------------------------------------- policies
 
+TIERS = {"GCar-v0": CarVectorEnv, "GCar-hardcore-v0": CarHardcoreVectorEnv}
 
-def finished(policy: str, difficulty: float, count: int = 100) -> float:
-    """Share of episodes that reach the finish within 1000 steps."""
-    vector = CarVectorEnv(count, difficulty=difficulty, autoreset_mode="Disabled")
+
+def outcome(policy: Any, tier: str, count: int = 40) -> tuple[float, float]:
+    """Share of episodes that reach the finish in time, and mean return."""
+    vector = TIERS[tier](count, autoreset_mode="Disabled", split="test")
     vector.reset(seed=0)
     task = vector.task
-    generator = np.random.default_rng(0)
-    alive, success = np.ones(count, bool), np.zeros(count, bool)
-    for _ in range(1000):
-        actions = generator.uniform(-1.0, 1.0, (count, 2)) if policy == "random" else drive(task.observation)
-        task.step(actions)
+    alive, success, total = np.ones(count, bool), np.zeros(count, bool), np.zeros(count)
+    for _ in range(time_limit(tier)):
+        task.step(policy(task.observation))
+        total += np.where(alive, task.reward, 0.0)
         success |= alive & task.infos["success"]
         alive &= ~task.terminated
         if not alive.any():
             break
-    return float(success.mean())
+    return float(success.mean()), float(total.mean())
 
 
-@pytest.mark.parametrize(("difficulty", "least"), [(0.3, 0.8), (1.0, 0.8)])
-def test_the_scripted_driver_arrives(difficulty: float, least: float) -> None:
-    assert finished("driver", difficulty) >= least
+def constant(throttle: float) -> Any:
+    return lambda observations: np.full((len(observations), 2), throttle, np.float32)
 
 
-@pytest.mark.parametrize("difficulty", [0.0, 0.3])
-def test_random_actions_do_not_arrive(difficulty: float) -> None:
-    assert finished("random", difficulty) < 0.05
+@pytest.mark.parametrize(
+    ("tier", "driver", "least"), [("GCar-v0", drive, 0.6), ("GCar-hardcore-v0", drive_steep, 0.65)]
+)
+def test_drivers_rank_as_their_skill(tier: str, driver: Any, least: float) -> None:
+    """The tuned driver beats one that holds a speed, which beats constant throttle; idle and random ones go nowhere."""
+    generator = np.random.default_rng(0)
+
+    def random(observations: Any) -> Any:
+        return generator.uniform(-1.0, 1.0, (len(observations), 2))
+
+    tuned = outcome(driver, tier)
+    held = max(outcome(partial(hold_speed, speed=speed), tier) for speed in (5.0, 6.0))
+    blind = max(outcome(constant(throttle), tier) for throttle in (0.1, 0.2, 0.4, 1.0))
+    idle = max(outcome(constant(0.0), tier), outcome(random, tier))
+    assert tuned[0] >= least
+    assert tuned[0] > held[0] + 0.1
+    assert tuned[1] > held[1]
+    assert held[1] > blind[1] > idle[1]
+    assert blind[0] < 0.2
+    assert idle[0] == 0.0

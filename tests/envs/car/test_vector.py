@@ -11,12 +11,13 @@ import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode
 
+from gsenv.envs import time_limit
 from gsenv.envs.car.env import CarEnv, CarVectorEnv
 from gsenv.envs.car.policy import drive
 from tests.envs.single_worlds import SingleWorlds, assert_info
 from tests.envs.stack.worlds import assert_equal
 
-LIMIT = 170  # steps, so that episodes end in both ways
+LIMIT = 45  # steps, so that episodes end in both ways
 HARD: dict[str, Any] = {
     "difficulty": 1.0,
     "diagnostics": True,
@@ -64,13 +65,13 @@ def test_courses_differ_from_world_to_world_and_from_episode_to_episode() -> Non
 def test_partial_reset_with_a_seed_and_a_difficulty() -> None:
     vector = CarVectorEnv(3, autoreset_mode="Disabled", difficulty=1.0)
     vector.reset(seed=0)
-    for actions in mixed_actions(0, 30, 3):
+    for actions in 0.2 * mixed_actions(0, 30, 3):
         vector.step(actions)
     mask = np.array([False, True, False])
     observations, _ = vector.reset(seed=[5, 6, None], options={"reset_mask": mask, "difficulty": 0.5})
     single = CarEnv()
     np.testing.assert_array_equal(observations[1], single.reset(seed=6, options={"difficulty": 0.5})[0])
-    for actions in mixed_actions(1, 60, 3):
+    for actions in 0.2 * mixed_actions(1, 60, 3):
         observations = vector.step(actions)[0]
         np.testing.assert_array_equal(observations[1], single.step(actions[1])[0])
 
@@ -107,12 +108,12 @@ def test_bad_actions_are_refused_and_change_nothing(actions: Any) -> None:
 def test_make_vec_gives_the_native_class_and_its_limit() -> None:
     vector = gymnasium.make_vec("gsenv:GCar-v0", num_envs=2, difficulty=0.7)
     assert isinstance(vector, CarVectorEnv)
-    assert vector.max_episode_steps == 1000
+    assert vector.max_episode_steps == time_limit("GCar-v0")
     assert vector.get_attr("difficulty") == (0.7, 0.7)
     vector.set_attr("difficulty", 0.2)
     assert vector.difficulty == 0.2
     assert vector.single_observation_space == CarEnv().observation_space
-    assert vector.observation_space.shape == (2, 35)
+    assert vector.observation_space.shape == (2, 40)
 
 
 def test_frames_of_all_worlds() -> None:

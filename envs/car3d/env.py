@@ -1,0 +1,241 @@
+"""GCar3D-v0: a car with four driven and two steered wheels follows a winding road over hills and obstacles."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from gymnasium import Env
+from gymnasium.vector import VectorEnv
+
+from gsenv.envs import time_limit
+from gsenv.envs.car.env import check_difficulty
+from gsenv.envs.car3d import observe, rules, scene
+from gsenv.envs.car3d.build import NAMES, build_scene
+from gsenv.envs.core.arguments import Quantity, Setting
+from gsenv.envs.core.env import TaskEnv
+from gsenv.envs.core.spec_tables import Entry, RewardTerm
+from gsenv.envs.core.task import Array, Task, documented
+from gsenv.envs.core.vector import TaskVectorEnv
+from gsenv.solver import Options, Scene
+
+TOLERANCE = 1e-3  # of "balanced": contacts of many tyres converge slowly, and errors of this size are not seen
+AXES = ("forwards", "to the left", "upwards")
+
+
+def _wheel_entries() -> list[Entry]:
+    names = [(name, name.replace("_", " ")) for name in NAMES]
+    return [
+        *(Entry(f"{text} wheel, rolling speed", f"{name}_speed", -3, 3, "10 m/s") for name, text in names),
+        *(
+            Entry(
+                f"{text} suspension, compression relative to its travel", f"{name}_travel", -2, 2, f"{scene.TRAVEL} m"
+            )
+            for name, text in names
+        ),
+        *(Entry(f"1 while the {text} wheel touches something", f"{name}_touches", 0, 1) for name, text in names),
+    ]
+
+
+def _waypoint_entries() -> list[Entry]:
+    return [
+        Entry(
+            f"centre line {ahead:g} m ahead, {text} of the car",
+            f"waypoint_{k}_{axis}",
+            -1.5,
+            1.5,
+            f"{observe.LOOK:g} m",
+        )
+        for k, ahead in enumerate(observe.AHEAD)
+        for axis, text in zip("xyz", AXES, strict=True)
+    ]
+
+
+def _patch_entries() -> list[Entry]:
+    entries = []
+    for i in range(observe.PATCH_ROWS):
+        for j in range(observe.PATCH_COLUMNS):
+            forth = observe.FIRST_ROW + observe.ROW_SPACING * i
+            aside = observe.COLUMN_SPACING * (observe.PATCH_COLUMNS // 2 - j)
+            text = f"surface {forth:.1f} m ahead and {aside:.1f} m to the left, over the chassis' own level ground"
+            entries.append(Entry(text, f"height_{i}_{j}", -3, 3, f"{observe.HEIGHT_UNIT:g} m"))
+    return entries
+
+
+class Car3DTask(Task):
+    """The rules for many worlds; `settings` has the defaults of a reset."""
+
+    actions = (
+        Entry("throttle: positive drives, negative brakes, then backs up", "throttle", -1, 1),
+        Entry("steering: positive to the left", "steering", -1, 1),
+    )
+    observations = (
+        *(Entry(f"chassis, velocity {axis}", f"v{k}", -3, 3, "10 m/s") for k, axis in zip("xyz", AXES, strict=True)),
+        *(
+            Entry(f"chassis, turning rate about the axis {axis}", f"w{k}", -4, 4, "3 rad/s")
+            for k, axis in zip("xyz", AXES, strict=True)
+        ),
+        *(Entry(f"vertical, {axis} of the car", f"up_{k}", -1, 1) for k, axis in zip("xyz", AXES, strict=True)),
+        *_wheel_entries(),
+        Entry("angle that the front wheels are steered to", "steered", -1, 1, f"{scene.STEERING:g} rad"),
+        Entry("last action, throttle", "last_throttle", -1, 1),
+        Entry("last action, steering", "last_steering", -1, 1),
+        Entry("distance to the left of the centre line", "aside", -3, 3, f"{scene.ROAD_HALF:g} m"),
+        Entry("time since a wheel touched something", "flight", 0, 2, f"{rules.FLIGHT_STEPS / 30:g} s"),
+        Entry("distance to the finish, along x", "to_finish", -0.5, 1.5, "100 m"),
+        Entry("distance to the next gate, along x; 2 where there is none", "to_gate", -1, 2, "10 m"),
+        *_waypoint_entries(),
+        *_patch_entries(),
+    )
+    reward_terms = (
+        RewardTerm(
+            "progress",
+            f"{rules.PROGRESS_WEIGHT:g} per m along the centre line, less on the way back; nothing once no wheel "
+            f"has touched anything for {rules.FLIGHT_STEPS / 30:g} s",
+        ),
+        RewardTerm("time", f"{rules.TIME_REWARD:g} per step"),
+        RewardTerm("finish", f"{rules.FINISH_REWARD:g} at the finish"),
+        RewardTerm("failure", f"{rules.FAILURE_REWARD:g} for rolling over, leaving the road, or a missed gate"),
+        RewardTerm("smoothness", f"{rules.SMOOTH_WEIGHT:g} times the mean square change of the actions"),
+    )
+    task_state_fields = rules.TASK_STATE_FIELDS
+    info_fields = (
+        ("success", "?"), ("is_success", "?"), ("distance", "f8"), ("gates", "i8"), ("missed_gate", "?"),
+        ("rolled_over", "?"), ("off_road", "?"),
+    )  # fmt: skip
+    max_episode_steps = time_limit("GCar3D-v0")
+    draw_count = rules.DRAW_COUNT
+    arguments = (Setting("difficulty", 0.5, check_difficulty, "0 to 1: see above"),)
+    quantities = (
+        Quantity("friction", "friction coefficient of everything", scene.FRICTION, 0.05, 2.0),
+        Quantity("mass", "mass of the chassis", scene.CHASSIS_MASS, 50.0, 500.0, "kg"),
+        Quantity("wheel_torque", "motor torque of each wheel at a full action", scene.TORQUE, 10.0, 400.0, "N m"),
+        Quantity("suspension", "stiffness of each wheel's spring", scene.STIFFNESS, 2000.0, 50000.0, "N/m"),
+        Quantity("gravity", "gravity", scene.GRAVITY, 0.5, 30.0, "m/s^2"),
+    )
+
+    def build_scene(self) -> Scene:
+        return build_scene()
+
+    def solver_options(self) -> Options:
+        options = Options.preset(self.fidelity, articulated=True)
+        return replace(options, tolerance=max(options.tolerance, TOLERANCE)) if self.fidelity == "balanced" else options
+
+    def initialize_episode(self, worlds: Array, draws: Array, options: Mapping[str, Any]) -> None:
+        rules.initialize_worlds(self.kernel_world, worlds, options["difficulty"], draws)
+
+    def apply_action(self, actions: Array) -> int:
+        return rules.apply_actions(self.kernel_world, actions)
+
+    def evaluate(self) -> None:
+        rules.evaluate_worlds(self.kernel_world)
+
+    def camera(self, world: int, width: int, height: int) -> Any:
+        """Return a camera behind and above the car, which looks along the road."""
+        from gsenv.render.spatial import SpatialCamera
+
+        *gaze, heading = self.task_state["gaze"][world].tolist()
+        ahead = np.array([np.cos(heading), np.sin(heading), 0.0])
+        side = np.array([-ahead[1], ahead[0], 0.0])
+        target = np.array(gaze) + 2.2 * ahead + np.array([0.0, 0.0, 0.5])
+        eye = np.array(gaze) - 5.4 * ahead + 1.6 * side + np.array([0.0, 0.0, 3.3])
+        return SpatialCamera(eye, target, fov=0.95, width=width, height=height)
+
+    def captions(self, world: int) -> Sequence[str]:
+        velocity = self.world.state.bodies["velocity"][world, scene.CHASSIS_BODY, :3]
+        state, info = self.task_state[world], self.infos[world]
+        length = state["path"][round((scene.FINISH_X - scene.FIRST_X) / scene.STEP), 2]
+        lines = [f"{state['place']:.0f} / {length:.0f} m", f"{3.6 * np.linalg.norm(velocity):.0f} km/h"]
+        ends = (("missed_gate", "gate missed"), ("rolled_over", "rolled over"), ("off_road", "off the road"))
+        lines += [text for name, text in ends if info[name]]
+        return lines
+
+
+@documented
+class Car3DEnv(TaskEnv, Env[Any, Any]):
+    """Follow a winding road: GCar3D-v0.
+
+    ## Description
+    A car of 200 kg with four driven wheels on springs, the front ones steered, follows a winding road
+    of about 100 m over hills to a chequered banner. Across the road stand up to four obstacles: ramps,
+    speed bumps, and rows of loose boxes, each under a gate that must be passed with the wheels on the
+    ground. The car rolls over, leaves the road or jumps the gates where it takes bends and crests too
+    fast. Control runs at 30 Hz.
+
+    At `difficulty` 0 the road is nearly straight and level and empty. With rising difficulty, its bends
+    become tighter, its climbs and the hills beside it steeper, and obstacles more frequent (from 0.4 on
+    all four stand). The ground is a heightfield of cells of 1 m, of its own in each world and episode.
+
+    ## Action Space
+    `Box(-1, 1, (2,), float32)`. Values beyond are clipped; NaN and infinity are refused.
+
+    {action_table}
+
+    Throttle, positive: each motor drives its wheel with that fraction of its torque, 110 N m, up to
+    36 rad/s (13 m/s). Negative: while the car rolls forwards faster than 0.3 m/s, brakes slow the wheels
+    with that fraction of 200 N m each; at lower speeds, the motors turn them backwards, up to 6 rad/s. The
+    steering asks for an angle of the front wheels of up to 0.5 rad, which they turn to at 2 rad/s at most.
+
+    ## Observation Space
+    `Box(low, high, (78,), float32)`, always within its bounds. Vectors are in the frame of the chassis.
+
+    {observation_table}
+
+    The heights of the surface are a patch of 7 x 5 points ahead of the car, turned with its heading, and
+    include obstacles.
+
+    ## Rewards
+    The sum of these terms; `info` has each as `reward_<term>`:
+
+    {reward_table}
+
+    Progress is a difference of places, so going to and fro earns nothing.
+
+    ## Starting State
+    The car is at rest on level ground at x = 0; bends and climbs begin at 6 m. The slope of the centre
+    line is the sum of two waves of uniformly drawn lengths (40 to 56 m and 20 to 28 m) and phases, that
+    of its height of two others (14 to 20 m and 30 to 45 m). Kinds and order of the obstacles, which of
+    them stand, and the places of boxes are drawn anew in each episode.
+
+    ## Episode End
+    - Termination, success: the middle of the chassis is at x = 90 m.
+    - Termination, failure: the car has rolled over (its upward axis has a vertical part below 0.2), or is
+      more than 4.5 m from the centre line.
+    - Termination, failure: a missed gate. The middle of the chassis is 1 m beyond it, and within 1 m before
+      and behind it and 2 m of the centre line no wheel has touched anything.
+    - Truncation: after 600 steps (20 s), by `gymnasium.make`, `gymnasium.make_vec` and the vector environment.
+
+    `info` has `success` and `is_success` (bool), `distance` (m, the largest along the centre line),
+    `gates` (number passed), `missed_gate`, `rolled_over` and `off_road` (bool).
+
+    ## Arguments
+    {argument_table}
+
+    `reset(options={"difficulty": d})` sets it for one episode. All environments also have these:
+
+    {shared_arguments}
+    - `randomize`: domain randomisation, `dict(friction=(0.4, 0.9))`: at each reset each world draws
+      these quantities uniformly from (low, high), independently of earlier episodes; the others
+      stay nominal. `env.unwrapped.physics` has the values that were drawn.
+
+    {quantity_table}
+
+    - `diagnostics`: True adds these entries to `info`, which describe the last 1/60 s of each step (0 after a reset):
+
+    {diagnostics_table}
+
+    ## Version History
+    - v0: first version.
+    """
+
+    task_class = Car3DTask
+    difficulty: float
+
+
+class Car3DVectorEnv(TaskVectorEnv, VectorEnv[Any, Any, Any]):
+    """N worlds of GCar3D-v0 in one batch; see Car3DEnv for the task, TaskVectorEnv for the rest."""
+
+    task_class = Car3DTask
+    difficulty: float

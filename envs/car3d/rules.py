@@ -1,0 +1,268 @@
+"""GCar3D's kernels: initialize, apply actions, evaluate. The docstring of Car3DEnv states the rules."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from gsenv.envs.car3d import scene as n
+from gsenv.envs.car3d.course import (
+    DRAW_COUNT as DRAW_COUNT,
+)
+from gsenv.envs.car3d.course import (
+    KINDS,
+    build_course,
+    nearest,
+    path_at,
+    path_slope,
+    place_thing,
+    slot_x,
+)
+from gsenv.envs.car3d.observe import observe_world
+from gsenv.envs.core.kernels import active_contacts, first_not_finite
+from gsenv.solver.core.edit import disable_body, set_mass
+from gsenv.solver.core.trig import atan2
+from gsenv.solver.jit import njit
+from gsenv.solver.records.bundle import select_world
+from gsenv.solver.spatial.math import quaternion, sub, turned, vec
+
+TASK_STATE_FIELDS: list[tuple[Any, ...]] = [
+    ("kinds", "i8", (KINDS,)),  # obstacle of each slot, -1: none; of the rest of the deck, -1
+    ("path", "f8", (n.NODES, 3)),  # m, centre line of the road at equally spaced x: y, z, length from the start
+    ("at", "f8"),  # m, x of the nearest point of the centre line
+    ("aside", "f8"),  # m, distance to the left of the centre line
+    ("place", "f8"),  # m, length of the centre line up to there
+    ("best", "f8"),  # m, the largest it was
+    ("action", "f8", (2,)),
+    ("change", "f8"),  # mean square change of the last action
+    ("steering", "f8"),  # rad, the target of the front wheels
+    ("touch", "f8", (4,)),  # 1 where a wheel is pushed
+    ("flight", "i8"),  # control steps since a wheel touched something
+    ("slot", "i8"),  # of the next gate; SLOTS: none
+    ("gates", "i8"),  # that were passed
+    ("below", "i8"),  # 1 once a wheel has touched something below the next gate
+    ("gaze", "f8", (4,)),  # m, point (x, y, z) that the camera follows, and rad, its heading
+]
+
+CONTROL_TIME = 1.0 / 30.0  # s
+REVERSE_BELOW = 0.3  # m/s: at lower speeds a negative action drives backwards
+FLIGHT_STEPS = 15  # without a wheel on anything, after which progress is not paid
+LEAST_UP = 0.2  # cosine of the tilt at which the car has rolled over
+
+PROGRESS_WEIGHT = 0.1  # per m
+TIME_REWARD = -0.005  # per step
+FINISH_REWARD = 5.0
+FAILURE_REWARD = -1.0
+SMOOTH_WEIGHT = -0.005
+
+_CHASSIS, _WHEEL, _CABIN = n.CHASSIS_BODY, n.FIRST_WHEEL, n.CABIN_BODY
+_SLOTS, _FINISH_X = n.SLOTS, n.FINISH_X
+_AXLES = n.AXLE_JOINTS
+_STEER = n.FIRST_STEERING
+_TOP_SPEED, _REVERSE_SPEED, _BRAKE_SHARE = n.TOP_SPEED, n.REVERSE_SPEED, n.BRAKE_TORQUE / n.TORQUE
+_STEERING, _STEERING_STEP = n.STEERING, n.STEERING_RATE * CONTROL_TIME
+_GATE_HALF, _GATE_WIDTH, _OFF_ROAD = n.GATE_HALF, n.GATE_WIDTH, n.OFF_ROAD
+_RED, _GREEN = n.FIRST_RED, n.FIRST_GREEN
+_S = 2  # column of the path
+
+
+# ---------------------------------------------------------------- initialize
+
+
+@njit
+def _apply_physics(physics, parameters):  # type: ignore[no-untyped-def]
+    """Write the quantities of the episode, in the order of Car3DTask.quantities, to a world's parameters."""
+    for s in range(len(parameters.shapes)):
+        parameters.shapes[s].friction = physics[0]
+    set_mass(parameters.bodies[_CHASSIS], physics[1])
+    for k in range(4):
+        parameters.joints[_AXLES[k]].stiffness = physics[3]
+    parameters.world.gravity[2] = -physics[4]
+
+
+@njit
+def _next_gate(kinds, slot):  # type: ignore[no-untyped-def]
+    """Return the first slot with an obstacle from `slot` on, or the number of slots."""
+    while slot < _SLOTS and kinds[slot] < 0:
+        slot += 1
+    return slot
+
+
+@njit
+def initialize_world(world, difficulty, draws):  # type: ignore[no-untyped-def]
+    """Begin an episode: build a new course; the car is at rest at its start."""
+    _apply_physics(world.task.physics, world.parameters)
+    build_course(world, difficulty, draws)
+    task, position = world.task.state, world.state.bodies[_CHASSIS].position
+    task.slot = _next_gate(task.kinds, 0)
+    for d in range(3):
+        task.gaze[d] = position[d]
+
+
+# ---------------------------------------------------------------- apply actions
+
+
+@njit
+def apply_actions(world, actions):  # type: ignore[no-untyped-def]
+    """Apply actions (world, 2) to motors and steering; return -1, or the first world whose actions are not finite."""
+    bad = first_not_finite(actions)
+    if bad >= 0:
+        return bad
+    for w in range(len(actions)):
+        select_world(world, w)
+        _apply_action(world, actions[w])
+    return -1
+
+
+@njit
+def _forward_speed(chassis):  # type: ignore[no-untyped-def]
+    """Return the speed in m/s along the car's own x axis."""
+    ahead = turned(quaternion(chassis.rotation), (1.0, 0.0, 0.0))
+    return ahead[0] * chassis.velocity[0] + ahead[1] * chassis.velocity[1] + ahead[2] * chassis.velocity[2]
+
+
+@njit
+def _apply_action(world, action):  # type: ignore[no-untyped-def]
+    task = world.task.state
+    task.change = 0.0
+    for a in range(2):
+        share = min(max(action[a], -1.0), 1.0)
+        task.change += 0.5 * (share - task.action[a]) * (share - task.action[a])
+        task.action[a] = share
+    throttle = task.action[0]
+    torque, speed = world.task.physics[2] * abs(throttle), _TOP_SPEED
+    if throttle < 0.0 and _forward_speed(world.state.bodies[_CHASSIS]) > REVERSE_BELOW:
+        torque *= _BRAKE_SHARE
+        speed = 0.0
+    elif throttle < 0.0:
+        speed = -_REVERSE_SPEED
+    for k in range(4):
+        world.parameters.joints[_AXLES[k]].motor_effort = torque
+        world.state.control[k] = speed
+    turn = _STEERING * task.action[1] - task.steering
+    task.steering += min(max(turn, -_STEERING_STEP), _STEERING_STEP)
+    for k in range(2):
+        world.state.control[_STEER + k] = task.steering
+
+
+# ---------------------------------------------------------------- evaluate
+
+
+@njit
+def _feel(contacts, touch):  # type: ignore[no-untyped-def]
+    """Set `touch` to 1 where a wheel is pushed, else to 0."""
+    for k in range(4):
+        touch[k] = 0.0
+    for i in range(len(contacts)):
+        contact = contacts[i]
+        if contact.total_impulse[0] <= 0.0:
+            continue
+        for k in range(4):
+            if contact.body_a == _WHEEL + k or contact.body_b == _WHEEL + k:
+                touch[k] = 1.0
+
+
+@njit
+def _update_task(world):  # type: ignore[no-untyped-def]
+    """Update what the car has done; return the progress in m in this step that counts."""
+    task, chassis = world.task.state, world.state.bodies[_CHASSIS]
+    _feel(active_contacts(world), task.touch)
+    on_ground = task.touch[0] + task.touch[1] + task.touch[2] + task.touch[3] > 0.0
+    task.flight = 0 if on_ground else task.flight + 1
+    task.at, task.aside = nearest(task.path, chassis.position[0], chassis.position[1])
+    place = path_at(task.path, task.at, _S)
+    progress = place - task.place
+    task.place = place
+    task.best = max(task.best, place)
+    return progress if task.flight <= FLIGHT_STEPS or progress < 0.0 else 0.0
+
+
+@njit
+def _pass_gates(world):  # type: ignore[no-untyped-def]
+    """Turn the next gate green once a wheel has touched something below it; return whether the car has missed it."""
+    task = world.task.state
+    if task.slot >= _SLOTS:
+        return False
+    ahead = task.at - slot_x(task.slot)
+    if abs(ahead) <= _GATE_HALF and abs(task.aside) <= _GATE_WIDTH and task.flight == 0:
+        task.below = 1
+    if ahead <= _GATE_HALF:
+        return False
+    if task.below == 0:
+        return True
+    _turn_green(world, task.slot)
+    task.gates += 1
+    task.slot = _next_gate(task.kinds, task.slot + 1)
+    task.below = 0
+    return False
+
+
+@njit
+def _turn_green(world, slot):  # type: ignore[no-untyped-def]
+    """Replace the red bar of a gate by a green one."""
+    bodies = world.state.bodies
+    red = bodies[_RED + slot]
+    turn = quaternion(red.rotation)
+    center = turned(turn, vec(world.parameters.bodies[_RED + slot].center))
+    place_thing(world, _GREEN + slot, sub(vec(red.position), center), turn)
+    disable_body(_RED + slot, bodies, world.parameters.bodies, active_contacts(world))
+
+
+@njit
+def _follow(world):  # type: ignore[no-untyped-def]
+    """Move the camera's point and heading smoothly after the car, and the drawn cabin with it."""
+    task, chassis = world.task.state, world.state.bodies[_CHASSIS]
+    for d in range(3):
+        task.gaze[d] += (0.35 if d < 2 else 0.12) * (chassis.position[d] - task.gaze[d])
+    heading = atan2(path_slope(task.path, task.at + 3.0, 0), 1.0)
+    task.gaze[3] += 0.08 * (heading - task.gaze[3])
+    place_thing(world, _CABIN, vec(chassis.position), quaternion(chassis.rotation))
+
+
+@njit
+def evaluate_world(world):  # type: ignore[no-untyped-def]
+    """Set reward terms and info of one world after a control step; return (reward, terminated)."""
+    task, term, info = world.task.state, world.task.terms, world.task.info
+    progress = _update_task(world)
+    missed = _pass_gates(world)
+    up = turned(quaternion(world.state.bodies[_CHASSIS].rotation), (0.0, 0.0, 1.0))
+    rolled = up[2] < LEAST_UP
+    off = abs(task.aside) > _OFF_ROAD or task.at < -5.0
+    failed = missed or rolled or off
+    success = task.at >= _FINISH_X and not failed
+    _follow(world)
+    term.progress = PROGRESS_WEIGHT * progress
+    term.time = TIME_REWARD
+    term.finish = FINISH_REWARD if success else 0.0
+    term.failure = FAILURE_REWARD if failed else 0.0
+    term.smoothness = SMOOTH_WEIGHT * task.change
+    info.success = success
+    info.is_success = success
+    info.distance = max(task.best, 0.0)
+    info.gates = task.gates
+    info.missed_gate = missed
+    info.rolled_over = rolled
+    info.off_road = off
+    reward = term.progress + term.time + term.finish + term.failure + term.smoothness
+    return reward, success or failed
+
+
+# ---------------------------------------------------------------- all worlds
+
+
+@njit
+def initialize_worlds(world, worlds, difficulty, draws):  # type: ignore[no-untyped-def]
+    """Begin episodes in chosen worlds; `draws` is (chosen world, number), uniform in [0, 1)."""
+    for i in range(len(worlds)):
+        select_world(world, worlds[i])
+        initialize_world(world, difficulty, draws[i])
+        observe_world(world)
+
+
+@njit
+def evaluate_worlds(world):  # type: ignore[no-untyped-def]
+    """Set rewards, terminations and observations of all worlds."""
+    rewards, terminated = world.task.rewards, world.task.terminated
+    for w in range(len(rewards)):
+        select_world(world, w)
+        rewards[w], terminated[w] = evaluate_world(world)
+        observe_world(world)

@@ -1,0 +1,298 @@
+"""GCar3D's roads, car and ends; how drivers with and without skill fare."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from functools import partial
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+from gymnasium.vector import AutoresetMode
+
+from gsenv.envs import time_limit
+from gsenv.envs.car3d import course, rules, scene
+from gsenv.envs.car3d.env import Car3DEnv, Car3DTask, Car3DVectorEnv
+from gsenv.envs.car3d.observe import surface_at
+from gsenv.envs.car3d.policy import hold_speed, pursue
+from tests.envs.single_worlds import SingleWorlds, assert_info
+
+G = 9.81
+INDEX = {entry.name: k for k, entry in enumerate(Car3DTask.observations)}
+SOLID = 0x7FFFFFFF & ~scene.DECOR
+
+
+def level_env(**randomize: tuple[float, float]) -> Car3DEnv:
+    """The car on an empty, level and straight road."""
+    env = Car3DEnv(difficulty=0.0, randomize=randomize)
+    env.reset(seed=0)
+    env.task.world.parameters.vertices["position"][0, : scene.ROWS * scene.COLUMNS, 2] = 0.0
+    env.task.world.parameters.vertices["normal"][0, 0, :2] = -1.0, 1.0
+    env.task.task_state["path"][0, :, :2] = 0.0
+    env.task.task_state["path"][0, :, 2] = scene.FIRST_X + scene.STEP * np.arange(scene.NODES)
+    return env
+
+
+def chassis(env: Car3DEnv) -> Any:
+    return env.task.world.state.bodies[0, scene.CHASSIS_BODY]
+
+
+def drive_for(env: Car3DEnv, steps: int, action: tuple[float, float]) -> None:
+    for _ in range(steps):
+        env.task.step((action,))
+
+
+# ---------------------------------------------------------------- contract
+
+
+def test_gymnasium_checker_has_no_complaint() -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        check_env(gymnasium.make("gsenv:GCar3D-v0").unwrapped, skip_render_check=True)
+
+
+@pytest.mark.parametrize("mode", list(AutoresetMode))
+@pytest.mark.parametrize(("count", "threads"), [(1, 1), (5, 2)])
+def test_equals_single_environments(mode: AutoresetMode, count: int, threads: int) -> None:
+    arguments: dict[str, Any] = {"difficulty": 1.0, "randomize": {"friction": (0.6, 1.2), "mass": (120.0, 200.0)}}
+    vector = Car3DVectorEnv(count, max_episode_steps=70, autoreset_mode=mode, threads=threads, **arguments)
+    observations, infos = vector.reset(seed=40)
+    singles = SingleWorlds(lambda: Car3DEnv(**arguments), count, mode, 40, 70)
+    for i, (observation, info) in enumerate(singles.resets):
+        np.testing.assert_array_equal(observations[i], observation)
+        assert_info(infos, info, i)
+    generator = np.random.default_rng(4)
+    ended = np.zeros(2, int)
+    for _ in range(120):
+        actions = np.stack([generator.uniform(0.3, 1.0, count), generator.uniform(-1.0, 1.0, count)], 1)
+        observations, terminated, truncated = singles.compare_step(vector, observations, actions.astype(np.float32))
+        ended += terminated, truncated
+    assert ended.sum() > 0
+
+
+def test_every_observation_varies_and_stays_in_bounds() -> None:
+    vector = Car3DVectorEnv(12, difficulty=1.0)
+    observations, _ = vector.reset(seed=0)
+    low, high = observations.min(0), observations.max(0)
+    generator = np.random.default_rng(0)
+    for k in range(400):
+        actions = pursue(observations)
+        actions[4:8] = (1.0, 0.2)
+        actions[8:] = generator.uniform(-1.0, 1.0, (4, 2)) if k % 100 < 50 else (-1.0, 0.0)
+        observations = vector.step(actions)[0]
+        assert vector.observation_space.contains(observations)
+        low, high = np.minimum(low, observations.min(0)), np.maximum(high, observations.max(0))
+    constant = [name for name, k in INDEX.items() if not high[k] - low[k] > 0.05]
+    assert not constant
+
+
+# ---------------------------------------------------------------- car
+
+
+def test_the_car_rests_on_its_springs() -> None:
+    env = level_env()
+    drive_for(env, 90, (0.0, 0.0))
+    world = env.task.world
+    assert chassis(env)["position"][2] == pytest.approx(scene.CHASSIS_Z, abs=2e-3)
+    assert abs(chassis(env)["velocity"]).max() < 1e-3
+    for k in range(4):
+        assert world.state.bodies["position"][0, scene.FIRST_WHEEL + k, 2] == pytest.approx(scene.RADIUS, abs=2e-3)
+
+
+def test_acceleration_of_all_wheels_is_the_closed_form() -> None:
+    """4 T / R over the mass with that of the rolling wheels, where no wheel slips."""
+    env = level_env()
+    drive_for(env, 60, (0.0, 0.0))
+    drive_for(env, 20, (0.3, 0.0))
+    before = chassis(env)["velocity"][0].copy()
+    drive_for(env, 15, (0.3, 0.0))
+    mass = scene.CHASSIS_MASS + 4.0 * (scene.WHEEL_MASS + scene.WHEEL_INERTIA / scene.RADIUS**2)
+    expected = 4.0 * 0.3 * scene.TORQUE / scene.RADIUS / mass
+    assert 2.0 * (chassis(env)["velocity"][0] - before) == pytest.approx(expected, rel=2e-2)
+
+
+def test_steering_is_limited_in_rate_and_turns_the_car_on_a_circle() -> None:
+    """The circle is somewhat wider than that of rolling on thin tyres, which has the wheelbase over tan(angle) as the
+    radius at the rear axle: both front wheels are steered to the same angle, and wide tyres resist turning."""
+    env = level_env()
+    drive_for(env, 30, (0.0, 0.0))
+    angles = []
+    for _ in range(10):
+        drive_for(env, 1, (0.15, 1.0))
+        angles.append(float(env.task.task_state["steering"][0]))
+    assert np.diff([0.0, *angles]).max() <= scene.STEERING_RATE / 30.0 + 1e-12
+    assert angles[-1] == pytest.approx(scene.STEERING)
+    drive_for(env, 20, (0.2, 1.0))
+    velocity = chassis(env)["velocity"]
+    speed, rate = math.hypot(*velocity[:2]), float(velocity[5])
+    to_rear = 2.0 * scene.AXLES / math.tan(scene.STEERING)
+    assert 0.3 < speed < 3.0
+    assert 1.0 < speed / rate / math.hypot(to_rear, scene.AXLES) < 1.3
+
+
+def test_brakes_stop_the_car_and_then_back_it_out() -> None:
+    env = level_env()
+    drive_for(env, 45, (0.5, 0.0))
+    assert chassis(env)["velocity"][0] > 3.0
+    drive_for(env, 90, (-1.0, 0.0))
+    assert chassis(env)["velocity"][0] == pytest.approx(-scene.REVERSE_SPEED * scene.RADIUS, rel=5e-2)
+
+
+# ---------------------------------------------------------------- courses
+
+
+def test_roads_differ_from_world_to_world_and_from_episode_to_episode() -> None:
+    vector = Car3DVectorEnv(3, difficulty=1.0)
+    vector.reset(seed=0)
+    first = vector.task.world.parameters.vertices["position"][..., 2].copy()
+    vector.reset(options={"reset_mask": np.array([False, True, False])})
+    second = vector.task.world.parameters.vertices["position"][..., 2]
+    assert abs(first[0] - first[1]).max() > 0.5
+    assert abs(first[1] - second[1]).max() > 0.5
+    np.testing.assert_array_equal(first[[0, 2]], second[[0, 2]])
+
+
+def test_heights_are_those_of_ground_and_obstacles() -> None:
+    """Against rays cast down from the sky, on and beside the road."""
+    env = Car3DEnv(difficulty=1.0)
+    generator = np.random.default_rng(0)
+    off = []
+    for seed in range(6):
+        env.reset(seed=seed)
+        world, path = env.task.kernel_world, env.task.task_state["path"][0]
+        for slot in range(scene.SLOTS):
+            for _ in range(12):
+                x = course.slot_x(slot) + generator.uniform(-3.0, 3.0)
+                y = course.path_at(path, x, 0) + generator.uniform(-1.1, 1.1)
+                hits = env.task.world.cast_rays((x, y, 30.0), (0.0, 0.0, -1.0), 80.0, mask=SOLID)
+                off.append(30.0 - hits.distance[0, 0] - surface_at(world, slot, x, y))
+    assert np.median(abs(np.array(off))) < 0.01
+    assert (abs(np.array(off)) < 0.08).mean() > 0.95  # edges of obstacles, and tilted boxes
+
+
+def test_the_ground_is_level_across_the_road_and_courses_grow_harder() -> None:
+    bends = []
+    for difficulty in (0.0, 0.5, 1.0):
+        vector = Car3DVectorEnv(10, difficulty=difficulty)
+        vector.reset(seed=0)
+        path = vector.task.task_state["path"]
+        bends.append(np.diff(path[..., 0]).std())
+        assert abs(path[..., 0]).max() < scene.HALF_DEPTH - scene.OFF_ROAD
+        for w in range(10):
+            x = 45.0
+            y, m = course.path_at(path[w], x, 0), course.path_slope(path[w], x, 0)
+            heights = [
+                course.ground_at(vector.task.world.parameters.vertices[w], x - s * m, y + s) for s in (-1.0, 0.0, 1.0)
+            ]
+            assert np.ptp(heights) < 0.1
+    assert bends[0] < bends[1] < bends[2]
+
+
+# ---------------------------------------------------------------- ends
+
+
+def test_a_car_on_its_roof_ends_the_episode() -> None:
+    env = level_env()
+    env.task.world.set_pose("chassis", position=(0.0, 0.0, 5.0), orientation=(0.0, 1.0, 0.0, 0.0))
+    _, _, terminated, _, info = env.step(np.zeros(2, np.float32))
+    assert terminated
+    assert info["rolled_over"]
+    assert info["reward_failure"] == rules.FAILURE_REWARD
+
+
+def test_leaving_the_road_ends_the_episode() -> None:
+    env = level_env()
+    terminated, info = False, dict[str, Any]()
+    for _ in range(200):
+        _, _, terminated, _, info = env.step(np.array([0.4, 0.6], np.float32))
+        if terminated:
+            break
+    assert terminated
+    assert info["off_road"]
+    assert not info["success"]
+
+
+def test_the_finish_ends_the_episode_with_success() -> None:
+    env = Car3DEnv(difficulty=0.0)
+    observation, info = env.reset(seed=0)
+    total, steps, terminated = 0.0, 0, False
+    while not terminated:
+        observation, reward, terminated, _, info = env.step(pursue(observation))
+        total, steps = total + reward, steps + 1
+    assert info["success"]
+    assert info["reward_finish"] == rules.FINISH_REWARD
+    earned = rules.PROGRESS_WEIGHT * info["distance"] + steps * rules.TIME_REWARD + rules.FINISH_REWARD
+    assert total == pytest.approx(earned, rel=0.02)
+
+
+def test_gates_that_are_driven_through_turn_green() -> None:
+    env = Car3DEnv(difficulty=0.5)
+    observation, info = env.reset(seed=2)
+    while not info["gates"]:
+        observation, _, terminated, _, info = env.step(pursue(observation))
+        assert not terminated
+    slot = int(np.flatnonzero(env.task.task_state["kinds"][0] >= 0)[0])
+    enabled = env.task.world.parameters.bodies["enabled"][0]
+    position = env.task.world.state.bodies["position"][0]
+    assert enabled[scene.FIRST_GREEN + slot]
+    assert not enabled[scene.FIRST_RED + slot]
+    np.testing.assert_allclose(position[scene.FIRST_GREEN + slot], position[scene.FIRST_RED + slot], atol=1e-12)
+
+
+# ---------------------------------------------------------------- policies
+
+
+def outcome(policy: Any, count: int = 30) -> tuple[float, float]:
+    """Share of episodes that reach the finish in time, and mean return."""
+    vector = Car3DVectorEnv(count, autoreset_mode="Disabled", split="test")
+    vector.reset(seed=0)
+    task = vector.task
+    alive, success, total = np.ones(count, bool), np.zeros(count, bool), np.zeros(count)
+    for _ in range(time_limit("GCar3D-v0")):
+        task.step(policy(task.observation))
+        total += np.where(alive, task.reward, 0.0)
+        success |= alive & task.infos["success"]
+        alive &= ~task.terminated
+        if not alive.any():
+            break
+    return float(success.mean()), float(total.mean())
+
+
+def test_drivers_rank_as_their_skill() -> None:
+    generator = np.random.default_rng(0)
+    tuned = outcome(pursue)
+    held = outcome(partial(hold_speed, speed=7.0))
+    blind = outcome(lambda observations: np.tile(np.array([0.2, 0.0]), (len(observations), 1)))
+    random = outcome(lambda observations: generator.uniform(-1.0, 1.0, (len(observations), 2)))
+    assert tuned[0] >= 0.8
+    assert tuned[1] > held[1] > blind[1] > random[1]
+    assert blind[0] == random[0] == 0.0
+
+
+# ---------------------------------------------------------------- docs
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        f"A car of {scene.CHASSIS_MASS + 4 * scene.WHEEL_MASS:g} kg",
+        f"from {1 / course.OFTEN:g} on all four stand",
+        f"its torque, {scene.TORQUE:g} N m",
+        f"{scene.TOP_SPEED:g} rad/s ({scene.TOP_SPEED * scene.RADIUS:.0f} m/s)",
+        f"that fraction of {scene.BRAKE_TORQUE:g} N m each",
+        f"up to {scene.REVERSE_SPEED:g} rad/s. The",
+        f"of up to {scene.STEERING:g} rad, which they turn to at {scene.STEERING_RATE:g} rad/s at most",
+        "({:g} to {:g} m and {:g} to {:g} m)".format(*np.ravel(course.BENDS)),
+        "({:g} to {:g} m and {:g} to {:g} m)".format(*np.ravel(course.RISES)),
+        f"below {rules.LEAST_UP:g}",
+        f"more than {scene.OFF_ROAD:g} m from the centre line",
+        f"at x = {scene.FINISH_X:g} m",
+        f"after {time_limit('GCar3D-v0')} steps",
+        f"({len(Car3DTask.observations)},)",
+    ],
+)
+def test_docstring_agrees_with_the_constants(text: str) -> None:
+    assert text in " ".join((Car3DEnv.__doc__ or "").split())
