@@ -33,6 +33,7 @@ class Settings(experiment.Settings):
     entropy_weight: float = 0.0
     layers: tuple[int, ...] = (128, 128)
     log_std: float = -0.5  # logarithm of the actions' initial standard deviation
+    mirrored: bool = False  # learns from the mirror image of each rollout too; GRagdoll alone
 
 
 DEFAULTS = Settings()
@@ -48,6 +49,16 @@ RAGDOLL = replace(
     curriculum=((0.12, {"push": 0.3}), (0.3, {"push": 0.5})),
     tests=({"push": 0.3}, {"push": 0.6}, {"push": 1.0}),
 )
+RAGDOLL3D = replace(
+    RAGDOLL,
+    steps=6_000_000,
+    world_count=256,
+    rollout=32,
+    batch_size=4096,  # half of them mirrored
+    log_std=-1.3,
+    mirrored=True,
+    curriculum=((0.08, {"push": 0.1}), (0.16, {"push": 0.3}), (0.35, {"push": 0.5})),
+)
 SETTINGS = {
     "GStack-v0": replace(
         DEFAULTS,
@@ -61,6 +72,8 @@ SETTINGS = {
     "GCar-v0": replace(DEFAULTS, steps=1_500_000, arguments={"difficulty": 0.3}, tests=({"difficulty": 0.3},)),
     "GRagdoll2D-v0": RAGDOLL,
     "GRagdoll2D-hardcore-v0": replace(RAGDOLL, arguments={"push": 1.2}),
+    "GRagdoll-v0": RAGDOLL3D,
+    "GRagdoll-hardcore-v0": replace(RAGDOLL3D, arguments={"push": 1.2}),
 }
 
 
@@ -73,7 +86,10 @@ def make_model(settings: Settings, envs: VecNormalize) -> PPO:
     """Return an untrained agent; equal settings give equal agents."""
     from stable_baselines3 import PPO
 
-    return PPO(
+    algorithm = PPO
+    if settings.mirrored:
+        from gsenv.train.mirror import MirroredPPO as algorithm
+    return algorithm(
         "MlpPolicy",
         envs,
         learning_rate=experiment.Linear(settings.learning_rate),
