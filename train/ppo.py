@@ -84,12 +84,7 @@ def settings_for(env_id: str) -> Settings:
 
 def make_model(settings: Settings, envs: VecNormalize) -> PPO:
     """Return an untrained agent; equal settings give equal agents."""
-    from stable_baselines3 import PPO
-
-    algorithm = PPO
-    if settings.mirrored:
-        from gsenv.train.mirror import MirroredPPO as algorithm
-    return algorithm(
+    return _algorithm(settings)(
         "MlpPolicy",
         envs,
         learning_rate=experiment.Linear(settings.learning_rate),
@@ -104,6 +99,16 @@ def make_model(settings: Settings, envs: VecNormalize) -> PPO:
         seed=settings.seed,
         device="cpu",
     )
+
+
+def _algorithm(settings: Settings) -> type[PPO]:
+    if settings.mirrored:
+        from gsenv.train.mirror import MirroredPPO
+
+        return MirroredPPO
+    from stable_baselines3 import PPO
+
+    return PPO
 
 
 EXPERIMENT = experiment.Experiment("ppo", settings_for, make_model)

@@ -139,15 +139,16 @@ def test_reward_is_the_sum_of_its_terms_and_each_term_occurs() -> None:
 def test_randomisation_scales_masses_and_torques() -> None:
     vector = RagdollVectorEnv(100)
     vector.reset(seed=0)
-    world, physics = vector.task.world, vector.physics
+    task: Any = vector.task
+    world, physics = task.world, vector.physics
     nominal = world.model.nominal_bodies["mass"]
     masses = world.parameters.bodies["mass"]
     for name in ("left_thigh", "right_foot", "torso", "left_forearm"):
         body = world.model.body_names.index(name)
         quantity = "leg_mass" if name in scene.LEGS else "trunk_mass"
         np.testing.assert_allclose(masses[:, body] / nominal[body], physics[quantity], rtol=1e-12)
-    np.testing.assert_allclose(vector.task.task_state["mass"], masses.sum(1), rtol=1e-12)
-    efforts = world.parameters.joints["spring_effort"][:, vector.task.figure.joints]
+    np.testing.assert_allclose(task.task_state["mass"], masses.sum(1), rtol=1e-12)
+    efforts = world.parameters.joints["spring_effort"][:, task.figure.joints]
     bounds = [axis.effort for axis in scene.AXES]
     np.testing.assert_allclose(efforts / bounds, np.tile(physics["strength"][:, None], 21), rtol=1e-12)
 

@@ -38,8 +38,9 @@ def even_worlds(count: int) -> Any:
 
 def lift_off(env: RagdollEnv) -> None:
     """Take the figure 50 m up, without gravity."""
-    env.task.world.state.bodies["position"][:, 1 : env.task.figure.parts["last"] + 1, 2] += 50.0
-    env.task.world.parameters.worlds["gravity"] = 0.0
+    task: Any = env.task
+    task.world.state.bodies["position"][:, 1 : task.figure.parts["last"] + 1, 2] += 50.0
+    task.world.parameters.worlds["gravity"] = 0.0
 
 
 def momentum(env: RagdollEnv) -> Any:
@@ -72,7 +73,7 @@ def test_joints_are_those_that_mujoco_reads_in_the_file() -> None:
     mujoco = pytest.importorskip("mujoco")
     model = mujoco.MjModel.from_xml_string(files("gsenv.assets").joinpath("ragdoll.xml").read_text("utf-8"))
     data = mujoco.MjData(model)
-    task = plain_env().task
+    task: Any = plain_env().task
     generator = np.random.default_rng(0)
     axes = [model.joint(axis.name) for axis in scene.AXES]
     for _ in range(10):
@@ -100,9 +101,10 @@ def test_it_starts_on_the_ground_within_the_bounds_of_its_stand() -> None:
     vector = RagdollVectorEnv(30)
     vector.reset(seed=0)
     assert (abs(vector.task.task_state["angles"]) <= rules.START_ANGLE + 1e-12).all()
+    task: Any = vector.task
     for world in range(30):
-        vector.task.kernel_world.select(world)
-        assert rules._lowest_sole(vector.task.kernel_world, vector.task.figure) == pytest.approx(0.0, abs=1e-12)
+        task.kernel_world.select(world)
+        assert rules._lowest_sole(task.kernel_world, task.figure) == pytest.approx(0.0, abs=1e-12)
 
 
 def test_the_feet_carry_the_weight_and_the_joints_hold() -> None:
@@ -116,7 +118,8 @@ def test_the_feet_carry_the_weight_and_the_joints_hold() -> None:
 def test_random_drives_keep_to_their_bounds_and_overlaps_small() -> None:
     vector = RagdollVectorEnv(16, push=0.0, randomize={})
     vector.reset(seed=0)
-    task, generator = vector.task, np.random.default_rng(0)
+    task: Any = vector.task
+    generator = np.random.default_rng(0)
     largest, overlaps = np.zeros(21), []
     bounds = [axis.effort for axis in scene.AXES]
     for _ in range(100):
