@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 import torch
 from numpy.typing import NDArray
-from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import VecNormalize
 
 from gsenv.envs.ragdoll.mirror import ACTION, OBSERVATION, Mirror
+from gsenv.train.adaptive import AdaptivePPO
 
 Array = NDArray[np.float32]
 
@@ -26,7 +26,7 @@ def mirrored(vectors: Array, mirror: Mirror) -> Array:
     return vectors[..., index] * sign
 
 
-class MirroredPPO(PPO):
+class MirroredPPO(AdaptivePPO):
     """PPO for GRagdoll that doubles each rollout by its mirror image."""
 
     def train(self) -> None:

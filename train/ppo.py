@@ -27,12 +27,13 @@ class Settings(experiment.Settings):
     rollout: int = 128  # steps of each world per update
     batch_size: int = 2048
     epochs: int = 6
-    learning_rate: float = 5e-4  # decreases linearly to 5 % of this
+    learning_rate: float = 5e-4  # at the start; decreases linearly to 5 % of this
     gae_lambda: float = 0.95
     clip: float = 0.2
     entropy_weight: float = 0.0
     layers: tuple[int, ...] = (128, 128)
     log_std: float = -0.5  # logarithm of the actions' initial standard deviation
+    wanted_kl: float = 0.0  # of an update, to which the learning rate adapts; 0: it decreases linearly
     mirrored: bool = False  # learns from the mirror image of each rollout too; GRagdoll alone
 
 
@@ -55,7 +56,10 @@ RAGDOLL3D = replace(
     world_count=256,
     rollout=32,
     batch_size=4096,  # half of them mirrored
+    epochs=4,
+    learning_rate=4e-4,
     log_std=-1.3,
+    wanted_kl=0.012,
     mirrored=True,
     curriculum=((0.08, {"push": 0.1}), (0.16, {"push": 0.3}), (0.35, {"push": 0.5})),
 )
@@ -84,6 +88,7 @@ def settings_for(env_id: str) -> Settings:
 
 def make_model(settings: Settings, envs: VecNormalize) -> PPO:
     """Return an untrained agent; equal settings give equal agents."""
+    others = {"wanted_kl": settings.wanted_kl} if settings.wanted_kl else {}
     return _algorithm(settings)(
         "MlpPolicy",
         envs,
@@ -98,6 +103,7 @@ def make_model(settings: Settings, envs: VecNormalize) -> PPO:
         policy_kwargs={"net_arch": list(settings.layers), "log_std_init": settings.log_std},
         seed=settings.seed,
         device="cpu",
+        **others,
     )
 
 
@@ -106,6 +112,10 @@ def _algorithm(settings: Settings) -> type[PPO]:
         from gsenv.train.mirror import MirroredPPO
 
         return MirroredPPO
+    if settings.wanted_kl:
+        from gsenv.train.adaptive import AdaptivePPO
+
+        return AdaptivePPO
     from stable_baselines3 import PPO
 
     return PPO
