@@ -52,7 +52,7 @@ RAGDOLL = replace(
 )
 RAGDOLL3D = replace(
     RAGDOLL,
-    steps=6_000_000,
+    steps=3_000_000,
     world_count=256,
     rollout=32,
     batch_size=4096,  # half of them mirrored
@@ -61,6 +61,7 @@ RAGDOLL3D = replace(
     log_std=-1.3,
     wanted_kl=0.012,
     mirrored=True,
+    arguments={"push": 0.7},
     curriculum=((0.08, {"push": 0.1}), (0.16, {"push": 0.3}), (0.35, {"push": 0.5})),
 )
 SETTINGS = {
