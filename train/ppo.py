@@ -11,7 +11,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from gsenv.train import experiment
 
@@ -89,7 +89,7 @@ def settings_for(env_id: str) -> Settings:
 
 def make_model(settings: Settings, envs: VecNormalize) -> PPO:
     """Return an untrained agent; equal settings give equal agents."""
-    others = {"wanted_kl": settings.wanted_kl} if settings.wanted_kl else {}
+    others: dict[str, Any] = {"wanted_kl": settings.wanted_kl} if settings.wanted_kl else {}
     return _algorithm(settings)(
         "MlpPolicy",
         envs,

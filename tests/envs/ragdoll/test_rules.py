@@ -138,7 +138,8 @@ def test_overlaps_are_small_while_it_balances() -> None:
     generator = np.random.default_rng(0)
     overlaps = []
     for _ in range(100):
-        observations = vector.step(balance(observations) + generator.uniform(-0.2, 0.2, (16, 21)))[0]
+        noise = generator.uniform(-0.2, 0.2, (16, 21)).astype(np.float32)
+        observations = vector.step(balance(observations) + noise)[0]
         overlaps.append(vector.task.world.diagnostics().penetration)
     assert np.quantile(overlaps, 0.98) < 1e-3
 
