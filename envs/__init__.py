@@ -90,6 +90,24 @@ ENVS = (
         "2D: the same with harder pushes",
         "ragdoll2d.policy:balance",
     ),
+    EnvEntry(
+        "GRagdoll-v0",
+        "ragdoll.env:RagdollEnv",
+        "ragdoll.env:RagdollVectorEnv",
+        600,
+        4.0,
+        "3D: keep a figure on its feet that is pushed",
+        "ragdoll.policy:balance",
+    ),
+    EnvEntry(
+        "GRagdoll-hardcore-v0",
+        "ragdoll.env:RagdollHardcoreEnv",
+        "ragdoll.env:RagdollHardcoreVectorEnv",
+        600,
+        2.5,
+        "3D: the same with harder pushes",
+        "ragdoll.policy:balance",
+    ),
 )
 
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from gsenv.train import experiment
 
@@ -27,12 +27,14 @@ class Settings(experiment.Settings):
     rollout: int = 128  # steps of each world per update
     batch_size: int = 2048
     epochs: int = 6
-    learning_rate: float = 5e-4  # decreases linearly to 5 % of this
+    learning_rate: float = 5e-4  # at the start; decreases linearly to 5 % of this
     gae_lambda: float = 0.95
     clip: float = 0.2
     entropy_weight: float = 0.0
     layers: tuple[int, ...] = (128, 128)
     log_std: float = -0.5  # logarithm of the actions' initial standard deviation
+    wanted_kl: float = 0.0  # of an update, to which the learning rate adapts; 0: it decreases linearly
+    mirrored: bool = False  # learns from the mirror image of each rollout too; GRagdoll alone
 
 
 DEFAULTS = Settings()
@@ -59,6 +61,20 @@ CAR = replace(
     layers=(64, 64),
     discount=0.997,  # with 0.99 a crash costs less than the speed that risks it
 )
+RAGDOLL3D = replace(
+    RAGDOLL,
+    steps=3_000_000,
+    world_count=256,
+    rollout=32,
+    batch_size=4096,  # half of them mirrored
+    epochs=4,
+    learning_rate=4e-4,
+    log_std=-1.3,
+    wanted_kl=0.012,
+    mirrored=True,
+    arguments={"push": 0.7},
+    curriculum=((0.08, {"push": 0.1}), (0.16, {"push": 0.3}), (0.35, {"push": 0.5})),
+)
 SETTINGS = {
     "GStack-v0": replace(
         DEFAULTS,
@@ -79,6 +95,8 @@ SETTINGS = {
     "GCar3D-v0": CAR,
     "GRagdoll2D-v0": RAGDOLL,
     "GRagdoll2D-hardcore-v0": replace(RAGDOLL, arguments={"push": 1.2}),
+    "GRagdoll-v0": RAGDOLL3D,
+    "GRagdoll-hardcore-v0": replace(RAGDOLL3D, arguments={"push": 1.2}),
 }
 
 
@@ -89,9 +107,8 @@ def settings_for(env_id: str) -> Settings:
 
 def make_model(settings: Settings, envs: VecNormalize) -> PPO:
     """Return an untrained agent; equal settings give equal agents."""
-    from stable_baselines3 import PPO
-
-    return PPO(
+    others: dict[str, Any] = {"wanted_kl": settings.wanted_kl} if settings.wanted_kl else {}
+    return _algorithm(settings)(
         "MlpPolicy",
         envs,
         learning_rate=experiment.Linear(settings.learning_rate),
@@ -105,7 +122,22 @@ def make_model(settings: Settings, envs: VecNormalize) -> PPO:
         policy_kwargs={"net_arch": list(settings.layers), "log_std_init": settings.log_std},
         seed=settings.seed,
         device="cpu",
+        **others,
     )
+
+
+def _algorithm(settings: Settings) -> type[PPO]:
+    if settings.mirrored:
+        from gsenv.train.mirror import MirroredPPO
+
+        return MirroredPPO
+    if settings.wanted_kl:
+        from gsenv.train.adaptive import AdaptivePPO
+
+        return AdaptivePPO
+    from stable_baselines3 import PPO
+
+    return PPO
 
 
 EXPERIMENT = experiment.Experiment("ppo", settings_for, make_model)

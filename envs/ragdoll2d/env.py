@@ -2,40 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Mapping
 from typing import Any
 
 from gymnasium import Env
 from gymnasium.vector import VectorEnv
 
 from gsenv.envs import time_limit
-from gsenv.envs.core.arguments import Quantity, Setting, number_within
 from gsenv.envs.core.env import TaskEnv
 from gsenv.envs.core.spec_tables import Entry, RewardTerm
-from gsenv.envs.core.task import Array, Task, documented
+from gsenv.envs.core.task import Array, documented
 from gsenv.envs.core.vector import TaskVectorEnv
 from gsenv.envs.ragdoll2d import rules, scene
 from gsenv.envs.ragdoll2d.build import build_scene
-from gsenv.solver import Options, Scene
-
-TOLERANCE = 1e-3  # of "balanced": drives with bounded torques converge slowly, and errors of this size are not seen
-RANGES = {  # drawn in each episode, unless `randomize` says otherwise
-    "friction": (0.6, 1.2),
-    "trunk_mass": (0.85, 1.15),
-    "leg_mass": (0.85, 1.15),
-    "strength": (0.85, 1.15),
-    "delay": (0.0, 1.0),
-}
-
-
-def check_push(push: Any) -> float:
-    """Return a push from 0 to 3 m/s as a float; raises ValueError for anything else."""
-    return number_within(push, 0.0, 3.0, "push must be a speed from 0 to 3 m/s")
-
-
-def _push_setting(most: float) -> tuple[Setting, ...]:
-    return (Setting("push", most, check_push, "m/s, the largest change of velocity by a push; 0: no pushes"),)
+from gsenv.envs.ragdoll2d.task import ARGUMENTS, LAST_TERMS, POSTURE_TERM, BalanceTask, push_setting, stand_term
+from gsenv.solver import Scene
 
 
 def _axis_actions() -> list[Entry]:
@@ -63,7 +44,7 @@ def _foot_entries(side: str) -> tuple[Entry, ...]:
     )
 
 
-class RagdollTask(Task):
+class RagdollTask(BalanceTask):
     """The rules for many worlds; `settings` has the defaults of a reset."""
 
     actions = tuple(_axis_actions())
@@ -84,45 +65,21 @@ class RagdollTask(Task):
         *_joint_entries(),
     )
     reward_terms = (
-        RewardTerm(
-            "stand",
-            f"{rules.STAND_WEIGHT:g} h u exp(-(v / {rules.CALM_SPEED:g} m/s)^2): h the height of the crown over that "
-            "in the stand, at most 1, u the cosine of the chest's tilt, v the speed of the centre of mass forwards",
-        ),
-        RewardTerm(
-            "posture",
-            f"{rules.POSTURE_WEIGHT:g} exp(-d^2): d^2 the sum of the squares of the angles from the stand, rad^2",
-        ),
+        stand_term("forwards"),
+        POSTURE_TERM,
         RewardTerm(
             "apart",
             f"{rules.APART_WEIGHT:g} times the part of {rules.STRIDE:g} m by which the distance of the ankles along "
             f"the ground exceeds {rules.FREE_STRIDE:g} m, at most 1",
         ),
-        RewardTerm("smoothness", f"{rules.SMOOTH_WEIGHT:g} times the square of the change of the action"),
-        RewardTerm("effort", f"{rules.EFFORT_WEIGHT:g} times the sum of the squares of torques over their bounds"),
-        RewardTerm("fall", f"{rules.FALL_REWARD:g} for a fall"),
+        *LAST_TERMS,
     )
     task_state_fields = rules.TASK_STATE_FIELDS
-    info_fields = (("success", "?"), ("is_success", "?"), ("fell", "?"), ("time", "f8"), ("pushes", "i8"))
-    ranges = RANGES
     max_episode_steps = time_limit("GRagdoll2D-v0")
     draw_count = rules.DRAW_COUNT
-    engine_steps = rules.ENGINE_STEPS
-    arguments = _push_setting(0.6)
-    quantities = (
-        Quantity("friction", "friction coefficient of the soles and of all else", scene.FRICTION, 0.05, 2.0),
-        Quantity("trunk_mass", "masses of pelvis, chest, head and arms over their nominal ones", 1.0, 0.5, 2.0),
-        Quantity("leg_mass", "masses of legs and feet over their nominal ones", 1.0, 0.5, 2.0),
-        Quantity("strength", "bounds of the torques over their nominal ones", 1.0, 0.2, 3.0),
-        Quantity("delay", "actions act one step late where this is 0.5 or more", 0.0, 0.0, 1.0, "steps"),
-    )
 
     def build_scene(self) -> Scene:
         return build_scene()
-
-    def solver_options(self) -> Options:
-        options = Options.preset(self.fidelity, articulated=True)
-        return replace(options, tolerance=max(options.tolerance, TOLERANCE)) if self.fidelity == "balanced" else options
 
     def initialize_episode(self, worlds: Array, draws: Array, options: Mapping[str, Any]) -> None:
         rules.initialize_worlds(self.kernel_world, worlds, options["push"], draws, self.world.timestep)
@@ -138,22 +95,16 @@ class RagdollTask(Task):
 
         return Camera((float(self.task_state["gaze"][world]), 0.9), max(2.2, 2.6 * height / width))
 
-    def captions(self, world: int) -> Sequence[str]:
-        state = self.task_state[world]
-        lines = [f"{state['steps'] * rules.CONTROL_TIME:.1f} s"]
-        if state["pushed"] < rules.SHOWN_STEPS:
-            lines.append(f"push {abs(state['push']):.2f} m/s")
-        return lines
-
 
 class RagdollHardcoreTask(RagdollTask):
     """The same with harder pushes."""
 
     max_episode_steps = time_limit("GRagdoll2D-hardcore-v0")
-    arguments = _push_setting(1.0)
+    arguments = push_setting(1.0)
 
 
-_SPECIFICATION = """Keep a figure on its feet: {id}.
+_SPECIFICATION = (
+    """Keep a figure on its feet: {id}.
 
     ## Description
     Seen from the side, a person of 1.7 m and 60 kg stands on level ground with bent knees and is pushed
@@ -207,28 +158,14 @@ _SPECIFICATION = """Keep a figure on its feet: {id}.
     `info` has `success` and `is_success` (bool), `fell` (bool), `time` (s) and `pushes` (their number).
 
     ## Arguments
-    {argument_table}
-
-    `reset(options={"push": p})` sets it for one episode. All environments also have these:
-
-    {shared_arguments}
-    - `randomize`: domain randomisation: at each reset each world draws these quantities uniformly from
-      (low, high), independently of earlier episodes. Here the default is
-      `dict(friction=(0.6, 1.2), trunk_mass=(0.85, 1.15), leg_mass=(0.85, 1.15), strength=(0.85, 1.15), delay=(0, 1))`;
-      `{}` draws nothing, and quantities that are not named stay nominal. `env.unwrapped.physics` has the
-      values that were drawn.
-
-    {quantity_table}
-
-    - `diagnostics`: True adds these entries to `info`, which describe the last 1/60 s of each step (0 after a reset):
-
-    {diagnostics_table}
-
-    In frames an arrow shows each push; its length is proportional to the change of velocity.
+    """
+    + ARGUMENTS
+    + """
 
     ## Version History
     - v0: first version.
     """
+)
 
 
 @documented

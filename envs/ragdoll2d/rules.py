@@ -7,59 +7,36 @@ from typing import Any
 
 from gsenv.envs.core.kernels import active_contacts, between, clip, first_not_finite
 from gsenv.envs.ragdoll2d import scene
+from gsenv.envs.ragdoll2d import shared_rules as shared
+from gsenv.envs.ragdoll2d.shared_rules import CONTROL_TIME, FALL_HEIGHT, FALL_TILT, PUSH_STEPS, SHOWN_STEPS
 from gsenv.solver.core.edit import place_body, set_mass
-from gsenv.solver.core.trig import exp_minus, sin_cos
+from gsenv.solver.core.trig import sin_cos
 from gsenv.solver.jit import njit
 from gsenv.solver.records.bundle import select_world
 
 ACTIONS = len(scene.AXES)
 JOINTS = len(scene.JOINTS)
-PUSHES = 10  # of a schedule, which then begins again
-DRAW_COUNT = JOINTS + 2 + 2 * PUSHES
+DRAW_COUNT = JOINTS + 2 + shared.PUSH_DRAWS
 
 TASK_STATE_FIELDS: list[tuple[Any, ...]] = [
-    ("steps", "i8"),
-    ("action", "f8", (ACTIONS,)),  # the last one
-    ("change", "f8"),  # sum of the squares of its change
-    ("mass", "f8"),  # kg, of the figure
-    ("gaps", "i8", (PUSHES,)),  # steps before each push
-    ("pushes", "f8", (PUSHES,)),  # m/s, what each changes the velocity by
-    ("next_push", "i8"),  # step
-    ("push_count", "i8"),
-    ("push", "f8"),  # m/s, the last push
-    ("pushed", "i8"),  # steps since it began
+    *shared.task_state_fields(ACTIONS),
     ("apart", "f8"),  # s with the feet apart
     ("gaze", "f8"),  # m, where the camera looks
 ]
 
-CONTROL_TIME = 1.0 / 30.0  # s
-ENGINE_STEPS = 2
-SUCCESS_STEPS = 600
-PUSH_STEPS = 3
-SHOWN_STEPS = 14  # how long a push's arrow is shown
-FEWEST_GAP, MOST_GAP = 60, 120  # steps from the begin of a push to the next
-FIRST_GAP = 30  # steps before the first push, at least
-LEAST_PUSH = 0.1  # m/s
 START_ANGLE = 0.06  # rad, largest deviation of a joint from the stand at the start
 START_TILT = 0.03  # rad
 START_SPEED = 0.1  # m/s
 
-FALL_HEIGHT = 0.6  # of the height of the stand
-FALL_TILT = 1.0  # rad
 APART = 0.2  # m between the ankles, beyond which the feet are apart
 MOST_APART = 2.0  # s
-STAND_WEIGHT = 0.03
-POSTURE_WEIGHT = 0.01
-CALM_SPEED = 0.5  # m/s
 APART_WEIGHT = -0.02
 FREE_STRIDE = 0.1  # m between the ankles
 STRIDE = 0.3  # m beyond that, which cost the whole weight
-SMOOTH_WEIGHT = -0.002
-EFFORT_WEIGHT = -0.0005
-FALL_REWARD = -0.5
 
 _PELVIS, _TORSO, _ARROW, _FIRST = scene.PELVIS, scene.TORSO, scene.ARROW_BODY, scene.FIRST_PART
-_NEAR_FOOT, _FAR_FOOT = scene.FEET
+_FEET = scene.FEET
+_NEAR_FOOT, _FAR_FOOT = _FEET
 _BODIES = len(scene.BODIES)
 _PARENTS = tuple(axis.parent for axis in scene.JOINTS)
 _CHILDREN = tuple(axis.child for axis in scene.JOINTS)
@@ -74,8 +51,9 @@ _LEGS = (scene.NEAR_THIGH, scene.FAR_THIGH, scene.NEAR_SHIN, scene.FAR_SHIN, sce
 _HEEL, _TOE, _ANKLE, _CROWN = scene.HEEL, scene.TOE, scene.ANKLE, scene.CROWN
 _ARROW_LENGTH, _ARROW_HEAD, _ARROW_GAP = scene.ARROW_LENGTH, scene.ARROW_HEAD, scene.ARROW_GAP
 _PARKED_X, _PARKED_Y = scene.PARKED
+_ACTUATED = tuple(range(ACTIONS))  # their joints
 _SPRING_SLOT = 4  # of a revolute joint's impulses
-_FRICTION, _TRUNK, _LEG, _STRENGTH, _DELAY = range(5)  # of RagdollTask.quantities
+_FRICTION, _TRUNK, _LEG, _STRENGTH, _DELAY = range(5)  # of BalanceTask.quantities
 
 
 # ---------------------------------------------------------------- initialize
@@ -83,7 +61,7 @@ _FRICTION, _TRUNK, _LEG, _STRENGTH, _DELAY = range(5)  # of RagdollTask.quantiti
 
 @njit
 def _apply_physics(world):  # type: ignore[no-untyped-def]
-    """Write the quantities of the episode, in the order of RagdollTask.quantities, to a world's parameters."""
+    """Write the quantities of the episode, in the order of BalanceTask.quantities, to a world's parameters."""
     physics, parameters = world.task.physics, world.parameters
     for s in range(len(parameters.shapes)):
         parameters.shapes[s].friction = physics[_FRICTION]
@@ -145,20 +123,6 @@ def _lowest_sole(world):  # type: ignore[no-untyped-def]
 
 
 @njit
-def _plan_pushes(task, most, draws):  # type: ignore[no-untyped-def]
-    """Draw when and how hard the figure is pushed; `most` m/s, no pushes where it is 0."""
-    least = min(LEAST_PUSH, most)
-    for k in range(PUSHES):
-        first = FIRST_GAP if k == 0 else FEWEST_GAP
-        task.gaps[k] = int(between(float(first), float(MOST_GAP), draws[2 * k]))
-        side = 2.0 * draws[2 * k + 1] - 1.0
-        size = between(least, most, abs(side))
-        task.pushes[k] = size if side >= 0.0 else -size
-    task.next_push = task.gaps[0]
-    task.pushed = SHOWN_STEPS
-
-
-@njit
 def initialize_world(world, most, draws):  # type: ignore[no-untyped-def]
     """Begin an episode: the figure stands with bent knees, nearly at rest, with one foot on the ground."""
     _apply_physics(world)
@@ -166,7 +130,7 @@ def initialize_world(world, most, draws):  # type: ignore[no-untyped-def]
     speed = between(-START_SPEED, START_SPEED, draws[JOINTS + 1])
     _place_figure(world, 0.0, 0.0, tilt, speed, draws)
     _place_figure(world, 0.0, -_lowest_sole(world), tilt, speed, draws)
-    _plan_pushes(world.task.state, most, draws[JOINTS + 2 :])
+    shared.plan_pushes(world.task.state, most, draws[JOINTS + 2 :])
     world.task.state.gaze = world.state.bodies[_PELVIS].position[0]
 
 
@@ -181,36 +145,11 @@ def apply_actions(world, actions):  # type: ignore[no-untyped-def]
         return bad
     for w in range(len(actions)):
         select_world(world, w)
-        _apply_action(world, actions[w])
-        _push(world.task.state, world.state.bodies)
+        task = world.task.state
+        shared.act(task, world.state.control, actions[w], _STAND, _SPAN, world.task.physics[_DELAY])
+        shared.begin_push(task)
+        world.state.bodies[_PELVIS].force[0] += shared.push_force(task)
     return -1
-
-
-@njit
-def _apply_action(world, action):  # type: ignore[no-untyped-def]
-    task, control = world.task.state, world.state.control
-    late = world.task.physics[_DELAY] >= 0.5
-    task.change = 0.0
-    for a in range(ACTIONS):
-        new = min(max(action[a], -1.0), 1.0)
-        last = task.action[a]
-        task.change += (new - last) * (new - last)
-        task.action[a] = new
-        control[a] = _STAND[a] + _SPAN[a] * (last if late else new)
-
-
-@njit
-def _push(task, bodies):  # type: ignore[no-untyped-def]
-    """Push the hips with a force that changes the figure's velocity evenly over PUSH_STEPS."""
-    if task.steps >= task.next_push:
-        k = task.push_count % PUSHES
-        task.push_count += 1
-        task.push = task.pushes[k]
-        task.pushed = 0
-        task.next_push += task.gaps[task.push_count % PUSHES]
-    if task.pushed < PUSH_STEPS:  # a force acts in the first engine step only
-        bodies[_PELVIS].force[0] += task.mass * task.push / (PUSH_STEPS * CONTROL_TIME / ENGINE_STEPS)
-    task.pushed = min(task.pushed + 1, SHOWN_STEPS)
 
 
 # ---------------------------------------------------------------- evaluate
@@ -220,24 +159,6 @@ def _push(task, bodies):  # type: ignore[no-untyped-def]
 def _crown(world):  # type: ignore[no-untyped-def]
     """Return the height in m of the top of the head."""
     return point_of(world.state.bodies[_TORSO], world.parameters.bodies[_TORSO], 0.0, _CROWN)[1]
-
-
-@njit
-def _foot_loads(contacts, timestep):  # type: ignore[no-untyped-def]
-    """Return the mean forces in N under the near and the far foot in the last engine step, and whether others touch."""
-    near, far, others = 0.0, 0.0, False
-    for i in range(len(contacts)):
-        push = contacts[i].total_impulse[0] / timestep
-        if push <= 0.0:
-            continue
-        a, b = contacts[i].body_a, contacts[i].body_b
-        if a == _NEAR_FOOT or b == _NEAR_FOOT:
-            near += push
-        elif a == _FAR_FOOT or b == _FAR_FOOT:
-            far += push
-        else:
-            others = True
-    return near, far, others
 
 
 @njit
@@ -268,24 +189,6 @@ def _posture(bodies):  # type: ignore[no-untyped-def]
         off = _joint_angle(bodies, j) - _STAND[j]
         total += off * off
     return total
-
-
-@njit
-def _effort(joints, efforts, timestep):  # type: ignore[no-untyped-def]
-    """Return the sum of the squares of the drives' torques over their bounds."""
-    total = 0.0
-    for j in range(ACTIONS):
-        share = joints[j].total_impulse[_SPRING_SLOT] / (timestep * efforts[j])
-        total += share * share
-    return total
-
-
-@njit
-def _bell(x):  # type: ignore[no-untyped-def]
-    """Return e^-x for x >= 0, at least e^-16."""
-    root = exp_minus(0.25 * min(x, 16.0))
-    root *= root
-    return root * root
 
 
 @njit
@@ -323,24 +226,16 @@ def evaluate_world(world, timestep):  # type: ignore[no-untyped-def]
     _, _, vx, _ = mass_motion(world)
     height = _crown(world) / _STAND_HEIGHT
     upright = bodies[_TORSO].rotation[0]
-    _, _, others = _foot_loads(active_contacts(world), timestep)
+    _, _, others = shared.foot_loads(active_contacts(world), _FEET, timestep)
     tilt = max(abs(bodies[_TORSO].angle), abs(bodies[_PELVIS].angle))
     fell = height < FALL_HEIGHT or tilt > FALL_TILT or others
     stride = _stride(world)
     task.apart = max(task.apart + (CONTROL_TIME if stride > APART else -CONTROL_TIME), 0.0)
     failed = fell or task.apart > MOST_APART
-    calm = _bell((vx / CALM_SPEED) * (vx / CALM_SPEED))
-    term.stand = STAND_WEIGHT * min(max(height, 0.0), 1.0) * max(upright, 0.0) * calm
-    term.posture = POSTURE_WEIGHT * _bell(_posture(bodies))
+    effort = shared.effort(world.state.joints, _ACTUATED, _SPRING_SLOT, _EFFORT, timestep)
+    shared.write_terms(task, term, (height, upright, vx * vx, _posture(bodies), effort), failed)
     term.apart = APART_WEIGHT * min(max(stride - FREE_STRIDE, 0.0) / STRIDE, 1.0)
-    term.smoothness = SMOOTH_WEIGHT * task.change
-    term.effort = EFFORT_WEIGHT * _effort(world.state.joints, _EFFORT, timestep)
-    term.fall = FALL_REWARD if failed else 0.0
-    info.success = task.steps >= SUCCESS_STEPS and not failed
-    info.is_success = info.success
-    info.fell = fell
-    info.time = task.steps * CONTROL_TIME
-    info.pushes = task.push_count
+    shared.write_info(task, info, fell, failed)
     task.gaze += 0.12 * (bodies[_PELVIS].position[0] - task.gaze)
     _show_push(world)
     return term.stand + term.posture + term.apart + term.smoothness + term.effort + term.fall, failed
@@ -383,7 +278,7 @@ def _observe_joints(task, bodies, out):  # type: ignore[no-untyped-def]
 def observe_world(world, timestep):  # type: ignore[no-untyped-def]
     """Write all observations of a world, clipped to their bounds."""
     task, out, bodies = world.task.state, world.task.observation, world.state.bodies
-    near, far, _ = _foot_loads(active_contacts(world), timestep)
+    near, far, _ = shared.foot_loads(active_contacts(world), _FEET, timestep)
     x, y, vx, vy = mass_motion(world)
     support = _support(world, near, far)
     weight = task.mass * -world.parameters.world.gravity[1]

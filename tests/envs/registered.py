@@ -28,6 +28,8 @@ SETTINGS: dict[str, dict[str, Any]] = {  # of lively episodes that end early
     "GStack3D-v0": {"blocks": 2},
     "GRagdoll2D-v0": {"push": 1.0},
     "GRagdoll2D-hardcore-v0": {"push": 1.0},
+    "GRagdoll-v0": {"push": 1.0},
+    "GRagdoll-hardcore-v0": {"push": 1.0},
 }
 
 

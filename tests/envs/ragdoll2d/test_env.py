@@ -14,8 +14,10 @@ from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode
 
 from gsenv.envs.ragdoll2d import rules, scene
-from gsenv.envs.ragdoll2d.env import RANGES, RagdollEnv, RagdollHardcoreEnv, RagdollTask, RagdollVectorEnv
+from gsenv.envs.ragdoll2d import shared_rules as shared
+from gsenv.envs.ragdoll2d.env import RagdollEnv, RagdollHardcoreEnv, RagdollTask, RagdollVectorEnv
 from gsenv.envs.ragdoll2d.policy import balance
+from gsenv.envs.ragdoll2d.task import RANGES
 from tests.envs.registered import terms_of
 from tests.envs.single_worlds import SingleWorlds, assert_info
 from tests.envs.stack.worlds import assert_equal
@@ -43,7 +45,7 @@ def test_checkers_have_no_complaint(env_id: str) -> None:
 def test_tiers_are_registered_with_600_steps_and_a_threshold() -> None:
     for env_id, push in (("GRagdoll2D-v0", 0.6), ("GRagdoll2D-hardcore-v0", 1.0)):
         spec = gymnasium.spec(env_id)
-        assert spec.max_episode_steps == rules.SUCCESS_STEPS
+        assert spec.max_episode_steps == shared.SUCCESS_STEPS
         assert spec.reward_threshold is not None
         assert gymnasium.make(env_id).unwrapped.push == push  # type: ignore[attr-defined]
         vector: Any = gymnasium.make_vec(env_id, num_envs=2)
@@ -177,7 +179,7 @@ def test_an_arrow_shows_a_push_in_its_direction() -> None:
     arrow = env.task.world.state.bodies[0, scene.ARROW_BODY]
     for _ in range(200):
         task = env.task.task_state[0]
-        assert (arrow["position"][1] > 0.0) == (task["steps"] > 0 and task["pushed"] < rules.SHOWN_STEPS)
+        assert (arrow["position"][1] > 0.0) == (task["steps"] > 0 and task["pushed"] < shared.SHOWN_STEPS)
         if arrow["position"][1] > 0.0:
             assert np.sign(arrow["rotation"][0]) == np.sign(task["push"])
             break
@@ -219,17 +221,17 @@ def test_docstring_is_the_specification(heading: str) -> None:
     "text",
     [
         f"a person of {scene.HEIGHT:g} m and {scene.MASS:g} kg",
-        f"every {rules.FEWEST_GAP / 30:g} to {rules.MOST_GAP / 30:g} s",
+        f"every {shared.FEWEST_GAP / 30:g} to {shared.MOST_GAP / 30:g} s",
         f"{scene.REACH:g} of half the joint's range",
         f"`Box(low, high, ({len(RagdollTask.observations)},), float32)`",
         f"within {rules.START_ANGLE:g} rad of the stand",
         f"with up to {rules.START_SPEED:g} m/s",
-        f"comes after {rules.FIRST_GAP / 30:g} to {rules.MOST_GAP / 30:g} s",
-        f"lasts {rules.PUSH_STEPS / 30:g} s",
-        f"below {rules.FALL_HEIGHT:g} of its height",
-        f"more than {rules.FALL_TILT:g} rad",
+        f"comes after {shared.FIRST_GAP / 30:g} to {shared.MOST_GAP / 30:g} s",
+        f"lasts {shared.PUSH_STEPS / 30:g} s",
+        f"below {shared.FALL_HEIGHT:g} of its height",
+        f"more than {shared.FALL_TILT:g} rad",
         f"more than {rules.APART:g} m apart for more than {rules.MOST_APART:g} s",
-        f"after {rules.SUCCESS_STEPS} steps ({rules.SUCCESS_STEPS / 30:g} s)",
+        f"after {shared.SUCCESS_STEPS} steps ({shared.SUCCESS_STEPS / 30:g} s)",
         str(RANGES["friction"]),
     ],
 )

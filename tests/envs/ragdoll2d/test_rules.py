@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -10,8 +10,10 @@ import pytest
 
 from gsenv.envs.core.policies import trained_actions
 from gsenv.envs.ragdoll2d import rules, scene
+from gsenv.envs.ragdoll2d import shared_rules as shared
 from gsenv.envs.ragdoll2d.env import RagdollEnv, RagdollVectorEnv
 from gsenv.envs.ragdoll2d.policy import balance, lean
+from tests.envs.standing import standing_time
 
 G = 9.81
 IDLE = np.zeros((1, 7))
@@ -37,20 +39,7 @@ def schedule(env: RagdollEnv, push: float, step: int) -> None:
     state["next_push"] = state["steps"] + step
 
 
-def survival(policy: Callable[[Any], Any], push: float, count: int = 50, **arguments: Any) -> Any:
-    """s that each of `count` worlds stands, at most 20."""
-    vector = RagdollVectorEnv(count, push=push, autoreset_mode="Disabled", **arguments)
-    vector.reset(seed=2_000_000)
-    task = vector.task
-    steps, alive = np.zeros(count), np.ones(count, bool)
-    for _ in range(rules.SUCCESS_STEPS):
-        task.step(policy(task.observation))
-        steps += alive
-        alive &= ~task.terminated
-        if not alive.any():
-            break
-    assert (task.infos["success"] == (steps >= rules.SUCCESS_STEPS))[alive].all()
-    return np.where(alive, 20.0, steps * rules.CONTROL_TIME)
+survival = partial(standing_time, RagdollVectorEnv)
 
 
 # ---------------------------------------------------------------- figure
@@ -118,7 +107,7 @@ def test_a_push_changes_the_velocity_by_what_it_says(push: float) -> None:
     for _ in range(2):
         env.task.step(IDLE)
     np.testing.assert_allclose(momentum(env), before, atol=2e-2)
-    for _ in range(rules.PUSH_STEPS):
+    for _ in range(shared.PUSH_STEPS):
         env.task.step(IDLE)
     np.testing.assert_allclose(momentum(env) - before, (scene.MASS * push, 0.0), atol=2e-2)
     for _ in range(5):
@@ -167,7 +156,7 @@ def test_a_knee_on_the_ground_is_a_fall() -> None:
             break
     assert env.task.infos["fell"][0]
     assert not env.task.infos["success"][0]
-    assert env.task.terms["fall"][0] == rules.FALL_REWARD
+    assert env.task.terms["fall"][0] == shared.FALL_REWARD
 
 
 def test_feet_that_stay_apart_end_the_episode() -> None:

@@ -1,0 +1,102 @@
+"""What the tasks of balancing figures in 2D and 3D share."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any, ClassVar
+
+from gsenv.envs.core.arguments import Quantity, Setting, number_within
+from gsenv.envs.core.spec_tables import RewardTerm
+from gsenv.envs.core.task import Task
+from gsenv.envs.ragdoll2d import scene
+from gsenv.envs.ragdoll2d import shared_rules as shared
+from gsenv.solver import Options
+
+TOLERANCE = 1e-3  # of "balanced": drives with bounded torques converge slowly, and errors of this size are not seen
+RANGES = {  # drawn in each episode, unless `randomize` says otherwise
+    "friction": (0.6, 1.2),
+    "trunk_mass": (0.85, 1.15),
+    "leg_mass": (0.85, 1.15),
+    "strength": (0.85, 1.15),
+    "delay": (0.0, 1.0),
+}
+
+
+def check_push(push: Any) -> float:
+    """Return a push from 0 to 3 m/s as a float; raises ValueError for anything else."""
+    return number_within(push, 0.0, 3.0, "push must be a speed from 0 to 3 m/s")
+
+
+def push_setting(most: float) -> tuple[Setting, ...]:
+    """Return the argument `push` with its default in m/s."""
+    return (Setting("push", most, check_push, "m/s, the largest change of velocity by a push; 0: no pushes"),)
+
+
+def stand_term(direction: str) -> RewardTerm:
+    """Return the term of standing calmly; `direction` says which speed counts."""
+    return RewardTerm(
+        "stand",
+        f"{shared.STAND_WEIGHT:g} h u exp(-(v / {shared.CALM_SPEED:g} m/s)^2): h the height of the crown over that "
+        f"in the stand, at most 1, u the cosine of the chest's tilt, v the speed of the centre of mass {direction}",
+    )
+
+
+POSTURE_TERM = RewardTerm(
+    "posture",
+    f"{shared.POSTURE_WEIGHT:g} exp(-d^2): d^2 the sum of the squares of the angles from the stand, rad^2",
+)
+LAST_TERMS = (
+    RewardTerm("smoothness", f"{shared.SMOOTH_WEIGHT:g} times the square of the change of the action"),
+    RewardTerm("effort", f"{shared.EFFORT_WEIGHT:g} times the sum of the squares of torques over their bounds"),
+    RewardTerm("fall", f"{shared.FALL_REWARD:g} for a fall"),
+)
+
+ARGUMENTS = """{argument_table}
+
+    `reset(options={"push": p})` sets it for one episode. All environments also have these:
+
+    {shared_arguments}
+    - `randomize`: domain randomisation: at each reset each world draws these quantities uniformly from
+      (low, high), independently of earlier episodes. Here the default is
+      `dict(friction=(0.6, 1.2), trunk_mass=(0.85, 1.15), leg_mass=(0.85, 1.15), strength=(0.85, 1.15), delay=(0, 1))`;
+      `{}` draws nothing, and quantities that are not named stay nominal. `env.unwrapped.physics` has the
+      values that were drawn.
+
+    {quantity_table}
+
+    - `diagnostics`: True adds these entries to `info`, which describe the last 1/60 s of each step (0 after a reset):
+
+    {diagnostics_table}
+
+    In frames an arrow shows each push; its length is proportional to the change of velocity."""
+
+
+class BalanceTask(Task):
+    """The rules of keeping a figure on its feet that are the same in 2D and 3D."""
+
+    info_fields = (("success", "?"), ("is_success", "?"), ("fell", "?"), ("time", "f8"), ("pushes", "i8"))
+    ranges = RANGES
+    engine_steps = shared.ENGINE_STEPS
+    arguments = push_setting(0.6)
+    quantities = (
+        Quantity("friction", "friction coefficient of the soles and of all else", scene.FRICTION, 0.05, 2.0),
+        Quantity("trunk_mass", "masses of pelvis, chest, head and arms over their nominal ones", 1.0, 0.5, 2.0),
+        Quantity("leg_mass", "masses of legs and feet over their nominal ones", 1.0, 0.5, 2.0),
+        Quantity("strength", "bounds of the torques over their nominal ones", 1.0, 0.2, 3.0),
+        Quantity("delay", "actions act one step late where this is 0.5 or more", 0.0, 0.0, 1.0, "steps"),
+    )
+    balanced_substeps: ClassVar[int] = 2
+
+    def solver_options(self) -> Options:
+        options = Options.preset(self.fidelity, articulated=True)
+        if self.fidelity != "balanced":
+            return options
+        return replace(options, substeps=self.balanced_substeps, tolerance=max(options.tolerance, TOLERANCE))
+
+    def captions(self, world: int) -> Sequence[str]:
+        state = self.task_state[world]
+        lines = [f"{state['steps'] * shared.CONTROL_TIME:.1f} s"]
+        if state["pushed"] < shared.SHOWN_STEPS:
+            lines.append(f"push {abs(state['push']):.2f} m/s")
+        return lines

@@ -1,0 +1,61 @@
+"""PPO that also learns from mirror images."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+pytest.importorskip("stable_baselines3")
+
+import torch
+from stable_baselines3.common.vec_env import VecNormalize
+
+from gsenv.envs.ragdoll import mirror
+from gsenv.train import experiment, ppo
+
+
+@pytest.fixture(scope="module")
+def model() -> Any:
+    settings = replace(
+        ppo.settings_for("GRagdoll-v0"), steps=48, world_count=3, rollout=16, batch_size=32, epochs=1, layers=(16,)
+    )
+    assert settings.mirrored
+    return ppo.make_model(settings, VecNormalize(experiment.make_envs(settings)))
+
+
+def test_a_rollout_is_followed_by_its_mirror_image(model: Any) -> None:
+    """Where actions and normalised observations are undone, the second half is the image of the first."""
+    _, callback = model._setup_learn(48, None)
+    model.collect_rollouts(model.env, callback, model.rollout_buffer, 16)
+    buffer = model.rollout_buffer
+    seen = model.get_vec_normalize_env().unnormalize_obs(buffer.observations.copy())
+    actions, log_probs = buffer.actions.copy(), buffer.log_probs.copy()
+    model._add_mirror_image()
+    assert buffer.n_envs == 6
+    index, sign = mirror.OBSERVATION
+    image = model.get_vec_normalize_env().unnormalize_obs(buffer.observations.copy())
+    inside = abs(buffer.observations[:, 3:]) < 9.9  # the rest is clipped
+    assert inside.mean() > 0.95
+    np.testing.assert_allclose(image[:, 3:][inside], (seen[..., index] * sign)[inside], atol=1e-4)
+    index, sign = mirror.ACTION
+    np.testing.assert_array_equal(buffer.actions[:, 3:], actions[..., index] * sign)
+    for name in ("advantages", "returns"):
+        np.testing.assert_array_equal(getattr(buffer, name)[:, 3:], getattr(buffer, name)[:, :3])
+    np.testing.assert_array_equal(buffer.log_probs[:, :3], log_probs)
+    with torch.no_grad():
+        _, expected, _ = model.policy.evaluate_actions(
+            torch.as_tensor(buffer.observations[4, 3:]), torch.as_tensor(buffer.actions[4, 3:])
+        )
+    np.testing.assert_allclose(buffer.log_probs[4, 3:], expected.numpy(), atol=1e-5)
+    buffer.n_envs = 3
+
+
+def test_it_learns_for_some_rollouts(model: Any) -> None:
+    before = [weight.detach().clone() for weight in model.policy.parameters()]
+    model.learn(144)
+    assert model.rollout_buffer.n_envs == 3
+    assert len(model.rollout_buffer.observations) == 2 * 16 * 3  # flat after an update
+    assert any((weight != old).any() for weight, old in zip(model.policy.parameters(), before, strict=True))

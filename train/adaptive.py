@@ -1,0 +1,44 @@
+"""PPO whose learning rate follows the change of the policy.
+
+J. Schulman et al., "Proximal policy optimization algorithms" (2017), section 4, adapt the weight of a penalty in this
+way; here it is the learning rate.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from stable_baselines3 import PPO
+
+FACTOR = 1.5  # by which the rate changes at most from one update to the next
+LEAST, MOST = 1e-5, 3e-3  # of the rate
+
+
+class AdaptivePPO(PPO):
+    """PPO that lowers the learning rate after updates with more than twice a KL divergence, and raises it below half.
+
+    Args:
+        wanted_kl: of the policy before and after an update, mean over the rollout; 0 keeps the schedule of the rate.
+    """
+
+    def __init__(self, *args: Any, wanted_kl: float = 0.0, **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+        self.wanted_kl = wanted_kl
+        self._rate = float(self.lr_schedule(1.0))
+
+    def train(self) -> None:
+        super().train()
+        if self.wanted_kl > 0.0:
+            kl = float(self.logger.name_to_value["train/approx_kl"])
+            if kl > 2.0 * self.wanted_kl:
+                self._rate = max(self._rate / FACTOR, LEAST)
+            elif kl < 0.5 * self.wanted_kl:
+                self._rate = min(self._rate * FACTOR, MOST)
+
+    def _update_learning_rate(self, optimizers: Any) -> None:
+        if self.wanted_kl == 0.0:
+            super()._update_learning_rate(optimizers)
+            return
+        for group in optimizers.param_groups:
+            group["lr"] = self._rate
+        self.logger.record("train/learning_rate", self._rate)
