@@ -36,6 +36,24 @@ class Settings(experiment.Settings):
 
 
 DEFAULTS = Settings()
+STACK = replace(
+    DEFAULTS,
+    world_count=256,
+    rollout=32,
+    batch_size=1024,
+    epochs=5,
+    learning_rate=1e-3,
+    layers=(64, 64),
+    log_std=-1.0,
+    steps=2_200_000,
+    evaluate_every=200_000,
+    # blocks that crack at once are never released, and blocks that never crack are dropped at once
+    curriculum=(
+        (0.06, {"crack_speed": 2.0}),
+        (0.12, {"crack_speed": 1.0}),
+        (0.20, {"crack_speed": 0.6}),
+    ),
+)
 RAGDOLL = replace(
     DEFAULTS,
     steps=1_500_000,
@@ -49,14 +67,10 @@ RAGDOLL = replace(
     tests=({"push": 0.3}, {"push": 0.6}, {"push": 1.0}),
 )
 SETTINGS = {
-    "GStack-v0": replace(
-        DEFAULTS,
-        arguments={"blocks": 5},
-        curriculum=(
-            (0.1, {"blocks": 2}),
-            (0.3, {"blocks": 3}),
-        ),  # with five from the start, some seeds never release a block
-        tests=({"blocks": 3}, {"blocks": 5}),
+    "GStack-v0": replace(STACK, arguments={"blocks": 5, "crack_speed": 0.4}, tests=({},)),
+    "GStack3D-v0": replace(STACK, steps=3_000_000, arguments={"blocks": 3, "crack_speed": 0.4}, tests=({},)),
+    "tower_v0": replace(
+        STACK, steps=4_000_000, world_count=128, arguments={"blocks": 4, "crack_speed": 0.4}, tests=({"blocks": 2}, {}),
     ),
     "GCar-v0": replace(DEFAULTS, steps=1_500_000, arguments={"difficulty": 0.3}, tests=({"difficulty": 0.3},)),
     "GRagdoll2D-v0": RAGDOLL,

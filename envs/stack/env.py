@@ -15,7 +15,7 @@ from gsenv.envs.core.task import documented
 from gsenv.envs.core.vector import TaskVectorEnv
 from gsenv.envs.stack import blocks, rules, scene, start
 from gsenv.envs.stack.build import build_scene
-from gsenv.envs.stack.settings import REWARD_WEIGHTS, SETTINGS
+from gsenv.envs.stack.settings import HARDCORE_SETTINGS, REWARD_WEIGHTS, SETTINGS
 from gsenv.envs.stack.task import BlocksTask
 from gsenv.solver import Scene
 
@@ -63,6 +63,8 @@ class StackTask(BlocksTask):
         Entry("blocks placed, divided by 8", "placed", 0, 1),
         Entry("blocks to go, divided by 8", "to_go", 0, 1),
         Entry("time that the released blocks have stood, divided by success_time", "stand_time", 0, 1),
+        Entry("block, height above its support's top again, of what is near", "near_gap", -0.05, 0.1, "m"),
+        Entry("block, speed at which it would land if let go now, divided by crack_speed", "drop_speed", 0, 5),
     )
     reward_terms = (
         RewardTerm(
@@ -74,9 +76,13 @@ class StackTask(BlocksTask):
         RewardTerm("placed", f"{_WEIGHTS['placed']:g} when a block first rests at its level"),
         RewardTerm("success", f"{_WEIGHTS['success']:g} when the whole tower has stood for `success_time`"),
         RewardTerm("fall", f"{_WEIGHTS['fall']:g} when a released block falls"),
+        RewardTerm("crack", f"{_WEIGHTS['crack']:g} when a block cracks"),
+        RewardTerm("time", f"{_WEIGHTS['time']:g} in each step"),
         RewardTerm("effort", f"{_WEIGHTS['effort']:g} times the mean square of the first 3 actions"),
     )
     rules: ClassVar[ModuleType] = rules
+    first_block = scene.FIRST_BLOCK
+    first_shape = scene.FIRST_BLOCK_SHAPE
     task_state_fields = start.TASK_STATE_FIELDS
     max_episode_steps = time_limit("GStack-v0")
     draw_count = start.DRAW_COUNT
@@ -89,9 +95,14 @@ class StackTask(BlocksTask):
         return self.front_camera(world, width, height, scene.REACH_X + 0.2)
 
 
-@documented
-class StackEnv(TaskEnv, Env[Any, Any]):
-    """Build a tower: GStack-v0.
+class StackHardcoreTask(StackTask):
+    """StackTask with harder defaults."""
+
+    arguments = HARDCORE_SETTINGS
+    max_episode_steps = time_limit("GStack-hardcore-v0")
+
+
+_SPECIFICATION = """Build a tower: {id}.
 
     ## Description
     A gripper hangs from a gantry and holds a block by a magnet. Set the block down, let go, rise,
@@ -115,7 +126,7 @@ class StackEnv(TaskEnv, Env[Any, Any]):
     0.6 rad.
 
     ## Observation Space
-    `Box(low, high, (30,), float32)`, always within its bounds. "Block" is the one in the gripper,
+    `Box(low, high, (32,), float32)`, always within its bounds. "Block" is the one in the gripper,
     or the last one that was; "support" is what it belongs on.
 
     {observation_table}
@@ -139,7 +150,7 @@ class StackEnv(TaskEnv, Env[Any, Any]):
       gripper off them.
     - Termination, failure: a released block is tilted by more than 0.5 rad, or its middle is more
       than a quarter of its height below its level.
-    - Truncation: after 600 steps (20 s), by `gymnasium.make`, `gymnasium.make_vec` and the vector environment.
+    - Truncation: after {steps}, by `gymnasium.make`, `gymnasium.make_vec` and the vector environment.
 
     `info` has `success` and `is_success` (bool), `placed` (blocks), and `stand_time` (s that the
     released blocks have stood).
@@ -164,6 +175,11 @@ class StackEnv(TaskEnv, Env[Any, Any]):
     - v0: first version.
     """
 
+
+@documented
+class StackEnv(TaskEnv, Env[Any, Any]):
+    __doc__ = _SPECIFICATION.replace("{id}", "GStack-v0").replace("{steps}", "600 steps (20 s)")
+
     task_class = StackTask
     blocks: int
 
@@ -172,4 +188,19 @@ class StackVectorEnv(TaskVectorEnv, VectorEnv[Any, Any, Any]):
     """N worlds of GStack-v0 in one batch; see StackEnv for the task, TaskVectorEnv for the rest."""
 
     task_class = StackTask
+    blocks: int
+
+
+@documented
+class StackHardcoreEnv(TaskEnv, Env[Any, Any]):
+    __doc__ = _SPECIFICATION.replace("{id}", "GStack-hardcore-v0").replace("{steps}", "900 steps (30 s)")
+
+    task_class = StackHardcoreTask
+    blocks: int
+
+
+class StackHardcoreVectorEnv(TaskVectorEnv, VectorEnv[Any, Any, Any]):
+    """N worlds of GStack-hardcore-v0 in one batch; see StackEnv for the task, TaskVectorEnv for the rest."""
+
+    task_class = StackHardcoreTask
     blocks: int

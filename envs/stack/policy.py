@@ -18,6 +18,7 @@ _LANDING_SPEED = 0.10  # m/s, of the last centimetres
 _CENTRED = 0.012  # m
 _LEVEL = 0.02  # rad
 _CALM = 0.06  # m/s, for letting go
+_STEADYING = 0.7  # of the deviation of the velocity, taken back near the support
 _PARTING = 0.4  # m, above the finished tower
 _LEAN_SHARE = 0.5  # how much of the tower's lean the next block takes back
 
@@ -63,7 +64,8 @@ def _descent(seen: Seen, ready: NDArray[np.bool_]) -> NDArray[Any]:
     gap = seen["block_gap"]
     high = _GAIN * (_CARRY_GAP - gap)
     low = np.minimum(-_GAIN * gap, -_LANDING_SPEED)
-    return np.where(ready, low, high)
+    # of a gantry that sways: what the block moves otherwise than it should, it moves by the sway
+    return np.where(ready, low + _STEADYING * (low - seen["block_vy"]), high)
 
 
 def _ascent(seen: Seen) -> NDArray[Any]:

@@ -18,7 +18,7 @@ from gsenv.envs.stack.task import BlocksTask
 from gsenv.envs.stack3d import blocks as parts
 from gsenv.envs.stack3d import rules, scene, start
 from gsenv.envs.stack3d.build import build_scene
-from gsenv.envs.stack3d.settings import SETTINGS
+from gsenv.envs.stack3d.settings import HARDCORE_SETTINGS, SETTINGS
 from gsenv.solver import Scene
 
 MAX_BLOCKS = scene.MAX_BLOCKS
@@ -86,6 +86,8 @@ class Stack3DTask(BlocksTask):
         Entry(f"blocks placed, relative to {MAX_BLOCKS}", "placed", 0, 1),
         Entry(f"blocks to go, relative to {MAX_BLOCKS}", "to_go", 0, 1),
         Entry("time that the released blocks have stood, divided by success_time", "stand_time", 0, 1),
+        Entry("block, height above its support's top again, of what is near", "near_gap", -0.05, 0.1, "m"),
+        Entry("block, speed at which it would land if let go now, divided by crack_speed", "drop_speed", 0, 5),
     )
     reward_terms = (
         RewardTerm(
@@ -96,9 +98,13 @@ class Stack3DTask(BlocksTask):
         RewardTerm("placed", f"{_WEIGHTS['placed']:g} when a block first rests at its level"),
         RewardTerm("success", f"{_WEIGHTS['success']:g} when the whole tower has stood for `success_time`"),
         RewardTerm("fall", f"{_WEIGHTS['fall']:g} when a released block falls or lies across"),
+        RewardTerm("crack", f"{_WEIGHTS['crack']:g} when a block cracks"),
+        RewardTerm("time", f"{_WEIGHTS['time']:g} in each step"),
         RewardTerm("effort", f"{_WEIGHTS['effort']:g} times the mean square of the first 4 actions"),
     )
     rules: ClassVar[ModuleType] = rules
+    first_block = scene.FIRST_BLOCK
+    first_shape = scene.FIRST_BLOCK_SHAPE
     task_state_fields = start.TASK_STATE_FIELDS
     max_episode_steps = time_limit("GStack3D-v0")
     draw_count = start.DRAW_COUNT
@@ -119,9 +125,14 @@ class Stack3DTask(BlocksTask):
         return SpatialCamera(eye, (0.0, 0.0, middle), width=width, height=height)
 
 
-@documented
-class Stack3DEnv(TaskEnv, Env[Any, Any]):
-    """Build a tower in 3D: GStack3D-v0.
+class Stack3DHardcoreTask(Stack3DTask):
+    """Stack3DTask with harder defaults."""
+
+    arguments = HARDCORE_SETTINGS
+    max_episode_steps = time_limit("GStack3D-hardcore-v0")
+
+
+_SPECIFICATION = """Build a tower in 3D: {id}.
 
     ## Description
     A gripper hangs from a gantry and holds a block by a magnet. Set the block down, let go, rise,
@@ -146,7 +157,7 @@ class Stack3DEnv(TaskEnv, Env[Any, Any]):
     and within 1.6 rad.
 
     ## Observation Space
-    `Box(low, high, (49,), float32)`, always within its bounds. "Block" is the one in the gripper,
+    `Box(low, high, (51,), float32)`, always within its bounds. "Block" is the one in the gripper,
     or the last one that was; "support" is what it belongs on. An upright axis is the body's own z
     axis, seen from above.
 
@@ -172,7 +183,7 @@ class Stack3DEnv(TaskEnv, Env[Any, Any]):
       gripper off them.
     - Termination, failure: a released block is tilted by more than 0.5 rad, is twisted by more than
       0.3 rad, or its middle is more than a quarter of its height below its level.
-    - Truncation: after 600 steps (20 s), by `gymnasium.make`, `gymnasium.make_vec` and the vector environment.
+    - Truncation: after {steps}, by `gymnasium.make`, `gymnasium.make_vec` and the vector environment.
 
     `info` has `success` and `is_success` (bool), `placed` (blocks), and `stand_time` (s that the
     released blocks have stood).
@@ -197,6 +208,11 @@ class Stack3DEnv(TaskEnv, Env[Any, Any]):
     - v0: first version.
     """
 
+
+@documented
+class Stack3DEnv(TaskEnv, Env[Any, Any]):
+    __doc__ = _SPECIFICATION.replace("{id}", "GStack3D-v0").replace("{steps}", "600 steps (20 s)")
+
     task_class = Stack3DTask
     blocks: int
 
@@ -205,4 +221,19 @@ class Stack3DVectorEnv(TaskVectorEnv, VectorEnv[Any, Any, Any]):
     """N worlds of GStack3D-v0 in one batch; see Stack3DEnv for the task, TaskVectorEnv for the rest."""
 
     task_class = Stack3DTask
+    blocks: int
+
+
+@documented
+class Stack3DHardcoreEnv(TaskEnv, Env[Any, Any]):
+    __doc__ = _SPECIFICATION.replace("{id}", "GStack3D-hardcore-v0").replace("{steps}", "900 steps (30 s)")
+
+    task_class = Stack3DHardcoreTask
+    blocks: int
+
+
+class Stack3DHardcoreVectorEnv(TaskVectorEnv, VectorEnv[Any, Any, Any]):
+    """N worlds of GStack3D-hardcore-v0 in one batch; see Stack3DEnv for the task, TaskVectorEnv for the rest."""
+
+    task_class = Stack3DHardcoreTask
     blocks: int

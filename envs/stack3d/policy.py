@@ -18,6 +18,7 @@ _LANDING_SPEED = 0.10  # m/s, of the last centimetres
 _CENTRED = 0.012  # m
 _STRAIGHT = 0.03  # rad
 _CALM = 0.06  # m/s, for letting go
+_STEADYING = 0.7  # of the deviation of the velocity, taken back near the support
 _PARTING = 0.4  # m, above the finished tower
 _LEAN_SHARE = 0.5  # how much of the tower's lean the next block takes back
 
@@ -56,7 +57,9 @@ def build_tower(observations: NDArray[np.float32]) -> NDArray[np.float32]:
 def _descent(seen: Seen, ready: NDArray[np.bool_]) -> NDArray[Any]:
     """Return the vertical speed with a block: wait above the support until ready, then land softly."""
     gap = seen["block_gap"]
-    return np.where(ready, np.minimum(-_GAIN * gap, -_LANDING_SPEED), _GAIN * (_CARRY_GAP - gap))
+    low = np.minimum(-_GAIN * gap, -_LANDING_SPEED)
+    # of a gantry that sways: what the block moves otherwise than it should, it moves by the sway
+    return np.where(ready, low + _STEADYING * (low - seen["block_vz"]), _GAIN * (_CARRY_GAP - gap))
 
 
 def _ascent(seen: Seen) -> NDArray[Any]:

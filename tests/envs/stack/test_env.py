@@ -144,7 +144,7 @@ def test_reward_is_the_sum_of_its_terms(env: StackEnv) -> None:
 
 
 def test_observations_stay_in_bounds_and_every_entry_varies(env: StackEnv) -> None:
-    low = np.full(30, np.inf)
+    low = np.full(32, np.inf)
     high = -low
     for seed in range(15):
         observation, _ = env.reset(seed=seed)

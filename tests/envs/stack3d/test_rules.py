@@ -102,7 +102,7 @@ def test_a_fallen_block_ends_the_episode(env: Stack3DEnv, how: str) -> None:
     _, _, terminated, _, info = run(env, 60)
     assert terminated
     assert not info["success"]
-    assert info["reward_fall"] == -2.0
+    assert info["reward_fall"] == -0.2
     assert info["reward_success"] == 0.0
 
 
@@ -126,10 +126,11 @@ def test_the_first_block_may_lie_as_it_likes(env: Stack3DEnv) -> None:
 
 
 def test_the_held_block_may_be_anywhere(env: Stack3DEnv) -> None:
-    assert not run(env, 60, DOWN)[2]
+    assert not run(env, 150, 0.2 * DOWN)[2]
 
 
 def test_a_block_let_go_falls_to_the_ground_and_stays(env: Stack3DEnv) -> None:
+    env.reset(seed=0, options={"crack_speed": 100.0})
     half = env.task.world.parameters.half_extents[0, FIRST_BLOCK_SHAPE, 2]
     observation, *_ = env.step(RELEASE)
     assert read(observation, "holding") == 0.0
