@@ -45,15 +45,24 @@ STACK = replace(
     learning_rate=1e-3,
     layers=(64, 64),
     log_std=-1.0,
-    steps=2_200_000,
     evaluate_every=200_000,
-    # blocks that crack at once are never released, and blocks that never crack are dropped at once
-    curriculum=(
-        (0.06, {"crack_speed": 2.0}),
-        (0.12, {"crack_speed": 1.0}),
-        (0.20, {"crack_speed": 0.6}),
-    ),
 )
+
+
+def _frailer(few: int, more: int) -> tuple[tuple[float, dict[str, float]], ...]:
+    """Return a curriculum of towers of `few`, then `more` blocks, which crack more and more easily.
+
+    Blocks that crack at once are never released, and blocks that never crack are dropped at once.
+    """
+    return (
+        (0.07, {"blocks": few, "crack_speed": 2.0}),
+        (0.14, {"blocks": more, "crack_speed": 1.4}),
+        (0.21, {"blocks": more, "crack_speed": 1.0}),
+        (0.28, {"crack_speed": 0.7}),
+        (0.35, {"crack_speed": 0.5}),
+    )
+
+
 RAGDOLL = replace(
     DEFAULTS,
     steps=1_500_000,
@@ -67,10 +76,27 @@ RAGDOLL = replace(
     tests=({"push": 0.3}, {"push": 0.6}, {"push": 1.0}),
 )
 SETTINGS = {
-    "GStack-v0": replace(STACK, arguments={"blocks": 5, "crack_speed": 0.4}, tests=({},)),
-    "GStack3D-v0": replace(STACK, steps=3_000_000, arguments={"blocks": 3, "crack_speed": 0.4}, tests=({},)),
+    "GStack-v0": replace(
+        STACK,
+        steps=2_500_000,
+        arguments={"blocks": 5, "crack_speed": 0.4},
+        curriculum=_frailer(2, 3),
+        tests=({},),
+    ),
+    "GStack3D-v0": replace(
+        STACK,
+        steps=3_000_000,
+        arguments={"blocks": 3, "crack_speed": 0.4},
+        curriculum=_frailer(2, 2),
+        tests=({},),
+    ),
     "tower_v0": replace(
-        STACK, steps=4_000_000, world_count=128, arguments={"blocks": 4, "crack_speed": 0.4}, tests=({"blocks": 2}, {}),
+        STACK,
+        steps=4_000_000,
+        world_count=128,
+        arguments={"blocks": 4, "crack_speed": 0.4},
+        curriculum=_frailer(2, 2),
+        tests=({},),
     ),
     "GCar-v0": replace(DEFAULTS, steps=1_500_000, arguments={"difficulty": 0.3}, tests=({"difficulty": 0.3},)),
     "GRagdoll2D-v0": RAGDOLL,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,7 +21,7 @@ _PATHS = (  # on a face of the half-extents 1
     ((-0.48, -0.12), (-0.62, -0.55), (-0.52, -1.0)),
     ((0.46, 0.02), (0.62, 0.44), (0.50, 1.0)),
 )
-FACE = np.array([pair for path in _PATHS for pair in zip(path[:-1], path[1:], strict=True)])  # (line, 2, 2)
+FACE = np.array([pair for path in _PATHS for pair in pairwise(path)])  # (line, 2, 2)
 
 
 def _on_box() -> Array:

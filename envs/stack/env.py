@@ -13,7 +13,7 @@ from gsenv.envs.core.env import TaskEnv
 from gsenv.envs.core.spec_tables import Entry, RewardTerm
 from gsenv.envs.core.task import documented
 from gsenv.envs.core.vector import TaskVectorEnv
-from gsenv.envs.stack import blocks, rules, scene, start
+from gsenv.envs.stack import blocks, impacts, rules, scene, start
 from gsenv.envs.stack.build import build_scene
 from gsenv.envs.stack.settings import HARDCORE_SETTINGS, REWARD_WEIGHTS, SETTINGS
 from gsenv.envs.stack.task import BlocksTask
@@ -70,8 +70,8 @@ class StackTask(BlocksTask):
         RewardTerm(
             "approach",
             f"{_WEIGHTS['approach']:g} per m nearer: the held block to its place (across, "
-            f"down, and {blocks.TILT_WEIGHT:g} m per rad of tilt), the empty gripper to where "
-            "the next block comes",
+            f"{blocks.TILT_WEIGHT:g} m per rad of tilt, and {impacts.DROP_WEIGHT:g} m per m/s of the speed at which it "
+            "would land if let go), the empty gripper to where the next block comes",
         ),
         RewardTerm("placed", f"{_WEIGHTS['placed']:g} when a block first rests at its level"),
         RewardTerm("success", f"{_WEIGHTS['success']:g} when the whole tower has stood for `success_time`"),
@@ -117,6 +117,11 @@ _SPECIFICATION = """Build a tower: {id}.
     gripper is off it. The next one arrives when all released blocks have been placed and the circle
     around its place in the gripper, 5 cm wider than the block, is clear of blocks and ground.
 
+    A block *cracks* where it meets the ground or another block faster than `crack_speed`: 0.4 m/s is a fall
+    of 8 mm. The speed of an impact is that at which the two bodies of a contact approach along its normal,
+    at its point, when they meet. What rests on a block, and the gripper, crack nothing. So a block must be
+    set down, not dropped. Frames show the cracks.
+
     ## Action Space
     `Box(-1, 1, (4,), float32)`. Values beyond are clipped; NaN and infinity are refused.
 
@@ -140,20 +145,22 @@ _SPECIFICATION = """Build a tower: {id}.
     going to and fro earns nothing.
 
     ## Starting State
-    The gripper is at rest with the first block, up to 1.2 m left or right of the middle and 1.8 to
-    2.2 m high. Uniform and independent for each block: half-width 0.15 to 0.30 m, half-height 0.12
-    to 0.20 m, mass 2 to 16 kg, friction 0.4 to 0.8, held up to 50 % of the half-width off its
-    middle and tilted by up to 0.4 rad. Equal seeds give equal blocks for any number of blocks.
+    The gripper is at rest with the first block, up to 1.2 m left or right of the middle and 1.0 to
+    1.4 m high. Uniform and independent for each block, within the ranges of the table of arguments:
+    half-width, half-height, mass, friction, how far off its middle it is held, and its tilt. Where
+    `sway` is not 0, the velocity that it adds to the gantry's along each axis is
+    `sway` (0.6 sin a + 0.4 sin b), with frequencies of 0.2 to 0.5 Hz and 0.6 to 1.2 Hz and phases that
+    are drawn for each axis. Equal seeds give equal blocks for any number of blocks.
 
     ## Episode End
     - Termination, success: all blocks have stood for `success_time`, each on the one below, the
       gripper off them.
-    - Termination, failure: a released block is tilted by more than 0.5 rad, or its middle is more
-      than a quarter of its height below its level.
+    - Termination, failure: a block cracks, or a released block is tilted by more than 0.5 rad, or its
+      middle is more than a quarter of its height below its level.
     - Truncation: after {steps}, by `gymnasium.make`, `gymnasium.make_vec` and the vector environment.
 
-    `info` has `success` and `is_success` (bool), `placed` (blocks), and `stand_time` (s that the
-    released blocks have stood).
+    `info` has `success` and `is_success` (bool), `placed` (blocks), `stand_time` (s that the released
+    blocks have stood), `cracked` (bool) and `impact` (m/s, the fastest impact of the step, or 0).
 
     ## Arguments
     The arguments of this table can also be set for one episode: `reset(options={"blocks": 3})`.

@@ -13,6 +13,7 @@ from gsenv.envs.core.env import TaskEnv
 from gsenv.envs.core.spec_tables import Entry, RewardTerm
 from gsenv.envs.core.task import documented
 from gsenv.envs.core.vector import TaskVectorEnv
+from gsenv.envs.stack import impacts
 from gsenv.envs.stack.settings import REWARD_WEIGHTS
 from gsenv.envs.stack.task import BlocksTask
 from gsenv.envs.stack3d import blocks as parts
@@ -92,8 +93,9 @@ class Stack3DTask(BlocksTask):
     reward_terms = (
         RewardTerm(
             "approach",
-            f"{_WEIGHTS['approach']:g} per m nearer: the held block to its place (across, down, and "
-            f"{parts.TWIST_WEIGHT:g} m per rad of twist), the empty gripper to where the next block comes",
+            f"{_WEIGHTS['approach']:g} per m nearer: the held block to its place (across, "
+            f"{parts.TWIST_WEIGHT:g} m per rad of twist, and {impacts.DROP_WEIGHT:g} m per m/s of the speed at which "
+            "it would land if let go), the empty gripper to where the next block comes",
         ),
         RewardTerm("placed", f"{_WEIGHTS['placed']:g} when a block first rests at its level"),
         RewardTerm("success", f"{_WEIGHTS['success']:g} when the whole tower has stood for `success_time`"),
@@ -148,6 +150,11 @@ _SPECIFICATION = """Build a tower in 3D: {id}.
     gripper is off it. The next one arrives when all released blocks have been placed and the ball
     around its place in the gripper, 5 cm wider than the block, is clear of blocks and ground.
 
+    A block *cracks* where it meets the ground or another block faster than `crack_speed`: 0.4 m/s is a fall
+    of 8 mm. The speed of an impact is that at which the two bodies of a contact approach along its normal,
+    at its point, when they meet. What rests on a block, and the gripper, crack nothing. So a block must be
+    set down, not dropped. Frames show the cracks.
+
     ## Action Space
     `Box(-1, 1, (5,), float32)`. Values beyond are clipped; NaN and infinity are refused.
 
@@ -174,19 +181,21 @@ _SPECIFICATION = """Build a tower in 3D: {id}.
 
     ## Starting State
     The gripper is at rest with the first block, up to 0.6 m from the middle along x and y, and 1.0
-    to 1.4 m high. Uniform and independent for each block: half-widths 0.15 to 0.25 m, half-height
-    0.10 to 0.18 m, mass 2 to 16 kg, friction 0.4 to 0.8, held up to 40 % of the half-widths off its
-    middle and turned by up to 0.6 rad. Equal seeds give equal blocks for any number of blocks.
+    to 1.4 m high. Uniform and independent for each block, within the ranges of the table of arguments:
+    half-widths, half-height, mass, friction, how far off its middle it is held, and its turn. Where
+    `sway` is not 0, the velocity that it adds to the gantry's along each axis is
+    `sway` (0.6 sin a + 0.4 sin b), with frequencies of 0.2 to 0.5 Hz and 0.6 to 1.2 Hz and phases that
+    are drawn for each axis. Equal seeds give equal blocks for any number of blocks.
 
     ## Episode End
     - Termination, success: all blocks have stood for `success_time`, each on the one below, the
       gripper off them.
-    - Termination, failure: a released block is tilted by more than 0.5 rad, is twisted by more than
+    - Termination, failure: a block cracks, or a released block is tilted by more than 0.5 rad, is twisted by more than
       0.3 rad, or its middle is more than a quarter of its height below its level.
     - Truncation: after {steps}, by `gymnasium.make`, `gymnasium.make_vec` and the vector environment.
 
-    `info` has `success` and `is_success` (bool), `placed` (blocks), and `stand_time` (s that the
-    released blocks have stood).
+    `info` has `success` and `is_success` (bool), `placed` (blocks), `stand_time` (s that the released
+    blocks have stood), `cracked` (bool) and `impact` (m/s, the fastest impact of the step, or 0).
 
     ## Arguments
     The arguments of this table can also be set for one episode: `reset(options={"blocks": 4})`.

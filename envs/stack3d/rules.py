@@ -124,7 +124,11 @@ def _distance(world):  # type: ignore[no-untyped-def]
     gap, speed = parts.landing(block, world.parameters.shapes[_SHAPE + k], top, world.parameters.world.gravity)
     dx = block.position[0] - x
     dy = block.position[1] - y
-    return math.sqrt(dx * dx + dy * dy) + impacts.descent(gap, speed) + _TWIST_WEIGHT * abs(parts.twist(k, bodies[_BLOCK:]))
+    return (
+        math.sqrt(dx * dx + dy * dy)
+        + impacts.descent(gap, speed)
+        + _TWIST_WEIGHT * abs(parts.twist(k, bodies[_BLOCK:]))
+    )
 
 
 @njit
@@ -174,7 +178,7 @@ def _observe_gripper(out, gripper, drive, timestep):  # type: ignore[no-untyped-
 
 @njit
 def _observe_block(world, out, k, held):  # type: ignore[no-untyped-def]
-    """Write entries 16 to 35, 41, 42, 49 and 50: the block that is or was last in the gripper, relative to its support."""
+    """Write entries 16 to 35, 41, 42, 49 and 50: the block in the gripper, or the last one that was, by its support."""
     bodies = world.state.bodies
     block = bodies[_BLOCK + k]
     shape = world.parameters.shapes[_SHAPE + k]

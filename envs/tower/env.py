@@ -11,6 +11,7 @@ from gsenv.envs import time_limit
 from gsenv.envs.core.arguments import Setting
 from gsenv.envs.core.spec_tables import Entry, RewardTerm
 from gsenv.envs.core.vector import TaskVectorEnv
+from gsenv.envs.stack import impacts
 from gsenv.envs.stack import scene as stack
 from gsenv.envs.stack.blocks import TILT_WEIGHT
 from gsenv.envs.stack.settings import BLOCK_SETTINGS, weights_setting
@@ -93,8 +94,9 @@ class TowerTask(BlocksTask):
     reward_terms = (
         RewardTerm(
             "approach",
-            f"{_WEIGHTS['approach']:g} per m nearer: the held block to the tower's top (across, down, and "
-            f"{TILT_WEIGHT:g} m per rad of tilt), the empty gripper to where its blocks arrive",
+            f"{_WEIGHTS['approach']:g} per m nearer: the held block to the tower's top (across, {TILT_WEIGHT:g} m per "
+            f"rad of tilt, and {impacts.DROP_WEIGHT:g} m per m/s of the speed at which it would land if let go) where "
+            "the gripper has the turn, else the gripper to where its blocks arrive",
         ),
         RewardTerm("placed", f"{_WEIGHTS['placed']:g} when an own block first rests at its level"),
         RewardTerm("partner", f"{_WEIGHTS['partner']:g} when one of the other's does"),

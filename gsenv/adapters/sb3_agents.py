@@ -42,9 +42,7 @@ class AgentVecEnv(VecEnv):
     """
 
     def __init__(self, name: str, world_count: int, threads: int = 1, **arguments: Any) -> None:
-        self.batch = make_batch(
-            name, world_count, threads=threads, autoreset_mode=AutoresetMode.DISABLED, **arguments
-        )
+        self.batch = make_batch(name, world_count, threads=threads, autoreset_mode=AutoresetMode.DISABLED, **arguments)
         task = self.batch.task
         if not task.agents:
             raise LookupError(f"{name} has one agent; BatchedVecEnv is for those.")

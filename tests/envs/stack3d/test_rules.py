@@ -12,7 +12,9 @@ from gsenv.envs.stack import shared_rules as rules
 from gsenv.envs.stack3d import blocks as parts
 from gsenv.envs.stack3d import scene
 from gsenv.envs.stack3d.env import Stack3DEnv, Stack3DTask, Stack3DVectorEnv
+from gsenv.envs.stack3d.policy import drop_blocks
 from gsenv.envs.stack3d.scene import FIRST_BLOCK, FIRST_BLOCK_SHAPE, GRIPPER_BODY
+from gsenv.train.evaluate import evaluate
 from tests.envs.registered import terms_of
 from tests.envs.stack3d.worlds import (
     DOWN,
@@ -123,6 +125,56 @@ def test_the_first_block_may_lie_as_it_likes(env: Stack3DEnv) -> None:
     set_up_tower(env.task, 1)
     env.task.world.set_pose("block_0", orientation=turn_z(0.7))
     assert not run(env, 30)[2]
+
+
+def fastest_impact(env: Stack3DEnv, steps: int, action: Any = IDLE) -> float:
+    """Return the fastest impact in m/s of the next steps."""
+    fastest = 0.0
+    for _ in range(steps):
+        _, _, terminated, _, info = env.step(action)
+        fastest = max(fastest, info["impact"])
+        if terminated:
+            break
+    return fastest
+
+
+@pytest.mark.parametrize("height", [0.002, 0.02, 0.3])
+def test_an_impact_has_the_speed_of_a_free_fall(env: Stack3DEnv, height: float) -> None:
+    env.reset(seed=0, options={"crack_speed": 100.0})
+    heights = set_up_tower(env.task, 2)
+    env.task.world.set_pose("block_1", position=(0.0, 0.0, heights[1] + height))
+    assert fastest_impact(env, 20) == pytest.approx(np.sqrt(2.0 * 9.81 * height), rel=0.02)
+
+
+@pytest.mark.parametrize(("height", "cracks"), [(0.007, False), (0.0095, True)])
+def test_a_block_cracks_above_the_speed_that_is_set(env: Stack3DEnv, height: float, cracks: bool) -> None:
+    heights = set_up_tower(env.task, 2)
+    env.task.world.set_pose("block_1", position=(0.0, 0.0, heights[1] + height))
+    _, _, terminated, _, info = run(env, 10)
+    assert info["cracked"] == terminated == cracks
+    assert info["reward_crack"] == (-0.2 if cracks else 0.0)
+    assert (env.task.lines(0) is not None) == cracks
+
+
+def test_a_tower_that_stands_has_no_impacts(env: Stack3DEnv) -> None:
+    env.reset(seed=0, options={"blocks": 6, "success_time": 10.0})
+    set_up_tower(env.task, 6)
+    fastest_impact(env, 3)
+    assert fastest_impact(env, 100) < 0.01
+
+
+def test_only_careful_builders_build() -> None:
+    scripted = evaluate(build_tower, "GStack3D-v0", 20)
+    assert scripted.success_rate >= 0.9
+    generator = np.random.default_rng(0)
+
+    def random_policy(observations: Any) -> Any:
+        return generator.uniform(-1.0, 1.0, (len(observations), 5)).astype(np.float32)
+
+    for policy in (lambda seen: np.zeros((len(seen), 5), np.float32), random_policy, drop_blocks):
+        other = evaluate(policy, "GStack3D-v0", 10)
+        assert other.success_rate == 0.0
+        assert other.mean_return < 0.3 * scripted.mean_return
 
 
 def test_the_held_block_may_be_anywhere(env: Stack3DEnv) -> None:

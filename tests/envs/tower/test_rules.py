@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from gsenv.envs.stack import scene as stack
 from gsenv.envs.tower import scene
 from gsenv.envs.tower.env import TowerTask, TowerVectorEnv
-from gsenv.envs.tower.policy import build_together
+from gsenv.envs.tower.policy import build_together, drop_together
 from tests.envs.registered import terms_of
 from tests.envs.stack.worlds import assert_equal, mixed_actions
 
@@ -239,6 +239,38 @@ def test_released_beside_the_plinth_is_a_fall(vector: TowerVectorEnv) -> None:
     assert not infos["success"][0]
     np.testing.assert_array_equal(infos["reward_fall"][0], [-0.2, -0.2])
     assert (rewards < -0.19).all()
+
+
+def test_one_gripper_has_the_turn(vector: TowerVectorEnv) -> None:
+    """The left one first; then the one that has released fewer blocks."""
+    observations = vector.observe()
+    state = vector.task.task_state[0]
+    seen = set()
+    for _ in range(400):
+        turns = observations[0, :, INDEX["turn"]]
+        released = state["arrived"] - state["held"]
+        assert turns.tolist() == ([1.0, 0.0] if released[0] <= released[1] else [0.0, 1.0])
+        seen.add(tuple(turns.tolist()))
+        observations, _, terminated, _, _ = vector.step(build_together(observations))
+        if terminated[0]:
+            break
+    assert seen == {(1.0, 0.0), (0.0, 1.0)}
+
+
+def test_a_block_that_is_dropped_cracks(vector: TowerVectorEnv) -> None:
+    actions = STILL.copy()
+    actions[0, 1, 3] = 1.0
+    for _ in range(60):
+        _, rewards, terminated, _, infos = vector.step(actions)
+        actions = STILL
+        if terminated[0]:
+            break
+    assert infos["cracked"][0]
+    assert infos["impact"][0] > 1.0
+    np.testing.assert_array_equal(infos["reward_crack"][0], [-0.2, -0.2])
+    assert (rewards < -0.19).all()
+    assert vector.task.task_state["cracked"][0] == 2
+    assert not success_of(drop_together, 20, blocks=2).any()
 
 
 def test_the_next_block_comes_at_the_own_depot_only(vector: TowerVectorEnv) -> None:
