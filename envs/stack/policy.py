@@ -47,7 +47,7 @@ def build_tower(observations: NDArray[np.float32], drop_gap: float = 0.0) -> NDA
     speed_y = np.where(holding, _descent(seen, ready, drop_gap), _ascent(seen))
     # The block turns about the magnet: what it swings to the side is taken back at once.
     turn = np.where(holding, _GAIN * error_angle, -2.0 * seen["gripper_angle"])
-    landed = holding & (seen["block_gap"] - drop_gap < 0.004) & ready & _slow(seen)
+    landed = holding & (seen["block_gap"] - drop_gap < 0.004) & ready & (_slow(seen) | (drop_gap > 0.0))
     actions = np.stack(
         [
             speed_x / scene.SPEED,

@@ -47,7 +47,7 @@ def build_tower(observations: NDArray[np.float32], drop_gap: float = 0.0) -> NDA
     ready = centred & (np.abs(seen["block_twist"]) < _STRAIGHT)
     turn = np.where(holding, -_GAIN * seen["block_twist"], -2.0 * seen["gripper_heading"])
     speed = np.sqrt(seen["block_vx"] ** 2 + seen["block_vy"] ** 2 + seen["block_vz"] ** 2)
-    landed = holding & (seen["block_gap"] - drop_gap < 0.004) & ready & (speed < _CALM)
+    landed = holding & (seen["block_gap"] - drop_gap < 0.004) & ready & ((speed < _CALM) | (drop_gap > 0.0))
     actions = np.stack(
         [
             np.where(holding, _GAIN * error_x, 0.0) / scene.SPEED,

@@ -36,7 +36,7 @@ def drop_together(observations: NDArray[np.float32]) -> NDArray[np.float32]:
 def build_together(observations: NDArray[np.float32], drop_gap: float = 0.0) -> NDArray[np.float32]:
     """Return actions (..., 4) for observations (..., entry) of one or many grippers.
 
-    Of two that hold a block the nearer one builds, the other waits on its side, and so it does until the
+    Of two that hold a block the one with the turn builds, the other waits on its side, and so it does until the
     empty gripper has left. An empty gripper rises off the tower and goes out to its next block. With `drop_gap`,
     m, blocks are let go at this height.
     """
@@ -46,12 +46,8 @@ def build_together(observations: NDArray[np.float32], drop_gap: float = 0.0) -> 
     error_x = np.where(mine, -_LEAN_SHARE * seen["lean"], _WAITING) - seen["block_dx"]
     error_angle = seen["support_angle"] - seen["block_angle"]
     ready = mine & (np.abs(error_x) < 2.0 * _CENTRED) & (np.abs(error_angle) < 2.0 * _LEVEL)
-    landed = (
-        holding
-        & (seen["block_gap"] - drop_gap < 0.004)
-        & ready
-        & (np.hypot(seen["block_vx"], seen["block_vy"]) < _CALM)
-    )
+    calm = (np.hypot(seen["block_vx"], seen["block_vy"]) < _CALM) | (drop_gap > 0.0)
+    landed = holding & (seen["block_gap"] - drop_gap < 0.004) & ready & calm
     actions = np.stack(
         [
             np.where(holding, _inwards(seen, error_x), _outwards(seen)) / scene.SPEED,
@@ -65,11 +61,10 @@ def build_together(observations: NDArray[np.float32], drop_gap: float = 0.0) -> 
 
 
 def _my_turn(seen: Seen) -> NDArray[np.bool_]:
-    """Whether to go to the tower: the way is free, or this gripper is the nearer one."""
-    nearer = np.abs(seen["block_dx"]) < np.abs(seen["other_block_dx"])
+    """Whether to go to the tower: the way is free, or both hold a block and this gripper has the turn."""
     other_x = seen["other_dx"] + seen["grasp_dx"] + seen["block_dx"]  # of the other gripper from the support
     away = other_x > _BUSY
-    return np.where(seen["other_holding"] > 0.5, nearer, away)
+    return np.where(seen["other_holding"] > 0.5, seen["turn"] > 0.5, away)
 
 
 def _inwards(seen: Seen, error_x: NDArray[Any]) -> NDArray[Any]:

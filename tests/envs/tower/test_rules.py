@@ -117,7 +117,7 @@ def test_snapshots_and_pickles_of_the_batch() -> None:
 
 
 def test_observations_vary_and_stay_within_bounds() -> None:
-    vector = TowerVectorEnv(24, max_episode_steps=600, autoreset_mode="SameStep")
+    vector = TowerVectorEnv(24, max_episode_steps=600, autoreset_mode="SameStep", crack_speed=100.0)
     low, high = vector.task.low, vector.task.high
     observations, _ = vector.reset(seed=0)
     seen: list[NDArray[np.float32]] = []
@@ -173,7 +173,7 @@ def test_mirror_images_act_alike(vector: TowerVectorEnv) -> None:
 
 def test_grippers_collide() -> None:
     """Both go inwards: in every world they meet, with what they hold, and it costs both."""
-    vector = TowerVectorEnv(8, autoreset_mode="Disabled")
+    vector = TowerVectorEnv(8, autoreset_mode="Disabled", crack_speed=100.0)
     vector.reset(seed=0)
     actions = np.tile(STILL, (8, 1, 1))
     actions[..., 0] = 1.0
