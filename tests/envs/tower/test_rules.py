@@ -124,6 +124,8 @@ def test_observations_vary_and_stay_within_bounds() -> None:
     for actions in mixed_actions(0, (450, 24, 2)):
         actions[8:] = build_together(observations[8:])
         actions[8:16, :, :3] += 0.3 * mixed_actions(len(seen), (8, 2))[..., :3]
+        leaving = observations[20:, :, INDEX["holding"]] < 0.5
+        actions[20:, :, :2][leaving] = (-1.0, -0.5)  # low, where the gripper must rise for its next block
         observations = vector.step(actions)[0]
         assert (observations >= low).all()
         assert (observations <= high).all()
