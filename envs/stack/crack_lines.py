@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[Any]
 
+INNER = 0.95  # of the half-extents: lines are thick, and end within the outline
 OUT = 1.004  # of the half-extents: just in front of the faces
 _PATHS = (  # on a face of the half-extents 1
     ((-0.20, -1.0), (0.08, -0.62), (-0.16, -0.30), (0.12, 0.10), (-0.08, 0.52), (0.16, 1.0)),
@@ -46,7 +47,7 @@ def crack_lines(world: World, index: int, first_block: int, first_shape: int, cr
         if cracked >> k & 1:
             body = world.state.bodies[index, first_block + k]
             half = world.parameters.shapes["size"][index, first_shape + k]
-            pattern = FACE if len(body["position"]) == 2 else BOX
+            pattern = INNER * FACE if len(body["position"]) == 2 else BOX
             sign = np.where(np.arange(pattern.shape[-1]) == 0, 1.0 - 2.0 * (k % 2), 1.0)  # not all alike
             local = pattern * sign * half[: pattern.shape[-1]]
             lines.append(body["position"] + local @ _rotation(body["rotation"]).T)
