@@ -145,7 +145,7 @@ _SPECIFICATION = """Build a tower: {id}.
     going to and fro earns nothing.
 
     ## Starting State
-    The gripper is at rest with the first block, up to 1.2 m left or right of the middle and 1.0 to
+    The gripper is at rest with the first block, up to 1.2 m left or right of the middle and 1 to
     1.4 m high. Uniform and independent for each block, within the ranges of the table of arguments:
     half-width, half-height, mass, friction, how far off its middle it is held, and its tilt. Where
     `sway` is not 0, the velocity that it adds to the gantry's along each axis is

@@ -9,6 +9,7 @@ import pytest
 
 from gsenv.envs.core.policies import scripted_actions
 from gsenv.envs.stack import shared_rules as rules
+from gsenv.envs.stack.settings import CRACK_SPEED
 from gsenv.envs.stack3d import blocks as parts
 from gsenv.envs.stack3d import scene
 from gsenv.envs.stack3d.env import Stack3DEnv, Stack3DTask, Stack3DVectorEnv
@@ -246,7 +247,7 @@ def test_the_drive_carries_the_weight_of_block_and_grasp() -> None:
 
 
 def test_the_gripper_stops_at_an_obstacle_and_comes_back_upright() -> None:
-    env = Stack3DEnv()
+    env = Stack3DEnv(crack_speed=100.0)
     env.reset(seed=2)
     pressed = run(env, 90, DOWN)[0]
     assert abs(read(pressed, "drive_z")[0]) <= 1.0
@@ -347,12 +348,13 @@ def test_random_actions_do_not_build() -> None:
         f"{scene.REACH_Z[1]:g} m high, and within {scene.REACH_ANGLE:g} rad",
         f"up to {scene.START:g} m from the middle along x and y",
         f"{scene.START_Z[0]:.1f} to {scene.START_Z[1]:g} m high",
-        f"half-widths {scene.HALF_WIDTH[0]:.2f} to {scene.HALF_WIDTH[1]:.2f} m",
-        f"half-height {scene.HALF_HEIGHT[0]:.2f} to {scene.HALF_HEIGHT[1]:.2f} m",
-        f"mass {scene.MASS[0]:g} to {scene.MASS[1]:g} kg",
-        f"friction {scene.FRICTION[0]:g} to {scene.FRICTION[1]:g}",
-        f"up to {100 * scene.GRASP_OFFSET:g} % of the half-widths",
-        f"turned by up to {scene.GRASP_TURN:g} rad",
+        f"m, of blocks along x and y: (lowest, highest), within 0.1 to 0.3 | {scene.HALF_WIDTH} |",
+        f"m, of blocks: (lowest, highest), within 0.05 to 0.22 | {scene.HALF_HEIGHT} |",
+        f"kg, of blocks: (lowest, highest), within 0.5 to 20 | {scene.MASS} |",
+        f"coefficient, of blocks: (lowest, highest), within 0 to 1 | {scene.FRICTION} |",
+        f"of its half-widths, within 0 to 0.8 | {scene.GRASP_OFFSET:g} |",
+        f"rad, how far a block is turned in the gripper, within 0 to 0.75 | {scene.GRASP_TURN:g} |",
+        f"m/s, of the slowest impact that cracks a block, within 0.05 to 100 | {CRACK_SPEED:g} |",
         f"tilted by more than {rules.TIPPED:g} rad, is twisted by more than {parts.TWISTED:g} rad",
         f"`Box(low, high, ({len(INDEX)},), float32)`",
         *(f"| {entry.name} " for entry in (*Stack3DTask.actions, *Stack3DTask.observations)),
