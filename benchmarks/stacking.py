@@ -44,7 +44,7 @@ POLICIES = ("zero", "random", "constant", "naive", "scripted", "trained")
 
 @dataclass(frozen=True)
 class Outcome:
-    """Success of a policy, of 1, and its mean return; NaN where there is no such policy."""
+    """Success of a policy, of 1, and its mean return."""
 
     tier: str
     policy: str
@@ -82,8 +82,8 @@ def best_constant(env_id: str, arguments: Mapping[str, Any], tries: int) -> tupl
     return max(results)
 
 
-def play(env_id: str, arguments: Mapping[str, Any], policy: str, run: Run) -> tuple[float, float]:
-    """Return success and mean return of a policy."""
+def play(env_id: str, arguments: Mapping[str, Any], policy: str, run: Run) -> tuple[float, float] | None:
+    """Return success and mean return of a policy, or None where there is no such policy."""
     if policy == "constant":
         return best_constant(env_id, arguments, QUICK_CONSTANTS if run.quick else CONSTANTS)
     count = len(make_batch(env_id, 1).task.actions)
@@ -96,7 +96,7 @@ def play(env_id: str, arguments: Mapping[str, Any], policy: str, run: Run) -> tu
     }
     actor = makers[policy]()
     if actor is None:
-        return float("nan"), float("nan")
+        return None
     result = evaluate(actor, env_id, QUICK_EPISODES if run.quick else EPISODES, arguments=arguments)
     return result.success_rate, result.mean_return
 
@@ -110,7 +110,9 @@ def measure(run: Run) -> dict[str, Any]:
     for env_id, arguments in track(TIERS, "tiers", len(TIERS)):
         name = ", ".join([env_id, *(f"{key} {value}" for key, value in arguments.items())])
         for policy in POLICIES:
-            outcomes.append(Outcome(name, policy, *play(env_id, arguments, policy, run)))
+            result = play(env_id, arguments, policy, run)
+            if result is not None:
+                outcomes.append(Outcome(name, policy, *result))
     return {"episodes": QUICK_EPISODES if run.quick else EPISODES, "outcomes": packed(outcomes)}
 
 
@@ -120,10 +122,10 @@ def report(results: Mapping[str, Any]) -> Report:
     rows = []
     for tier in tiers:
         cells = {o.policy: o for o in outcomes if o.tier == tier}
-        rows.append([tier, *(_cell(cells[policy]) for policy in POLICIES)])
+        rows.append([tier, *(_cell(cells.get(policy)) for policy in POLICIES)])
     header = ["tier", "zero", "random", "best constant", "naive: drops", "scripted", "trained"]
     return Report(f"success and mean return, {results['episodes']} unseen episodes", [Table(header, rows, words=1)])
 
 
-def _cell(outcome: Outcome) -> str:
-    return "-" if np.isnan(outcome.success) else f"{outcome.success:.0%} ({outcome.returns:.2f})"
+def _cell(outcome: Outcome | None) -> str:
+    return "-" if outcome is None else f"{outcome.success:.0%} ({outcome.returns:.2f})"
