@@ -92,7 +92,7 @@ SETTINGS = {
     ),
     "tower_v0": replace(
         STACK,
-        steps=4_000_000,
+        steps=8_000_000,
         world_count=128,
         arguments={"blocks": 4, "crack_speed": 0.4},
         curriculum=_frailer(2, 2),

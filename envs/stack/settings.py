@@ -135,7 +135,7 @@ BLOCK_SETTINGS = (
     number_setting("success_time", SUCCESS_TIME, "s that the whole tower must stand", LIMITS["success_time"]),
 )  # fmt: skip
 
-SETTINGS = (
+SETTINGS: tuple[Setting, ...] = (
     blocks_setting(5, 1, scene.MAX_BLOCKS), *BLOCK_SETTINGS, sway_setting(0.0), weights_setting(REWARD_WEIGHTS),
 )  # fmt: skip
 HARDCORE_SETTINGS = with_defaults(

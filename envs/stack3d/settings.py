@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from gsenv.envs.core.arguments import Setting
 from gsenv.envs.stack.settings import (
     CRACK_SPEED,
     REWARD_WEIGHTS,
@@ -27,7 +28,7 @@ LIMITS = {
     "success_time": (0.1, 10.0),
 }
 
-SETTINGS = (
+SETTINGS: tuple[Setting, ...] = (
     blocks_setting(3, 2, scene.MAX_BLOCKS),
     range_setting("half_width", scene.HALF_WIDTH, "m, of blocks along x and y", LIMITS["half_width"]),
     range_setting("half_height", scene.HALF_HEIGHT, "m, of blocks", LIMITS["half_height"]),
