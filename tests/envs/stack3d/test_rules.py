@@ -358,7 +358,9 @@ def test_random_actions_do_not_build() -> None:
         f"tilted by more than {rules.TIPPED:g} rad, is twisted by more than {parts.TWISTED:g} rad",
         f"`Box(low, high, ({len(INDEX)},), float32)`",
         *(f"| {entry.name} " for entry in (*Stack3DTask.actions, *Stack3DTask.observations)),
-        *(f"| {entry.name} " for entry in (*Stack3DTask.reward_terms, *Stack3DTask.arguments, *Stack3DTask.quantities)),
+        *(f"| {entry.name} " for entry in Stack3DTask.reward_terms),
+        *(f"| {entry.name} " for entry in Stack3DTask.arguments),
+        *(f"| {entry.name} " for entry in Stack3DTask.quantities),
     ],
 )
 def test_docstring_agrees_with_the_task(text: str) -> None:
