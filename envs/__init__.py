@@ -37,6 +37,15 @@ ENVS = (
         "stack.policy:build_tower",
     ),
     EnvEntry(
+        "GStack-hardcore-v0",
+        "stack.env:StackHardcoreEnv",
+        "stack.env:StackHardcoreVectorEnv",
+        900,
+        9.0,
+        "2D: the same with more, frailer and more varied blocks, by a gantry that sways",
+        "stack.policy:build_tower",
+    ),
+    EnvEntry(
         "GCar-v0",
         "car.env:CarEnv",
         "car.env:CarVectorEnv",
@@ -70,6 +79,15 @@ ENVS = (
         600,
         8.5,
         "3D: build a tower of blocks that stands",
+        "stack3d.policy:build_tower",
+    ),
+    EnvEntry(
+        "GStack3D-hardcore-v0",
+        "stack3d.env:Stack3DHardcoreEnv",
+        "stack3d.env:Stack3DHardcoreVectorEnv",
+        900,
+        7.0,
+        "3D: the same with more, frailer and more varied blocks, by a gantry that sways",
         "stack3d.policy:build_tower",
     ),
     EnvEntry(
@@ -116,11 +134,21 @@ class ParallelEntry:
     """One environment of several agents, a module of gsenv.envs in PettingZoo's style."""
 
     name: str  # of the module; "gsenv/<name>" in PettingZoo's registries
+    vector_env: str  # "module:name" within gsenv.envs
     max_cycles: int
-    summary: str
+    summary: str  # for `gsenv list`
+    scripted_policy: str | None = None  # (..., entry) observations to (..., action) actions, of each agent
 
 
-PARALLEL_ENVS = (ParallelEntry("tower_v0", 900, "2D: two grippers build one tower together"),)
+PARALLEL_ENVS = (
+    ParallelEntry(
+        "tower_v0",
+        "tower.env:TowerVectorEnv",
+        900,
+        "2D: two grippers build one tower together",
+        "tower.policy:build_together",
+    ),
+)
 
 
 def time_limit(name: str) -> int:

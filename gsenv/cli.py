@@ -351,9 +351,7 @@ def _parallel_footage(options: argparse.Namespace) -> _Footage:
     except (TypeError, ValueError) as error:
         raise _CliError(str(error), WRONG_USAGE) from None
     kind = options.policy or "random"
-    if kind not in ("random", "scripted"):
-        raise _CliError(f"{options.target} has a random and a scripted policy, no {kind!r}", FAILED)
-    policy = module.scripted_actions if kind == "scripted" else None
+    policy = None if kind == "random" else _actor(kind, options.target, 0)
     step_count = options.steps or env.max_cycles or 1000
     frames = env.film(policy, options.seed, step_count, one_episode=options.steps is None)
     return _Footage(env.metadata["render_fps"], step_count + 1, frames)
@@ -383,7 +381,7 @@ def _actor(policy: str, env_id: str, seed: int) -> "Actor":
 
 
 def _check_env(name: str) -> None:
-    names = [entry.id for entry in ENVS]
+    names = [entry.id for entry in ENVS] + [entry.name for entry in PARALLEL_ENVS]
     if name not in names:
         raise _CliError(f"no environment is called {name!r}; {_suggestion(name, names)}", WRONG_USAGE)
 

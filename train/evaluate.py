@@ -15,11 +15,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
-import gsenv  # noqa: F401  (registers the environments)
+from gsenv.envs import ENVS, PARALLEL_ENVS
+from gsenv.envs.core.policies import make_batch
+from gsenv.envs.core.spec_tables import box_of
 
 SPLIT = "test"  # of all evaluations; training has the other one
 TEST_SEED = 0  # first seed of the test after training
@@ -59,15 +60,17 @@ def evaluate(
 ) -> Evaluation:
     """Run one episode on each of the seeds `seed` .. `seed + episodes - 1`, all in one batch; return the means.
 
+    Where an environment has several agents, the actor acts for each of them, and the return is the mean of theirs.
+
     The seeds are of the split "test", unless `arguments` of the environment say otherwise.
     """
-    envs = gymnasium.make_vec(env_id, num_envs=episodes, **{"split": SPLIT} | dict(arguments or {}))
+    envs = make_batch(env_id, episodes, **{"split": SPLIT} | dict(arguments or {}))
     observations, _ = envs.reset(seed=seed)
     returns, lengths = np.zeros(episodes), np.zeros(episodes, np.int64)
     running, success = np.ones(episodes, bool), np.zeros(episodes, bool)
     while running.any():
         observations, rewards, terminated, truncated, infos = envs.step(actor(observations))
-        returns += np.where(running, rewards, 0.0)
+        returns += np.where(running, rewards.reshape(episodes, -1).mean(axis=1), 0.0)  # mean over the agents
         lengths += running
         ended = running & (terminated | truncated)
         success |= ended & infos.get("is_success", np.zeros(episodes, bool))
@@ -105,23 +108,22 @@ def make_actor(policy: str, env_id: str, seed: int = 0) -> Actor:
         raise PolicyError(f"cannot read {path}: {error.strerror or error}.") from None
     except ValueError as error:
         raise PolicyError(str(error)) from None
-    env = gymnasium.make(env_id)
-    for what, count, space in (
-        ("observations", mlp.observation_count, env.observation_space),
-        ("actions", mlp.action_count, env.action_space),
+    task = make_batch(env_id, 1).task
+    for what, count, entries in (
+        ("observations", mlp.observation_count, task.observations),
+        ("actions", mlp.action_count, task.actions),
     ):
-        if space.shape != (count,):
-            raise PolicyError(f"{path} is for {count} {what}, {env_id} has {space.shape}.")
+        if len(entries) != count:
+            raise PolicyError(f"{path} is for {count} {what}, {env_id} has {(len(entries),)}.")
     return mlp
 
 
 def _random_actor(env_id: str, seed: int) -> Actor:
-    space = gymnasium.make(env_id).action_space
-    assert isinstance(space, gymnasium.spaces.Box)
+    space = box_of(make_batch(env_id, 1).task.actions)
     generator = np.random.default_rng(seed)
 
     def act(observations: NDArray[np.float32]) -> NDArray[np.float32]:
-        return generator.uniform(space.low, space.high, (len(observations), *space.shape)).astype(np.float32)
+        return generator.uniform(space.low, space.high, (*observations.shape[:-1], *space.shape)).astype(np.float32)
 
     return act
 
@@ -175,7 +177,7 @@ def add_set_option(parser: argparse.ArgumentParser) -> None:
 
 
 def check_env_id(parser: argparse.ArgumentParser, env_id: str) -> None:
-    if env_id.rpartition(":")[2] not in gymnasium.registry:
+    if env_id.rpartition(":")[2] not in {*(entry.id for entry in ENVS), *(entry.name for entry in PARALLEL_ENVS)}:
         parser.error(f"there is no environment {env_id!r}")
 
 

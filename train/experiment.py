@@ -19,6 +19,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
+from gsenv.envs import PARALLEL_ENVS
 from gsenv.train.evaluate import (
     TEST_SEED,
     VALIDATION_SEED,
@@ -201,7 +202,12 @@ def make_envs(settings: Settings) -> Any:
     from stable_baselines3.common.env_util import make_vec_env
 
     from gsenv.adapters.sb3 import BatchedVecEnv
+    from gsenv.adapters.sb3_agents import AgentVecEnv
 
+    if settings.env in {entry.name for entry in PARALLEL_ENVS}:  # all agents learn one policy
+        agents = AgentVecEnv(settings.env, settings.world_count, **settings.arguments)
+        agents.seed(_first_seed(settings))
+        return agents
     env_id = settings.env if ":" in settings.env else f"gsenv:{settings.env}"
     return make_vec_env(
         env_id,

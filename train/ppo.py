@@ -38,6 +38,33 @@ class Settings(experiment.Settings):
 
 
 DEFAULTS = Settings()
+STACK = replace(
+    DEFAULTS,
+    world_count=256,
+    rollout=32,
+    batch_size=1024,
+    epochs=5,
+    learning_rate=1e-3,
+    layers=(64, 64),
+    log_std=-1.0,
+    evaluate_every=200_000,
+)
+
+
+def _frailer(few: int, more: int) -> tuple[tuple[float, dict[str, float]], ...]:
+    """Return a curriculum of towers of `few`, then `more` blocks, which crack more and more easily.
+
+    Blocks that crack at once are never released, and blocks that never crack are dropped at once.
+    """
+    return (
+        (0.07, {"blocks": few, "crack_speed": 2.0}),
+        (0.14, {"blocks": more, "crack_speed": 1.4}),
+        (0.21, {"blocks": more, "crack_speed": 1.0}),
+        (0.28, {"crack_speed": 0.7}),
+        (0.35, {"crack_speed": 0.5}),
+    )
+
+
 RAGDOLL = replace(
     DEFAULTS,
     steps=1_500_000,
@@ -77,13 +104,26 @@ RAGDOLL3D = replace(
 )
 SETTINGS = {
     "GStack-v0": replace(
-        DEFAULTS,
-        arguments={"blocks": 5},
-        curriculum=(
-            (0.1, {"blocks": 2}),
-            (0.3, {"blocks": 3}),
-        ),  # with five from the start, some seeds never release a block
-        tests=({"blocks": 3}, {"blocks": 5}),
+        STACK,
+        steps=2_500_000,
+        arguments={"blocks": 5, "crack_speed": 0.4},
+        curriculum=_frailer(2, 3),
+        tests=({},),
+    ),
+    "GStack3D-v0": replace(
+        STACK,
+        steps=3_000_000,
+        arguments={"blocks": 3, "crack_speed": 0.4},
+        curriculum=_frailer(2, 2),
+        tests=({},),
+    ),
+    "tower_v0": replace(
+        STACK,
+        steps=8_000_000,
+        world_count=128,
+        arguments={"blocks": 4, "crack_speed": 0.4},
+        curriculum=_frailer(2, 2),
+        tests=({},),
     ),
     "GCar-v0": replace(
         CAR,

@@ -62,7 +62,7 @@ class Painter:
         camera = task.camera(world, width, height)
         if camera is not None:
             renderer.camera = camera
-        frame: Frame = renderer.render(world, hud=task.captions(world))
+        frame: Frame = renderer.render(world, hud=task.captions(world), lines=task.lines(world))
         return frame
 
     def render(self, task: Task) -> tuple[Frame, ...] | None:

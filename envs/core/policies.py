@@ -2,7 +2,6 @@
 
 A policy is a function of an environment; it returns the next action. All are functions of the
 observation without memory, so one policy serves any number of environments.
-trained ones are too.
 """
 
 from __future__ import annotations
@@ -16,8 +15,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gsenv.envs import ENVS
+from gsenv.envs import ENVS, PARALLEL_ENVS
 from gsenv.envs.core.mlp import MlpPolicy
+from gsenv.envs.core.vector import TaskVectorEnv
 
 Observations = NDArray[np.float32]
 Actions = NDArray[np.float32]
@@ -50,11 +50,12 @@ def scripted_actions(env_id: str) -> BatchPolicy:
         LookupError: the environment has none.
     """
     name = env_id.rpartition(":")[2]
-    entry = next((entry for entry in ENVS if entry.id == name), None)
-    if entry is None or entry.scripted_policy is None:
+    known = {entry.id: entry.scripted_policy for entry in ENVS}
+    known |= {entry.name: entry.scripted_policy for entry in PARALLEL_ENVS}
+    where = known.get(name)
+    if where is None:
         raise LookupError(f"{name} has no scripted policy.")
-    module, _, function = entry.scripted_policy.partition(":")
-    policy: BatchPolicy = getattr(import_module(f"gsenv.envs.{module}"), function)
+    policy: BatchPolicy = _find(where)
     return policy
 
 
@@ -70,6 +71,28 @@ def trained_actions(env_id: str) -> MlpPolicy:
         raise LookupError(f"{name} has no trained policy; `gsenv train {name}` makes one.")
     with asset.open("rb") as file:
         return MlpPolicy.load(io.BytesIO(file.read()))
+
+
+def make_batch(env_id: str, world_count: int, **arguments: Any) -> TaskVectorEnv:
+    """Return the native vector environment of a registered environment, of one or of several agents.
+
+    Raises:
+        LookupError: there is no such environment.
+        TypeError, ValueError: a bad argument.
+    """
+    name = env_id.rpartition(":")[2]
+    known = {entry.id: entry.vector_env for entry in ENVS}
+    known |= {entry.name: entry.vector_env for entry in PARALLEL_ENVS}
+    if name not in known:
+        raise LookupError(f"there is no environment {env_id!r}.")
+    batch: TaskVectorEnv = _find(known[name])(world_count, **arguments)
+    return batch
+
+
+def _find(where: str) -> Any:
+    """Return what an entry names as "module:name"."""
+    module, _, name = where.partition(":")
+    return getattr(import_module(f"gsenv.envs.{module}"), name)
 
 
 def _on_env(policy: BatchPolicy) -> Policy:

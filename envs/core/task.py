@@ -244,12 +244,20 @@ class Task(ABC):
         self.world.control = ranges["lower"] + share * (ranges["upper"] - ranges["lower"])
         return -1
 
+    def simulate(self) -> None:
+        """Advance the physics by one control step, `engine_steps` steps of the engine."""
+        self.world.step(self.engine_steps)
+
     @abstractmethod
     def evaluate(self) -> None:
         """Fill `reward`, `terms`, `terminated`, `infos` and `observation` of all worlds, after the physics."""
 
     def camera(self, world: int, width: int, height: int) -> Any:
         """Return a gsenv.render camera for the picture of a world, or None for the renderer's own choice."""
+        return None
+
+    def lines(self, world: int) -> Array | None:
+        """Return lines (line, 2, dim) in m, from where to where, that frames of a world show; None: none."""
         return None
 
     def captions(self, world: int) -> Sequence[str]:
@@ -297,7 +305,7 @@ class Task(ABC):
         bad = self.apply_action(buffer)
         if bad >= 0:
             raise ValueError(f"step: actions must be finite, got {buffer[bad]} in world {bad}.")
-        self.world.step(self.engine_steps)
+        self.simulate()
         if self.with_diagnostics:
             read_diagnostics(self.world, self.diagnostics)
         self.evaluate()

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 
 from gsenv.envs.core.kernels import active_contacts, between
-from gsenv.envs.stack import scene
+from gsenv.envs.stack import impacts, scene
 from gsenv.envs.stack.shared_rules import REST_SPEED, SUNK, TIPPED, is_touching, within
 from gsenv.solver.core.edit import enable_body, enable_joint, place_body, set_box
 from gsenv.solver.core.trig import sin_cos
@@ -255,3 +255,11 @@ def observe_block(out, held, block, body, shape, gripper, x, top):  # type: igno
     out[18] = body.mass / 10.0
     out[19] = shape.friction
     out[20] = gripper.position[0] - block.position[0]
+
+
+@njit
+def landing(block, shape, top, gravity):  # type: ignore[no-untyped-def]
+    """Return (gap in m, drop speed in m/s) of a block above its support, whose top is at `top`."""
+    gap = block.position[1] - vertical_reach(block, shape) - top
+    sinking = -block.velocity[1] + abs(block.velocity[2] * block.rotation[0]) * shape.size[0]
+    return gap, impacts.drop_speed(gap, sinking, -gravity[1])

@@ -13,9 +13,9 @@ from gsenv.envs.core.env import TaskEnv
 from gsenv.envs.core.spec_tables import Entry, RewardTerm
 from gsenv.envs.core.task import documented
 from gsenv.envs.core.vector import TaskVectorEnv
-from gsenv.envs.stack import blocks, rules, scene, start
+from gsenv.envs.stack import blocks, impacts, rules, scene, start
 from gsenv.envs.stack.build import build_scene
-from gsenv.envs.stack.settings import REWARD_WEIGHTS, SETTINGS
+from gsenv.envs.stack.settings import HARDCORE_SETTINGS, REWARD_WEIGHTS, SETTINGS
 from gsenv.envs.stack.task import BlocksTask
 from gsenv.solver import Scene
 
@@ -63,20 +63,26 @@ class StackTask(BlocksTask):
         Entry("blocks placed, divided by 8", "placed", 0, 1),
         Entry("blocks to go, divided by 8", "to_go", 0, 1),
         Entry("time that the released blocks have stood, divided by success_time", "stand_time", 0, 1),
+        Entry("block, height above its support's top again, of what is near", "near_gap", -0.05, 0.1, "m"),
+        Entry("block, speed at which it would land if let go now, divided by crack_speed", "drop_speed", 0, 5),
     )
     reward_terms = (
         RewardTerm(
             "approach",
             f"{_WEIGHTS['approach']:g} per m nearer: the held block to its place (across, "
-            f"down, and {blocks.TILT_WEIGHT:g} m per rad of tilt), the empty gripper to where "
-            "the next block comes",
+            f"{blocks.TILT_WEIGHT:g} m per rad of tilt, and {impacts.DROP_WEIGHT:g} m per m/s of the speed at which it "
+            "would land if let go), the empty gripper to where the next block comes",
         ),
         RewardTerm("placed", f"{_WEIGHTS['placed']:g} when a block first rests at its level"),
         RewardTerm("success", f"{_WEIGHTS['success']:g} when the whole tower has stood for `success_time`"),
         RewardTerm("fall", f"{_WEIGHTS['fall']:g} when a released block falls"),
+        RewardTerm("crack", f"{_WEIGHTS['crack']:g} when a block cracks"),
+        RewardTerm("time", f"{_WEIGHTS['time']:g} in each step"),
         RewardTerm("effort", f"{_WEIGHTS['effort']:g} times the mean square of the first 3 actions"),
     )
     rules: ClassVar[ModuleType] = rules
+    first_block = scene.FIRST_BLOCK
+    first_shape = scene.FIRST_BLOCK_SHAPE
     task_state_fields = start.TASK_STATE_FIELDS
     max_episode_steps = time_limit("GStack-v0")
     draw_count = start.DRAW_COUNT
@@ -89,9 +95,14 @@ class StackTask(BlocksTask):
         return self.front_camera(world, width, height, scene.REACH_X + 0.2)
 
 
-@documented
-class StackEnv(TaskEnv, Env[Any, Any]):
-    """Build a tower: GStack-v0.
+class StackHardcoreTask(StackTask):
+    """StackTask with harder defaults."""
+
+    arguments = HARDCORE_SETTINGS
+    max_episode_steps = time_limit("GStack-hardcore-v0")
+
+
+_SPECIFICATION = """Build a tower: {id}.
 
     ## Description
     A gripper hangs from a gantry and holds a block by a magnet. Set the block down, let go, rise,
@@ -106,6 +117,11 @@ class StackEnv(TaskEnv, Env[Any, Any]):
     gripper is off it. The next one arrives when all released blocks have been placed and the circle
     around its place in the gripper, 5 cm wider than the block, is clear of blocks and ground.
 
+    A block *cracks* where it meets the ground or another block faster than `crack_speed`: 0.4 m/s is a fall
+    of 8 mm. The speed of an impact is that at which the two bodies of a contact approach along its normal,
+    at its point, when they meet. What rests on a block, and the gripper, crack nothing. So a block must be
+    set down, not dropped. Frames show the cracks.
+
     ## Action Space
     `Box(-1, 1, (4,), float32)`. Values beyond are clipped; NaN and infinity are refused.
 
@@ -115,7 +131,7 @@ class StackEnv(TaskEnv, Env[Any, Any]):
     0.6 rad.
 
     ## Observation Space
-    `Box(low, high, (30,), float32)`, always within its bounds. "Block" is the one in the gripper,
+    `Box(low, high, (32,), float32)`, always within its bounds. "Block" is the one in the gripper,
     or the last one that was; "support" is what it belongs on.
 
     {observation_table}
@@ -129,20 +145,22 @@ class StackEnv(TaskEnv, Env[Any, Any]):
     going to and fro earns nothing.
 
     ## Starting State
-    The gripper is at rest with the first block, up to 1.2 m left or right of the middle and 1.8 to
-    2.2 m high. Uniform and independent for each block: half-width 0.15 to 0.30 m, half-height 0.12
-    to 0.20 m, mass 2 to 16 kg, friction 0.4 to 0.8, held up to 50 % of the half-width off its
-    middle and tilted by up to 0.4 rad. Equal seeds give equal blocks for any number of blocks.
+    The gripper is at rest with the first block, up to 1.2 m left or right of the middle and 1 to
+    1.4 m high. Uniform and independent for each block, within the ranges of the table of arguments:
+    half-width, half-height, mass, friction, how far off its middle it is held, and its tilt. Where
+    `sway` is not 0, the velocity that it adds to the gantry's along each axis is
+    `sway` (0.6 sin a + 0.4 sin b), with frequencies of 0.2 to 0.5 Hz and 0.6 to 1.2 Hz and phases that
+    are drawn for each axis. Equal seeds give equal blocks for any number of blocks.
 
     ## Episode End
     - Termination, success: all blocks have stood for `success_time`, each on the one below, the
       gripper off them.
-    - Termination, failure: a released block is tilted by more than 0.5 rad, or its middle is more
-      than a quarter of its height below its level.
-    - Truncation: after 600 steps (20 s), by `gymnasium.make`, `gymnasium.make_vec` and the vector environment.
+    - Termination, failure: a block cracks, or a released block is tilted by more than 0.5 rad, or its
+      middle is more than a quarter of its height below its level.
+    - Truncation: after {steps}, by `gymnasium.make`, `gymnasium.make_vec` and the vector environment.
 
-    `info` has `success` and `is_success` (bool), `placed` (blocks), and `stand_time` (s that the
-    released blocks have stood).
+    `info` has `success` and `is_success` (bool), `placed` (blocks), `stand_time` (s that the released
+    blocks have stood), `cracked` (bool) and `impact` (m/s, the fastest impact of the step, or 0).
 
     ## Arguments
     The arguments of this table can also be set for one episode: `reset(options={"blocks": 3})`.
@@ -164,6 +182,11 @@ class StackEnv(TaskEnv, Env[Any, Any]):
     - v0: first version.
     """
 
+
+@documented
+class StackEnv(TaskEnv, Env[Any, Any]):
+    __doc__ = _SPECIFICATION.replace("{id}", "GStack-v0").replace("{steps}", "600 steps (20 s)")
+
     task_class = StackTask
     blocks: int
 
@@ -172,4 +195,19 @@ class StackVectorEnv(TaskVectorEnv, VectorEnv[Any, Any, Any]):
     """N worlds of GStack-v0 in one batch; see StackEnv for the task, TaskVectorEnv for the rest."""
 
     task_class = StackTask
+    blocks: int
+
+
+@documented
+class StackHardcoreEnv(TaskEnv, Env[Any, Any]):
+    __doc__ = _SPECIFICATION.replace("{id}", "GStack-hardcore-v0").replace("{steps}", "900 steps (30 s)")
+
+    task_class = StackHardcoreTask
+    blocks: int
+
+
+class StackHardcoreVectorEnv(TaskVectorEnv, VectorEnv[Any, Any, Any]):
+    """N worlds of GStack-hardcore-v0 in one batch; see StackEnv for the task, TaskVectorEnv for the rest."""
+
+    task_class = StackHardcoreTask
     blocks: int

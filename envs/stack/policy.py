@@ -18,17 +18,25 @@ _LANDING_SPEED = 0.10  # m/s, of the last centimetres
 _CENTRED = 0.012  # m
 _LEVEL = 0.02  # rad
 _CALM = 0.06  # m/s, for letting go
+_STEADYING = 0.7  # of the deviation of the velocity, taken back near the support
 _PARTING = 0.4  # m, above the finished tower
 _LEAN_SHARE = 0.5  # how much of the tower's lean the next block takes back
+
+DROP_GAP = 0.5  # m, of `drop_blocks`
 
 Seen = dict[str, NDArray[Any]]
 
 
-def build_tower(observations: NDArray[np.float32]) -> NDArray[np.float32]:
+def drop_blocks(observations: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return the actions of a naive builder, which centres and levels each block and drops it from 0.5 m."""
+    return build_tower(observations, DROP_GAP)
+
+
+def build_tower(observations: NDArray[np.float32], drop_gap: float = 0.0) -> NDArray[np.float32]:
     """Return actions (..., 4) for observations (..., entry).
 
     With a block: level it and centre it over its support, come down, let go once it has landed.
-    Without: go straight up until the next block arrives.
+    Without: go straight up until the next block arrives. With `drop_gap`, m, blocks are let go at this height.
     """
     seen = {name: np.asarray(observations)[..., k] for name, k in _INDEX.items()}
     holding = seen["holding"] > 0.5
@@ -36,10 +44,10 @@ def build_tower(observations: NDArray[np.float32]) -> NDArray[np.float32]:
     error_angle = seen["support_angle"] - seen["block_angle"]
     ready = (np.abs(error_x) < 2.0 * _CENTRED) & (np.abs(error_angle) < 2.0 * _LEVEL)
     speed_x = np.where(holding, _GAIN * error_x, 0.0)
-    speed_y = np.where(holding, _descent(seen, ready), _ascent(seen))
+    speed_y = np.where(holding, _descent(seen, ready, drop_gap), _ascent(seen))
     # The block turns about the magnet: what it swings to the side is taken back at once.
     turn = np.where(holding, _GAIN * error_angle, -2.0 * seen["gripper_angle"])
-    landed = holding & (seen["block_gap"] < 0.004) & ready & _slow(seen)
+    landed = holding & (seen["block_gap"] - drop_gap < 0.004) & ready & (_slow(seen) | (drop_gap > 0.0))
     actions = np.stack(
         [
             speed_x / scene.SPEED,
@@ -58,12 +66,13 @@ def _target_x(seen: Seen) -> NDArray[Any]:
     return -_LEAN_SHARE * support_lean
 
 
-def _descent(seen: Seen, ready: NDArray[np.bool_]) -> NDArray[Any]:
+def _descent(seen: Seen, ready: NDArray[np.bool_], drop_gap: float) -> NDArray[Any]:
     """Return the vertical speed with a block: wait above the support until ready, then land softly."""
-    gap = seen["block_gap"]
+    gap = seen["block_gap"] - drop_gap
     high = _GAIN * (_CARRY_GAP - gap)
     low = np.minimum(-_GAIN * gap, -_LANDING_SPEED)
-    return np.where(ready, low, high)
+    # of a gantry that sways: what the block moves otherwise than it should, it moves by the sway
+    return np.where(ready, low + _STEADYING * (low - seen["block_vy"]), high)
 
 
 def _ascent(seen: Seen) -> NDArray[Any]:

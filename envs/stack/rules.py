@@ -6,7 +6,7 @@ import numpy as np
 
 from gsenv.envs.core.kernels import active_contacts, clip, first_not_finite
 from gsenv.envs.stack import blocks as parts
-from gsenv.envs.stack import scene
+from gsenv.envs.stack import impacts, scene
 from gsenv.envs.stack import shared_rules as shared
 from gsenv.envs.stack.blocks import TILT_WEIGHT
 from gsenv.envs.stack.shared_rules import ARRIVAL_MARGIN
@@ -47,10 +47,22 @@ def apply_actions(world, actions):  # type: ignore[no-untyped-def]
 def _apply_action(world, action):  # type: ignore[no-untyped-def]
     task = world.task.state
     task.effort = shared.clipped_effort(action, 3)
+    task.impact = 0.0
     drive = world.state.joints[_DRIVE]
     parts.steer(world.state.control, drive, action[0], action[1], action[2], -_REACH_X, _REACH_X)
+    impacts.add_sway(world.state.control, task, shared.CONTROL_TIME * world.state.world.step * 0.5, 2)
     if action[3] > 0.0 and task.held >= 0:
         shared.release_held(world, _GRIPPER, _BLOCK, _WELD)
+
+
+@njit
+def note_impacts(world, before):  # type: ignore[no-untyped-def]
+    """Note the impacts of a step in all worlds; `before` (world, body): the bodies at its start."""
+    for w in range(len(before)):
+        select_world(world, w)
+        task = world.task.state
+        falling = _BLOCK + task.arrived - 1 if task.held < 0 else -1
+        impacts.note_impacts(world, before[w], falling, _GRIPPER, _BLOCK)
 
 
 # ---------------------------------------------------------------- evaluate
@@ -107,8 +119,8 @@ def _distance(world):  # type: ignore[no-untyped-def]
         return _rise(world)
     block = world.state.bodies[_BLOCK + k]
     x, top, _, _ = _support(world, k)
-    gap = block.position[1] - parts.vertical_reach(block, world.parameters.shapes[_SHAPE + k]) - top
-    return abs(block.position[0] - x) + abs(gap) + TILT_WEIGHT * abs(block.angle)
+    gap, speed = parts.landing(block, world.parameters.shapes[_SHAPE + k], top, world.parameters.world.gravity)
+    return abs(block.position[0] - x) + impacts.descent(gap, speed) + TILT_WEIGHT * abs(block.angle)
 
 
 @njit
@@ -118,7 +130,8 @@ def _evaluate_tower(world):  # type: ignore[no-untyped-def]
     released = task.arrived if task.held < 0 else task.held
     steady = parts.steady_blocks(active_contacts(world), _ORDER, blocks, _GROUND, _GRIPPER, _BLOCK)
     fallen = parts.any_fallen(released, 0.0, _ORDER, blocks, world.parameters.shapes[_SHAPE:])
-    placed, success = shared.evaluate_tower(task, world.task.info, released, _ORDER, steady, fallen)
+    failed = fallen or task.cracked != 0
+    placed, success = shared.evaluate_tower(task, world.task.info, released, _ORDER, steady, failed)
     return placed, fallen, success
 
 
@@ -129,10 +142,11 @@ def evaluate_world(world):  # type: ignore[no-untyped-def]
     nearer = shared.approach(task, _distance(world))
     placed, fallen, success = _evaluate_tower(world)
     reward = shared.write_terms(task, world.task.terms, nearer, placed, fallen, success)
-    if shared.is_due(task, fallen) and _is_free(world, task.arrived):
+    failed = fallen or task.cracked != 0
+    if shared.is_due(task, failed) and _is_free(world, task.arrived):
         hand_over(world, task.arrived)
     parts.move_mast(world, _MAST, _GRIPPER)
-    return reward, fallen or success
+    return reward, failed or success
 
 
 # ---------------------------------------------------------------- observe
@@ -141,7 +155,7 @@ def evaluate_world(world):  # type: ignore[no-untyped-def]
 @njit
 def _observe_block(world, out, k, held):  # type: ignore[no-untyped-def]
     """Write the block in the gripper, or the last one that was, relative to its support."""
-    bodies, parameters = world.state.bodies, world.parameters
+    task, bodies, parameters = world.task.state, world.state.bodies, world.parameters
     block = bodies[_BLOCK + k]
     x, top, width, angle = _support(world, k)
     parts.observe_block(
@@ -150,6 +164,9 @@ def _observe_block(world, out, k, held):  # type: ignore[no-untyped-def]
     out[21] = width
     out[22] = angle
     out[23] = block.position[0] - bodies[_BLOCK].position[0]
+    shape = parameters.shapes[_SHAPE + k]
+    gap, speed = parts.landing(block, shape, top, parameters.world.gravity)
+    impacts.observe_landing(out, 30, gap, speed, task.crack_speed)
 
 
 @njit

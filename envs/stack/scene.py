@@ -27,7 +27,7 @@ REACH_ANGLE = 0.6  # rad
 MAGNET_RADIUS = 0.08  # m
 GAP = 0.01  # m, between magnet and block: nearer, and both would rub
 START_X = 1.2  # m, half-range of the first position
-START_Y = (1.8, 2.2)  # m
+START_Y = (1.0, 1.4)  # m
 
 RAIL_Y = 5.0  # m
 MAST_HALF_LENGTH = 2.6  # m

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,8 +15,11 @@ from gsenv.envs.stack import scene
 
 CONTROL_RATE = 30.0  # Hz
 SUCCESS_TIME = 1.0  # s
+CRACK_SPEED = 0.4  # m/s
 
-REWARD_WEIGHTS = {"approach": 0.5, "placed": 1.0, "success": 5.0, "fall": -2.0, "effort": -0.002}
+REWARD_WEIGHTS = {
+    "approach": 0.5, "placed": 1.0, "success": 5.0, "fall": -0.2, "crack": -0.2, "time": -0.002, "effort": -0.002,
+}  # fmt: skip
 
 # What observations, the reach of the gantry and the strength of the drive allow.
 LIMITS = {
@@ -26,6 +30,8 @@ LIMITS = {
     "grasp_offset": (0.0, 0.8),
     "grasp_tilt": (0.0, 0.5),
     "success_time": (0.1, 10.0),
+    "crack_speed": (0.05, 100.0),
+    "sway": (0.0, 0.5),
 }
 
 Range = tuple[float, float]
@@ -97,11 +103,28 @@ def weights_setting(defaults: Mapping[str, float]) -> Setting:
     return Setting("reward_weights", {}, check, "weights of reward terms by name, instead of the table's")
 
 
+def crack_setting(default: float) -> Setting:
+    """Return the setting `crack_speed`."""
+    text = "m/s, of the slowest impact that cracks a block"
+    return number_setting("crack_speed", default, text, LIMITS["crack_speed"])
+
+
+def sway_setting(default: float) -> Setting:
+    """Return the setting `sway`."""
+    return number_setting("sway", default, "m/s, how fast the gantry sways along each axis, at most", LIMITS["sway"])
+
+
+def with_defaults(settings: tuple[Setting, ...], **defaults: Any) -> tuple[Setting, ...]:
+    """Return settings with other defaults of some."""
+    return tuple(replace(s, default=defaults.pop(s.name)) if s.name in defaults else s for s in settings)
+
+
 BLOCK_SETTINGS = (
     range_setting("half_width", scene.HALF_WIDTH, "m, of blocks", LIMITS["half_width"]),
     range_setting("half_height", scene.HALF_HEIGHT, "m, of blocks", LIMITS["half_height"]),
     range_setting("mass", scene.MASS, "kg, of blocks", LIMITS["mass"]),
     range_setting("friction", scene.FRICTION, "coefficient, of blocks", LIMITS["friction"]),
+    crack_setting(CRACK_SPEED),
     number_setting(
         "grasp_offset", scene.GRASP_OFFSET, "how far off its middle a block is held, of its half-width",
         LIMITS["grasp_offset"],
@@ -112,7 +135,13 @@ BLOCK_SETTINGS = (
     number_setting("success_time", SUCCESS_TIME, "s that the whole tower must stand", LIMITS["success_time"]),
 )  # fmt: skip
 
-SETTINGS = (blocks_setting(5, 1, scene.MAX_BLOCKS), *BLOCK_SETTINGS, weights_setting(REWARD_WEIGHTS))
+SETTINGS: tuple[Setting, ...] = (
+    blocks_setting(5, 1, scene.MAX_BLOCKS), *BLOCK_SETTINGS, sway_setting(0.0), weights_setting(REWARD_WEIGHTS),
+)  # fmt: skip
+HARDCORE_SETTINGS = with_defaults(
+    SETTINGS, blocks=7, half_width=(0.12, 0.3), half_height=(0.1, 0.22), mass=(1.0, 18.0), friction=(0.3, 0.6),
+    grasp_offset=0.6, grasp_tilt=0.5, crack_speed=0.25, sway=0.08,
+)  # fmt: skip
 
 _ELSEWHERE = ("success_time", "reward_weights")
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from gsenv.envs.stack import impacts
 from gsenv.solver.core.edit import disable_joint, set_mass
 from gsenv.solver.jit import njit
 
@@ -28,6 +29,7 @@ GRIPPER_FIELDS: list[tuple[Any, ...]] = [
     ("stand", "i8"),  # control steps that the released blocks have stood
     ("distance", "f8"),  # to go, as the approach term sees it; negative: not yet known
     ("effort", "f8"),  # mean square of the last action
+    *impacts.FIELDS,
 ]
 
 
@@ -40,6 +42,7 @@ def setting_fields(grasp: tuple[str, str]) -> list[tuple[Any, ...]]:
         ("friction", "f8", (2,)),
         ("grasp_offset", "f8"),  # of the half-width, at most
         grasp,
+        ("crack_speed", "f8"),  # m/s
         ("stand_steps", "i8"),  # control steps that a whole tower must stand
     ]
 
@@ -145,21 +148,24 @@ def standing(first, last, order, steady):  # type: ignore[no-untyped-def]
 
 
 @njit
-def evaluate_tower(task, info, released, order, steady, fallen):  # type: ignore[no-untyped-def]
+def evaluate_tower(task, info, released, order, steady, failed):  # type: ignore[no-untyped-def]
     """Update task state and info with the blocks that stand; return (newly placed, success).
 
-    `steady`: the blocks that rest on the level below, slow, with no gripper on them.
+    `steady`: the blocks that rest on the level below, slow, with no gripper on them; `failed`: whether a block has
+    fallen or cracked.
     """
-    placed = released > task.placed and not fallen and standing(task.placed, released, order, steady)
+    placed = released > task.placed and not failed and standing(task.placed, released, order, steady)
     if placed:
         task.placed = released
-    stands = released > 0 and not fallen and standing(0, released, order, steady)
+    stands = released > 0 and not failed and standing(0, released, order, steady)
     task.stand = task.stand + 1 if stands else 0
     success = task.placed == task.blocks and task.stand >= task.stand_steps
     info.success = success
     info.is_success = success
     info.placed = task.placed
     info.stand_time = task.stand * CONTROL_TIME
+    info.cracked = task.cracked != 0
+    info.impact = task.impact
     return placed, success
 
 
@@ -170,15 +176,17 @@ def write_terms(task, term, nearer, placed, fallen, success):  # type: ignore[no
     term.placed = task.placed_weight if placed else 0.0
     term.success = task.success_weight if success else 0.0
     term.fall = task.fall_weight if fallen else 0.0
+    term.crack = task.crack_weight if task.cracked != 0 else 0.0
+    term.time = task.time_weight
     term.effort = task.effort_weight * task.effort
-    return term.approach + term.placed + term.success + term.fall + term.effort
+    return term.approach + term.placed + term.success + term.fall + term.crack + term.time + term.effort
 
 
 @njit
-def is_due(task, fallen):  # type: ignore[no-untyped-def]
+def is_due(task, failed):  # type: ignore[no-untyped-def]
     """Whether the next block of the only gripper comes as soon as there is room for it."""
     k = task.arrived
-    return task.held < 0 and task.placed == k and k < task.blocks and not fallen
+    return task.held < 0 and task.placed == k and k < task.blocks and not failed
 
 
 # ---------------------------------------------------------------- observe

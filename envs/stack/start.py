@@ -6,7 +6,7 @@ from typing import Any
 
 from gsenv.envs.core.kernels import between
 from gsenv.envs.stack import blocks as parts
-from gsenv.envs.stack import scene
+from gsenv.envs.stack import impacts, scene
 from gsenv.envs.stack import shared_rules as shared
 from gsenv.envs.stack.blocks import DRAWS_PER_BLOCK
 from gsenv.solver.jit import njit
@@ -14,10 +14,12 @@ from gsenv.solver.jit import njit
 TASK_STATE_FIELDS: list[tuple[Any, ...]] = [
     *shared.GRIPPER_FIELDS,
     *shared.setting_fields(("grasp_tilt", "f8")),
-    *shared.weight_fields("approach", "placed", "success", "fall", "effort"),
+    *impacts.sway_fields(2),
+    *shared.weight_fields("approach", "placed", "success", "fall", "crack", "time", "effort"),
 ]
 
-DRAW_COUNT = 2 + DRAWS_PER_BLOCK * scene.MAX_BLOCKS
+SWAY_DRAWS = 2 + DRAWS_PER_BLOCK * scene.MAX_BLOCKS  # the first of those of the sway
+DRAW_COUNT = SWAY_DRAWS + 2 * impacts.SWAY_DRAWS
 
 _BLOCK = scene.FIRST_BLOCK
 _SHAPE = scene.FIRST_BLOCK_SHAPE
@@ -44,5 +46,6 @@ def initialize_world(world, draws):  # type: ignore[no-untyped-def]
     y = between(_START_Y, _START_TOP, draws[1])
     parts.place_gripper(world, _GRIPPER, _DRIVE, x, y)
     parts.make_blocks(world, draws[2:], _BLOCK, _SHAPE, _WELD, _MAX_BLOCKS)
+    impacts.draw_sway(world.task.state, draws[SWAY_DRAWS:], 2)
     hand_over(world, 0)
     parts.move_mast(world, _MAST, _GRIPPER)

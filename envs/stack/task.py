@@ -6,9 +6,13 @@ from collections.abc import Mapping, Sequence
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, ClassVar
 
+import numpy as np
+
 from gsenv.envs.core.task import Array, Task
+from gsenv.envs.stack.crack_lines import crack_lines
 from gsenv.envs.stack.domain_randomization import QUANTITIES
 from gsenv.envs.stack.settings import write_settings
+from gsenv.solver.records.plain import as_records
 
 if TYPE_CHECKING:
     from gsenv.render.camera import Camera
@@ -18,13 +22,18 @@ class BlocksTask(Task):
     """Building a tower of blocks, by the kernels of the module `rules`."""
 
     rules: ClassVar[ModuleType]
+    first_block: ClassVar[int]  # index of its body
+    first_shape: ClassVar[int]  # index of its shape
     info_fields: ClassVar[Sequence[tuple[str, Any]]] = (
         ("success", "?"),
         ("is_success", "?"),
         ("placed", "i8"),
         ("stand_time", "f8"),
+        ("cracked", "?"),
+        ("impact", "f8"),
     )
     quantities = QUANTITIES
+    _before: Array | None = None  # bodies at the start of a step of the engine
 
     def initialize_episode(self, worlds: Array, draws: Array, options: Mapping[str, Any]) -> None:
         write_settings(self.task_state, worlds, options)
@@ -33,6 +42,16 @@ class BlocksTask(Task):
     def apply_action(self, actions: Array) -> int:
         bad: int = self.rules.apply_actions(self.kernel_world, actions)
         return bad
+
+    def simulate(self) -> None:
+        """Advance the physics, and note after each step of the engine which impacts there were."""
+        for _ in range(self.engine_steps):
+            bodies = self.world.state.bodies
+            if self._before is None:
+                self._before = as_records(np.empty_like(bodies))
+            np.copyto(self._before, bodies)
+            self.world.step(1)
+            self.rules.note_impacts(self.kernel_world, self._before)
 
     def evaluate(self) -> None:
         self.rules.evaluate_worlds(self.kernel_world, self.world.timestep)
@@ -51,4 +70,11 @@ class BlocksTask(Task):
         lines = [f"blocks {state['placed']} / {state['blocks']}"]
         if state["placed"] == state["blocks"]:
             lines.append(f"stands {self.infos['stand_time'][world]:.1f} s")
+        if state["cracked"]:
+            lines.append(f"cracked at {self.infos['impact'][world]:.2f} m/s")
         return lines
+
+    def lines(self, world: int) -> Array | None:
+        """Return the cracks in blocks, (line, 2, dim) in m."""
+        cracked = int(self.task_state["cracked"][world])
+        return crack_lines(self.world, world, self.first_block, self.first_shape, cracked) if cracked else None

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 
 from gsenv.envs.core.kernels import active_contacts, between
+from gsenv.envs.stack import impacts
 from gsenv.envs.stack.shared_rules import REST_SPEED, SUNK, TIPPED, is_touching, within
 from gsenv.envs.stack3d import scene
 from gsenv.solver.core.edit import enable_body, enable_joint, place_body, set_box
@@ -220,6 +221,15 @@ def vertical_reach(block, shape):  # type: ignore[no-untyped-def]
     y = 2.0 * (q[2] * q[3] + q[0] * q[1])
     z = 1.0 - 2.0 * (q[1] * q[1] + q[2] * q[2])
     return shape.size[0] * abs(x) + shape.size[1] * abs(y) + shape.size[2] * abs(z)
+
+
+@njit
+def landing(block, shape, top, gravity):  # type: ignore[no-untyped-def]
+    """Return (gap in m, drop speed in m/s) of a block above its support, whose top is at `top`."""
+    gap = block.position[2] - vertical_reach(block, shape) - top
+    spin = math.sqrt(block.velocity[3] ** 2 + block.velocity[4] ** 2)
+    sinking = -block.velocity[2] + spin * max(shape.size[0], shape.size[1])
+    return gap, impacts.drop_speed(gap, sinking, -gravity[2])
 
 
 @njit

@@ -13,12 +13,13 @@ from gsenv.envs.core.env import TaskEnv
 from gsenv.envs.core.spec_tables import Entry, RewardTerm
 from gsenv.envs.core.task import documented
 from gsenv.envs.core.vector import TaskVectorEnv
+from gsenv.envs.stack import impacts
 from gsenv.envs.stack.settings import REWARD_WEIGHTS
 from gsenv.envs.stack.task import BlocksTask
 from gsenv.envs.stack3d import blocks as parts
 from gsenv.envs.stack3d import rules, scene, start
 from gsenv.envs.stack3d.build import build_scene
-from gsenv.envs.stack3d.settings import SETTINGS
+from gsenv.envs.stack3d.settings import HARDCORE_SETTINGS, SETTINGS
 from gsenv.solver import Scene
 
 MAX_BLOCKS = scene.MAX_BLOCKS
@@ -86,19 +87,26 @@ class Stack3DTask(BlocksTask):
         Entry(f"blocks placed, relative to {MAX_BLOCKS}", "placed", 0, 1),
         Entry(f"blocks to go, relative to {MAX_BLOCKS}", "to_go", 0, 1),
         Entry("time that the released blocks have stood, divided by success_time", "stand_time", 0, 1),
+        Entry("block, height above its support's top again, of what is near", "near_gap", -0.05, 0.1, "m"),
+        Entry("block, speed at which it would land if let go now, divided by crack_speed", "drop_speed", 0, 5),
     )
     reward_terms = (
         RewardTerm(
             "approach",
-            f"{_WEIGHTS['approach']:g} per m nearer: the held block to its place (across, down, and "
-            f"{parts.TWIST_WEIGHT:g} m per rad of twist), the empty gripper to where the next block comes",
+            f"{_WEIGHTS['approach']:g} per m nearer: the held block to its place (across, "
+            f"{parts.TWIST_WEIGHT:g} m per rad of twist, and {impacts.DROP_WEIGHT:g} m per m/s of the speed at which "
+            "it would land if let go), the empty gripper to where the next block comes",
         ),
         RewardTerm("placed", f"{_WEIGHTS['placed']:g} when a block first rests at its level"),
         RewardTerm("success", f"{_WEIGHTS['success']:g} when the whole tower has stood for `success_time`"),
         RewardTerm("fall", f"{_WEIGHTS['fall']:g} when a released block falls or lies across"),
+        RewardTerm("crack", f"{_WEIGHTS['crack']:g} when a block cracks"),
+        RewardTerm("time", f"{_WEIGHTS['time']:g} in each step"),
         RewardTerm("effort", f"{_WEIGHTS['effort']:g} times the mean square of the first 4 actions"),
     )
     rules: ClassVar[ModuleType] = rules
+    first_block = scene.FIRST_BLOCK
+    first_shape = scene.FIRST_BLOCK_SHAPE
     task_state_fields = start.TASK_STATE_FIELDS
     max_episode_steps = time_limit("GStack3D-v0")
     draw_count = start.DRAW_COUNT
@@ -119,9 +127,14 @@ class Stack3DTask(BlocksTask):
         return SpatialCamera(eye, (0.0, 0.0, middle), width=width, height=height)
 
 
-@documented
-class Stack3DEnv(TaskEnv, Env[Any, Any]):
-    """Build a tower in 3D: GStack3D-v0.
+class Stack3DHardcoreTask(Stack3DTask):
+    """Stack3DTask with harder defaults."""
+
+    arguments = HARDCORE_SETTINGS
+    max_episode_steps = time_limit("GStack3D-hardcore-v0")
+
+
+_SPECIFICATION = """Build a tower in 3D: {id}.
 
     ## Description
     A gripper hangs from a gantry and holds a block by a magnet. Set the block down, let go, rise,
@@ -137,6 +150,11 @@ class Stack3DEnv(TaskEnv, Env[Any, Any]):
     gripper is off it. The next one arrives when all released blocks have been placed and the ball
     around its place in the gripper, 5 cm wider than the block, is clear of blocks and ground.
 
+    A block *cracks* where it meets the ground or another block faster than `crack_speed`: 0.4 m/s is a fall
+    of 8 mm. The speed of an impact is that at which the two bodies of a contact approach along its normal,
+    at its point, when they meet. What rests on a block, and the gripper, crack nothing. So a block must be
+    set down, not dropped. Frames show the cracks.
+
     ## Action Space
     `Box(-1, 1, (5,), float32)`. Values beyond are clipped; NaN and infinity are refused.
 
@@ -146,7 +164,7 @@ class Stack3DEnv(TaskEnv, Env[Any, Any]):
     and within 1.6 rad.
 
     ## Observation Space
-    `Box(low, high, (49,), float32)`, always within its bounds. "Block" is the one in the gripper,
+    `Box(low, high, (51,), float32)`, always within its bounds. "Block" is the one in the gripper,
     or the last one that was; "support" is what it belongs on. An upright axis is the body's own z
     axis, seen from above.
 
@@ -163,19 +181,21 @@ class Stack3DEnv(TaskEnv, Env[Any, Any]):
 
     ## Starting State
     The gripper is at rest with the first block, up to 0.6 m from the middle along x and y, and 1.0
-    to 1.4 m high. Uniform and independent for each block: half-widths 0.15 to 0.25 m, half-height
-    0.10 to 0.18 m, mass 2 to 16 kg, friction 0.4 to 0.8, held up to 40 % of the half-widths off its
-    middle and turned by up to 0.6 rad. Equal seeds give equal blocks for any number of blocks.
+    to 1.4 m high. Uniform and independent for each block, within the ranges of the table of arguments:
+    half-widths, half-height, mass, friction, how far off its middle it is held, and its turn. Where
+    `sway` is not 0, the velocity that it adds to the gantry's along each axis is
+    `sway` (0.6 sin a + 0.4 sin b), with frequencies of 0.2 to 0.5 Hz and 0.6 to 1.2 Hz and phases that
+    are drawn for each axis. Equal seeds give equal blocks for any number of blocks.
 
     ## Episode End
     - Termination, success: all blocks have stood for `success_time`, each on the one below, the
       gripper off them.
-    - Termination, failure: a released block is tilted by more than 0.5 rad, is twisted by more than
+    - Termination, failure: a block cracks, or a released block is tilted by more than 0.5 rad, is twisted by more than
       0.3 rad, or its middle is more than a quarter of its height below its level.
-    - Truncation: after 600 steps (20 s), by `gymnasium.make`, `gymnasium.make_vec` and the vector environment.
+    - Truncation: after {steps}, by `gymnasium.make`, `gymnasium.make_vec` and the vector environment.
 
-    `info` has `success` and `is_success` (bool), `placed` (blocks), and `stand_time` (s that the
-    released blocks have stood).
+    `info` has `success` and `is_success` (bool), `placed` (blocks), `stand_time` (s that the released
+    blocks have stood), `cracked` (bool) and `impact` (m/s, the fastest impact of the step, or 0).
 
     ## Arguments
     The arguments of this table can also be set for one episode: `reset(options={"blocks": 4})`.
@@ -197,6 +217,11 @@ class Stack3DEnv(TaskEnv, Env[Any, Any]):
     - v0: first version.
     """
 
+
+@documented
+class Stack3DEnv(TaskEnv, Env[Any, Any]):
+    __doc__ = _SPECIFICATION.replace("{id}", "GStack3D-v0").replace("{steps}", "600 steps (20 s)")
+
     task_class = Stack3DTask
     blocks: int
 
@@ -205,4 +230,19 @@ class Stack3DVectorEnv(TaskVectorEnv, VectorEnv[Any, Any, Any]):
     """N worlds of GStack3D-v0 in one batch; see Stack3DEnv for the task, TaskVectorEnv for the rest."""
 
     task_class = Stack3DTask
+    blocks: int
+
+
+@documented
+class Stack3DHardcoreEnv(TaskEnv, Env[Any, Any]):
+    __doc__ = _SPECIFICATION.replace("{id}", "GStack3D-hardcore-v0").replace("{steps}", "900 steps (30 s)")
+
+    task_class = Stack3DHardcoreTask
+    blocks: int
+
+
+class Stack3DHardcoreVectorEnv(TaskVectorEnv, VectorEnv[Any, Any, Any]):
+    """N worlds of GStack3D-hardcore-v0 in one batch; see Stack3DEnv for the task, TaskVectorEnv for the rest."""
+
+    task_class = Stack3DHardcoreTask
     blocks: int

@@ -18,17 +18,25 @@ _LANDING_SPEED = 0.10  # m/s, of the last centimetres
 _CENTRED = 0.012  # m
 _STRAIGHT = 0.03  # rad
 _CALM = 0.06  # m/s, for letting go
+_STEADYING = 0.7  # of the deviation of the velocity, taken back near the support
 _PARTING = 0.4  # m, above the finished tower
 _LEAN_SHARE = 0.5  # how much of the tower's lean the next block takes back
+
+DROP_GAP = 0.5  # m, of `drop_blocks`
 
 Seen = dict[str, NDArray[Any]]
 
 
-def build_tower(observations: NDArray[np.float32]) -> NDArray[np.float32]:
+def drop_blocks(observations: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return the actions of a naive builder, which centres and levels each block and drops it from 0.5 m."""
+    return build_tower(observations, DROP_GAP)
+
+
+def build_tower(observations: NDArray[np.float32], drop_gap: float = 0.0) -> NDArray[np.float32]:
     """Return actions (..., 5) for observations (..., entry).
 
     With a block: turn it in line and centre it over its support, come down, let go once it has landed.
-    Without: go straight up until the next block arrives.
+    Without: go straight up until the next block arrives. With `drop_gap`, m, blocks are let go at this height.
     """
     seen = {name: np.asarray(observations, np.float64)[..., k] for name, k in _INDEX.items()}
     holding = seen["holding"] > 0.5
@@ -39,12 +47,12 @@ def build_tower(observations: NDArray[np.float32]) -> NDArray[np.float32]:
     ready = centred & (np.abs(seen["block_twist"]) < _STRAIGHT)
     turn = np.where(holding, -_GAIN * seen["block_twist"], -2.0 * seen["gripper_heading"])
     speed = np.sqrt(seen["block_vx"] ** 2 + seen["block_vy"] ** 2 + seen["block_vz"] ** 2)
-    landed = holding & (seen["block_gap"] < 0.004) & ready & (speed < _CALM)
+    landed = holding & (seen["block_gap"] - drop_gap < 0.004) & ready & ((speed < _CALM) | (drop_gap > 0.0))
     actions = np.stack(
         [
             np.where(holding, _GAIN * error_x, 0.0) / scene.SPEED,
             np.where(holding, _GAIN * error_y, 0.0) / scene.SPEED,
-            np.where(holding, _descent(seen, ready), _ascent(seen)) / scene.SPEED,
+            np.where(holding, _descent(seen, ready, drop_gap), _ascent(seen)) / scene.SPEED,
             turn / scene.TURN_SPEED,
             np.where(landed, 1.0, -1.0),
         ],
@@ -53,10 +61,12 @@ def build_tower(observations: NDArray[np.float32]) -> NDArray[np.float32]:
     return np.clip(actions, -1.0, 1.0).astype(np.float32)
 
 
-def _descent(seen: Seen, ready: NDArray[np.bool_]) -> NDArray[Any]:
+def _descent(seen: Seen, ready: NDArray[np.bool_], drop_gap: float) -> NDArray[Any]:
     """Return the vertical speed with a block: wait above the support until ready, then land softly."""
-    gap = seen["block_gap"]
-    return np.where(ready, np.minimum(-_GAIN * gap, -_LANDING_SPEED), _GAIN * (_CARRY_GAP - gap))
+    gap = seen["block_gap"] - drop_gap
+    low = np.minimum(-_GAIN * gap, -_LANDING_SPEED)
+    # of a gantry that sways: what the block moves otherwise than it should, it moves by the sway
+    return np.where(ready, low + _STEADYING * (low - seen["block_vz"]), _GAIN * (_CARRY_GAP - gap))
 
 
 def _ascent(seen: Seen) -> NDArray[Any]:

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from gsenv.envs.core.kernels import active_contacts, clip, first_not_finite
+from gsenv.envs.stack import impacts
 from gsenv.envs.stack import shared_rules as shared
 from gsenv.envs.stack.shared_rules import ARRIVAL_MARGIN
 from gsenv.envs.stack3d import blocks as parts
@@ -49,9 +50,21 @@ def apply_actions(world, actions):  # type: ignore[no-untyped-def]
 def _apply_action(world, action):  # type: ignore[no-untyped-def]
     task = world.task.state
     task.effort = shared.clipped_effort(action, 4)
+    task.impact = 0.0
     parts.steer(world.state.control, world.state.joints[_DRIVE], action)
+    impacts.add_sway(world.state.control, task, shared.CONTROL_TIME * world.state.world.step * 0.5, 3)
     if action[4] > 0.0 and task.held >= 0:
         shared.release_held(world, _GRIPPER, _BLOCK, _WELD)
+
+
+@njit
+def note_impacts(world, before):  # type: ignore[no-untyped-def]
+    """Note the impacts of a step in all worlds; `before` (world, body): the bodies at its start."""
+    for w in range(len(before)):
+        select_world(world, w)
+        task = world.task.state
+        falling = _BLOCK + task.arrived - 1 if task.held < 0 else -1
+        impacts.note_impacts(world, before[w], falling, _GRIPPER, _BLOCK)
 
 
 # ---------------------------------------------------------------- evaluate
@@ -108,10 +121,14 @@ def _distance(world):  # type: ignore[no-untyped-def]
     bodies = world.state.bodies
     block = bodies[_BLOCK + k]
     x, y, top = _support(world, k)
-    gap = block.position[2] - parts.vertical_reach(block, world.parameters.shapes[_SHAPE + k]) - top
+    gap, speed = parts.landing(block, world.parameters.shapes[_SHAPE + k], top, world.parameters.world.gravity)
     dx = block.position[0] - x
     dy = block.position[1] - y
-    return math.sqrt(dx * dx + dy * dy) + abs(gap) + _TWIST_WEIGHT * abs(parts.twist(k, bodies[_BLOCK:]))
+    return (
+        math.sqrt(dx * dx + dy * dy)
+        + impacts.descent(gap, speed)
+        + _TWIST_WEIGHT * abs(parts.twist(k, bodies[_BLOCK:]))
+    )
 
 
 @njit
@@ -121,7 +138,8 @@ def _evaluate_tower(world):  # type: ignore[no-untyped-def]
     released = task.arrived if task.held < 0 else task.held
     steady = parts.steady_blocks(active_contacts(world), blocks)
     fallen = parts.any_fallen(released, blocks, world.parameters.shapes[_SHAPE:])
-    placed, success = shared.evaluate_tower(task, world.task.info, released, _ORDER, steady, fallen)
+    failed = fallen or task.cracked != 0
+    placed, success = shared.evaluate_tower(task, world.task.info, released, _ORDER, steady, failed)
     return placed, fallen, success
 
 
@@ -132,10 +150,11 @@ def evaluate_world(world):  # type: ignore[no-untyped-def]
     nearer = shared.approach(task, _distance(world))
     placed, fallen, success = _evaluate_tower(world)
     reward = shared.write_terms(task, world.task.terms, nearer, placed, fallen, success)
-    if shared.is_due(task, fallen) and _is_free(world, task.arrived):
+    failed = fallen or task.cracked != 0
+    if shared.is_due(task, failed) and _is_free(world, task.arrived):
         hand_over(world, task.arrived)
     parts.move_mast(world, _MAST, _GRIPPER)
-    return reward, fallen or success
+    return reward, failed or success
 
 
 # ---------------------------------------------------------------- observe
@@ -159,7 +178,7 @@ def _observe_gripper(out, gripper, drive, timestep):  # type: ignore[no-untyped-
 
 @njit
 def _observe_block(world, out, k, held):  # type: ignore[no-untyped-def]
-    """Write entries 16 to 35, 41 and 42: the block that is or was last in the gripper, relative to its support."""
+    """Write entries 16 to 35, 41, 42, 49 and 50: the block in the gripper, or the last one that was, by its support."""
     bodies = world.state.bodies
     block = bodies[_BLOCK + k]
     shape = world.parameters.shapes[_SHAPE + k]
@@ -168,7 +187,9 @@ def _observe_block(world, out, k, held):  # type: ignore[no-untyped-def]
     out[16] = 1.0 if held else 0.0
     out[17] = block.position[0] - x
     out[18] = block.position[1] - y
-    out[19] = block.position[2] - parts.vertical_reach(block, shape) - top
+    gap, speed = parts.landing(block, shape, top, world.parameters.world.gravity)
+    out[19] = gap
+    impacts.observe_landing(out, 49, gap, speed, world.task.state.crack_speed)
     out[20] = parts.twist(k, bodies[_BLOCK:])
     out[21] = up[0]
     out[22] = up[1]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from gsenv.envs.core.kernels import between
+from gsenv.envs.stack import impacts
 from gsenv.envs.stack import shared_rules as shared
 from gsenv.envs.stack3d import blocks as parts
 from gsenv.envs.stack3d import scene
@@ -14,10 +15,12 @@ from gsenv.solver.jit import njit
 TASK_STATE_FIELDS: list[tuple[Any, ...]] = [
     *shared.GRIPPER_FIELDS,
     *shared.setting_fields(("grasp_turn", "f8")),
-    *shared.weight_fields("approach", "placed", "success", "fall", "effort"),
+    *impacts.sway_fields(3),
+    *shared.weight_fields("approach", "placed", "success", "fall", "crack", "time", "effort"),
 ]
 
-DRAW_COUNT = 3 + DRAWS_PER_BLOCK * scene.MAX_BLOCKS
+SWAY_DRAWS = 3 + DRAWS_PER_BLOCK * scene.MAX_BLOCKS  # the first of those of the sway
+DRAW_COUNT = SWAY_DRAWS + 3 * impacts.SWAY_DRAWS
 
 _BLOCK = scene.FIRST_BLOCK
 _SHAPE = scene.FIRST_BLOCK_SHAPE
@@ -55,5 +58,6 @@ def initialize_world(world, draws):  # type: ignore[no-untyped-def]
             world.task.state, draws[3 + DRAWS_PER_BLOCK * k :], parameters.bodies[_BLOCK + k],
             parameters.shapes[_SHAPE + k], parameters.joints[_WELD + k],
         )  # fmt: skip
+    impacts.draw_sway(world.task.state, draws[SWAY_DRAWS:], 3)
     hand_over(world, 0)
     parts.move_mast(world, _MAST, _GRIPPER)

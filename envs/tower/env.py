@@ -11,6 +11,7 @@ from gsenv.envs import time_limit
 from gsenv.envs.core.arguments import Setting
 from gsenv.envs.core.spec_tables import Entry, RewardTerm
 from gsenv.envs.core.vector import TaskVectorEnv
+from gsenv.envs.stack import impacts
 from gsenv.envs.stack import scene as stack
 from gsenv.envs.stack.blocks import TILT_WEIGHT
 from gsenv.envs.stack.settings import BLOCK_SETTINGS, weights_setting
@@ -20,7 +21,8 @@ from gsenv.envs.tower.build import build_scene
 from gsenv.solver import Scene
 
 REWARD_WEIGHTS = {
-    "approach": 0.5, "placed": 1.0, "partner": 0.5, "success": 5.0, "fall": -2.0, "bump": -0.02, "effort": -0.002,
+    "approach": 0.5, "placed": 1.0, "partner": 0.5, "success": 5.0, "fall": -0.2, "crack": -0.2, "bump": -0.02,
+    "time": -0.002, "effort": -0.002,
 }  # fmt: skip
 _WEIGHTS = REWARD_WEIGHTS
 
@@ -85,21 +87,29 @@ class TowerTask(BlocksTask):
         Entry("own blocks not yet released, divided by 4", "to_go", 0, 1),
         Entry("other's blocks not yet released, divided by 4", "other_to_go", 0, 1),
         Entry("time that the released blocks have stood, divided by success_time", "stand_time", 0, 1),
+        Entry("1 while it is this gripper's turn to build", "turn", 0, 1),
+        Entry("block, height above its support's top again, of what is near", "near_gap", -0.05, 0.1, "m"),
+        Entry("block, speed at which it would land if let go now, divided by crack_speed", "drop_speed", 0, 5),
     )
     reward_terms = (
         RewardTerm(
             "approach",
-            f"{_WEIGHTS['approach']:g} per m nearer: the held block to the tower's top (across, down, and "
-            f"{TILT_WEIGHT:g} m per rad of tilt), the empty gripper to where its blocks arrive",
+            f"{_WEIGHTS['approach']:g} per m nearer: the held block to the tower's top (across, {TILT_WEIGHT:g} m per "
+            f"rad of tilt, and {impacts.DROP_WEIGHT:g} m per m/s of the speed at which it would land if let go) where "
+            "the gripper has the turn, else the gripper to where its blocks arrive",
         ),
         RewardTerm("placed", f"{_WEIGHTS['placed']:g} when an own block first rests at its level"),
         RewardTerm("partner", f"{_WEIGHTS['partner']:g} when one of the other's does"),
         RewardTerm("success", f"{_WEIGHTS['success']:g} to both when the whole tower has stood for `success_time`"),
         RewardTerm("fall", f"{_WEIGHTS['fall']:g} to both when a released block falls"),
+        RewardTerm("crack", f"{_WEIGHTS['crack']:g} to both when a block cracks"),
         RewardTerm("bump", f"{_WEIGHTS['bump']:g} to both in each step in which grippers, or what they hold, touch"),
+        RewardTerm("time", f"{_WEIGHTS['time']:g} to both in each step"),
         RewardTerm("effort", f"{_WEIGHTS['effort']:g} times the mean square of the first 3 own actions"),
     )
     rules: ClassVar[ModuleType] = rules
+    first_block = scene.FIRST_BLOCK
+    first_shape = scene.FIRST_BLOCK_SHAPE
     task_state_fields = start.TASK_STATE_FIELDS
     info_fields = (*BlocksTask.info_fields, ("bump", "?"))
     max_episode_steps = time_limit("tower_v0")

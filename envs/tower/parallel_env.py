@@ -31,6 +31,13 @@ class TowerParallelEnv(TaskParallelEnv, ParallelEnv):
     out on its side, and the circle around the block's place, 5 cm wider than the block, is clear of
     blocks and ground, and a circle 30 cm larger is clear of the other gripper.
 
+    A block *cracks* where it meets the plinth, the ground or another block faster than `crack_speed`:
+    0.4 m/s is a fall of 8 mm. The speed of an impact is that at which the two bodies of a contact approach
+    along its normal, at its point, when they meet. What rests on a block, and the grippers, crack nothing.
+
+    The observation `turn` says who should build: the gripper that has released fewer blocks, of equals the
+    left one. Nothing enforces it; without it, two mirrored agents that act alike would wait for each other.
+
     The agents are `gripper_0` on the left and `gripper_1` on the right. Each acts and sees in its own
     frame, where x points inwards, from its side towards the other's: the right one's is mirrored, so
     that one policy serves both.
@@ -44,7 +51,7 @@ class TowerParallelEnv(TaskParallelEnv, ParallelEnv):
     4.4 m high, and within 0.6 rad.
 
     ## Observation Space
-    Of each agent: `Box(low, high, (42,), float32)`, always within its bounds. "Block" is the one in the
+    Of each agent: `Box(low, high, (45,), float32)`, always within its bounds. "Block" is the one in the
     gripper, or the last one that was; "support" is what it belongs on. `state()` is both agents'
     observations, one after the other. An agent sees pixels in its own frame too: the right one's are
     mirrored.
@@ -69,12 +76,13 @@ class TowerParallelEnv(TaskParallelEnv, ParallelEnv):
 
     - Termination, success: all blocks have stood for `success_time`, each on the one below, the
       grippers off them.
-    - Termination, failure: a released block is tilted by more than 0.5 rad, or its middle is more
-      than a quarter of its height below its level.
+    - Termination, failure: a block cracks, or a released block is tilted by more than 0.5 rad, or its
+      middle is more than a quarter of its height below its level.
     - Truncation: after `max_cycles` steps, 900 (30 s) by default.
 
     `infos[agent]` has `success` and `is_success` (bool), `placed` (blocks), `stand_time` (s that the
-    released blocks have stood) and `bump` (whether the grippers, or what they hold, touch).
+    released blocks have stood), `cracked` (bool), `impact` (m/s, the fastest impact of the step, or 0) and
+    `bump` (whether the grippers, or what they hold, touch).
 
     ## Arguments
     The arguments of this table can also be set for one episode: `reset(options={"blocks": 2})`.

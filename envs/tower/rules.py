@@ -10,6 +10,7 @@ import math
 
 from gsenv.envs.core.kernels import active_contacts, clip, first_not_finite
 from gsenv.envs.stack import blocks as parts
+from gsenv.envs.stack import impacts
 from gsenv.envs.stack import scene as stack
 from gsenv.envs.stack import shared_rules as shared
 from gsenv.envs.stack.blocks import TILT_WEIGHT
@@ -55,6 +56,7 @@ def apply_actions(world, actions):  # type: ignore[no-untyped-def]
         return bad
     for w in range(len(actions)):
         select_world(world, w)
+        world.task.state.impact = 0.0
         for a in range(2):
             _apply_action(world, a, actions[w, a])
     return -1
@@ -82,7 +84,25 @@ def _apply_action(world, a, action):  # type: ignore[no-untyped-def]
         task.distance[1] = -1.0
 
 
+@njit
+def note_impacts(world, before):  # type: ignore[no-untyped-def]
+    """Note the impacts of a step in all worlds; `before` (world, body): the bodies at its start."""
+    for w in range(len(before)):
+        select_world(world, w)
+        task = world.task.state
+        falling = _BLOCK + task.order[task.released - 1] if task.released > 0 else -1
+        impacts.note_impacts(world, before[w], falling, _GRIPPER, _BLOCK)
+
+
 # ---------------------------------------------------------------- evaluate
+
+
+@njit
+def has_turn(task, a):  # type: ignore[no-untyped-def]
+    """Whether gripper a is the one to build: it has released fewer blocks; of equals the left one."""
+    own = task.arrived[a] - task.held[a]
+    other = task.arrived[1 - a] - task.held[1 - a]
+    return own < other or (own == other and a == 0)
 
 
 @njit
@@ -171,15 +191,17 @@ def _support(world, a):  # type: ignore[no-untyped-def]
 
 @njit
 def _distance(world, a):  # type: ignore[no-untyped-def]
-    """Return the distance in m of the held block from its place, or of the empty gripper from its depot."""
+    """Return the distance in m of the held block from its place, or of a gripper without the turn from its depot."""
     task = world.task.state
     if task.held[a] == 0:
         return _to_depot(world, a) + _rise(world, a)
+    if not has_turn(task, a):
+        return _to_depot(world, a)
     k = task.block[a]
     block = world.state.bodies[_BLOCK + k]
     x, top, _, _ = _support(world, a)
-    gap = block.position[1] - parts.vertical_reach(block, world.parameters.shapes[_SHAPE + k]) - top
-    return abs(block.position[0] - x) + abs(gap) + TILT_WEIGHT * abs(block.angle)
+    gap, speed = parts.landing(block, world.parameters.shapes[_SHAPE + k], top, world.parameters.world.gravity)
+    return abs(block.position[0] - x) + impacts.descent(gap, speed) + TILT_WEIGHT * abs(block.angle)
 
 
 @njit
@@ -189,8 +211,9 @@ def _evaluate_tower(world):  # type: ignore[no-untyped-def]
     contacts, blocks = active_contacts(world), world.state.bodies[_BLOCK:]
     steady = parts.steady_blocks(contacts, task.level, blocks, _PLINTH, _GRIPPER, _BLOCK)
     fallen = parts.any_fallen(task.released, _BASE, task.order, blocks, world.parameters.shapes[_SHAPE:])
+    failed = fallen or task.cracked != 0
     placed = task.placed
-    _, success = shared.evaluate_tower(task, info, task.released, task.order, steady, fallen)
+    _, success = shared.evaluate_tower(task, info, task.released, task.order, steady, failed)
     info.bump = _bump(contacts, task)
     return placed, fallen, success
 
@@ -211,9 +234,12 @@ def _reward(world, a, placed, fallen, success):  # type: ignore[no-untyped-def]
     term.partner = task.partner_weight * (task.placed - placed - own)
     term.success = task.success_weight if success else 0.0
     term.fall = task.fall_weight if fallen else 0.0
+    term.crack = task.crack_weight if task.cracked != 0 else 0.0
     term.bump = task.bump_weight if world.task.info.bump else 0.0
+    term.time = task.time_weight
     term.effort = task.effort_weight * task.effort[a]
-    return term.approach + term.placed + term.partner + term.success + term.fall + term.bump + term.effort
+    earned = term.approach + term.placed + term.partner + term.success
+    return earned + term.fall + term.crack + term.bump + term.time + term.effort
 
 
 @njit
@@ -222,11 +248,12 @@ def evaluate_world(world, rewards):  # type: ignore[no-untyped-def]
     placed, fallen, success = _evaluate_tower(world)
     for a in range(2):
         rewards[a] = _reward(world, a, placed, fallen, success)
+    failed = fallen or world.task.state.cracked != 0
     for a in range(2):
-        if not fallen and _arrives(world, a):
+        if not failed and _arrives(world, a):
             hand_over(world, a)
         parts.move_mast(world, _MAST + a, _GRIPPER + a)
-    return fallen or success
+    return failed or success
 
 
 # ---------------------------------------------------------------- observe
@@ -262,7 +289,7 @@ def _to_go(task, a):  # type: ignore[no-untyped-def]
 
 @njit
 def _observe_own(world, out, a, timestep):  # type: ignore[no-untyped-def]
-    """Write entries 0 to 27: the gripper, its block, the support, and the tower."""
+    """Write entries 0 to 27 and 42 to 44: the gripper, its block, the support, and the tower."""
     task, bodies, parameters = world.task.state, world.state.bodies, world.parameters
     gripper = bodies[_GRIPPER + a]
     k = task.block[a]
@@ -279,6 +306,9 @@ def _observe_own(world, out, a, timestep):  # type: ignore[no-untyped-def]
     out[25] = gripper.position[1] - _LIFT - highest
     out[26] = _to_depot(world, a)
     out[27] = _rise(world, a)
+    out[42] = 1.0 if has_turn(task, a) else 0.0
+    gap, speed = parts.landing(bodies[_BLOCK + k], shape, top, parameters.world.gravity)
+    impacts.observe_landing(out, 43, gap, speed, task.crack_speed)
 
 
 @njit

@@ -6,6 +6,7 @@ from typing import Any
 
 from gsenv.envs.core.kernels import between
 from gsenv.envs.stack import blocks as parts
+from gsenv.envs.stack import impacts
 from gsenv.envs.stack import shared_rules as shared
 from gsenv.envs.stack.blocks import DRAWS_PER_BLOCK
 from gsenv.envs.tower import scene
@@ -24,8 +25,9 @@ TASK_STATE_FIELDS: list[tuple[Any, ...]] = [
     ("arrived", "i8", (2,)),  # blocks that are or were in the gripper
     ("distance", "f8", (2,)),  # to go, as the approach term sees it; negative: not yet known
     ("effort", "f8", (2,)),  # mean square of the last action
+    *impacts.FIELDS,
     *shared.setting_fields(("grasp_tilt", "f8")),
-    *shared.weight_fields("approach", "placed", "partner", "success", "fall", "bump", "effort"),
+    *shared.weight_fields("approach", "placed", "partner", "success", "fall", "crack", "bump", "time", "effort"),
 ]
 
 NOT_RELEASED = -9  # next to no level

@@ -12,7 +12,7 @@ from gsenv.render.draw_list import DrawList, join
 from gsenv.render.hud import draw_hud
 from gsenv.render.joint_items import DRAWN_JOINTS, KNOWN_JOINTS, make_joint_stencil
 from gsenv.render.shape_items import enclose, find_bounds, make_stencil
-from gsenv.render.theme import AXIS_COLORS, CONTACT_COLOR, DEFAULT_THEME, FORCE_COLOR, JOINT_COLOR, Theme
+from gsenv.render.theme import AXIS_COLORS, CONTACT_COLOR, DEFAULT_THEME, FORCE_COLOR, JOINT_COLOR, LINE_COLOR, Theme
 from gsenv.render.world_view import (
     Frames,
     find_wheels,
@@ -94,8 +94,13 @@ class SceneRenderer:
         """px"""
         return self._canvas.height
 
-    def render(self, world_index: int = 0, hud: Sequence[str] = ()) -> NDArray[np.uint8]:
-        """Return a new (height, width, 3) RGB picture of one world, with the `hud` lines at the top left."""
+    def render(
+        self, world_index: int = 0, hud: Sequence[str] = (), lines: NDArray[np.float64] | None = None
+    ) -> NDArray[np.uint8]:
+        """Return a new (height, width, 3) RGB picture of one world, with the `hud` lines of text at the top left.
+
+        lines: (line, 2, 2) m, dark lines over the bodies
+        """
         bodies = read_bodies(self.world, world_index)
         draw_list = self._shapes.fill(read_state(self.world, world_index, self._table, bodies))
         camera = self._aim(draw_list, bodies, world_index)
@@ -105,6 +110,8 @@ class SceneRenderer:
         for name in self.overlay:
             add = self._draw_contacts if name == "contacts" else self._draw_joints
             draw_list = join(draw_list, *add(world_index, camera))
+        if lines is not None:
+            draw_list = join(draw_list, marks.lines(lines[:, 0], lines[:, 1], self._pen(camera, 0.8), LINE_COLOR))
         image = self._canvas.draw(draw_list, camera)
         if hud:
             draw_hud(image, tuple(hud))

@@ -35,6 +35,7 @@ ROPE_COLOR: Rgb = (104, 84, 66)
 TARGET_COLOR: Rgb = (104, 84, 66)
 METAL_LINE: Rgb = (38, 42, 52)  # outlines of pins, rods and springs
 
+LINE_COLOR: Rgb = (24, 26, 32)  # of lines that a task adds, such as cracks
 FORCE_COLOR: Rgb = (255, 214, 10)
 CONTACT_COLOR: Rgb = (255, 70, 70)
 JOINT_COLOR: Rgb = (255, 255, 255)

@@ -144,7 +144,7 @@ def test_metadata_and_agents(env: tower_v0.TowerParallelEnv) -> None:
         assert env.observation_space(agent) is env.observation_space(agent)
         assert env.action_space(agent) is env.action_space(agent)
     assert env.observation_space(AGENTS[0]) == env.observation_space(AGENTS[1])
-    assert env.observation_space(AGENTS[0]).shape == (42,)
+    assert env.observation_space(AGENTS[0]).shape == (45,)
 
 
 # ---------------------------------------------------------------- episodes
@@ -217,7 +217,7 @@ def test_termination_ends_both_and_is_no_truncation() -> None:
             break
     assert terminated == dict.fromkeys(AGENTS, True)
     assert truncated == dict.fromkeys(AGENTS, False)
-    assert infos[AGENTS[1]]["reward_fall"] == -2.0
+    assert infos[AGENTS[1]]["reward_crack"] == -0.2
     assert not infos[AGENTS[1]]["success"]
 
 

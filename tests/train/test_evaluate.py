@@ -13,7 +13,7 @@ from gsenv.envs.core.mlp import MlpPolicy
 from gsenv.train import evaluate as script
 from gsenv.train.evaluate import PolicyError, evaluate, make_actor
 
-GSTACK_OBSERVATIONS = 30
+GSTACK_OBSERVATIONS = 32
 
 
 def still(observations: int = GSTACK_OBSERVATIONS) -> MlpPolicy:

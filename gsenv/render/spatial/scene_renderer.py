@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from gsenv.render.hud import draw_hud
 from gsenv.render.spatial.camera import SpatialCamera
-from gsenv.render.spatial.links import with_links
+from gsenv.render.spatial.links import with_lines, with_links
 from gsenv.render.spatial.primitives import BOX, HEIGHTFIELD, HULL, PLANE, Primitives, read_meshes
 from gsenv.render.spatial.renderer import PrimitiveRenderer, Quality
 from gsenv.render.spatial.style import DEFAULT_STYLE, Style
@@ -61,8 +61,13 @@ class SpatialRenderer:
         """px"""
         return self._renderer.height
 
-    def frame(self, world_index: int = 0, camera: SpatialCamera | None = None) -> NDArray[np.uint8]:
-        """Return a new (height, width, 3) RGB picture of one world, seen by `camera` or the renderer's own."""
+    def frame(
+        self, world_index: int = 0, camera: SpatialCamera | None = None, lines: FloatArray | None = None
+    ) -> NDArray[np.uint8]:
+        """Return a new (height, width, 3) RGB picture of one world, seen by `camera` or the renderer's own.
+
+        lines: (line, 2, 3) m, dark lines on the bodies
+        """
         primitives = read_primitives(self.world, world_index, self._table)
         vertices = read_vertices(self.world, world_index)
         if camera is None:
@@ -71,11 +76,15 @@ class SpatialRenderer:
                 self.camera = SpatialCamera.look_at_bounds(lower, upper, self.width, self.height)
             camera = self.camera
         primitives = with_links(primitives, self._links, read_links(self.world, world_index, self._links))
+        if lines is not None:
+            primitives = with_lines(primitives, lines)
         return self._renderer.draw(camera, primitives, vertices)
 
-    def render(self, world_index: int = 0, hud: Sequence[str] = ()) -> NDArray[np.uint8]:
+    def render(
+        self, world_index: int = 0, hud: Sequence[str] = (), lines: FloatArray | None = None
+    ) -> NDArray[np.uint8]:
         """Return a picture as `frame` does, by the renderer's own camera, with the `hud` lines at the top left."""
-        image = self.frame(world_index)
+        image = self.frame(world_index, lines=lines)
         if hud:
             draw_hud(image, tuple(hud))
         return image

@@ -234,7 +234,7 @@ def test_make_vec_gives_the_native_class_and_its_limit() -> None:
     assert vector.max_episode_steps == 600
     assert vector.metadata["autoreset_mode"] is AutoresetMode.NEXT_STEP
     assert vector.single_observation_space == StackEnv().observation_space
-    assert vector.observation_space.shape == (2, 30)
+    assert vector.observation_space.shape == (2, 32)
     assert vector.action_space.shape == (2, 4)
 
 

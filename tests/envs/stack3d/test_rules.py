@@ -9,10 +9,13 @@ import pytest
 
 from gsenv.envs.core.policies import scripted_actions
 from gsenv.envs.stack import shared_rules as rules
+from gsenv.envs.stack.settings import CRACK_SPEED
 from gsenv.envs.stack3d import blocks as parts
 from gsenv.envs.stack3d import scene
 from gsenv.envs.stack3d.env import Stack3DEnv, Stack3DTask, Stack3DVectorEnv
+from gsenv.envs.stack3d.policy import drop_blocks
 from gsenv.envs.stack3d.scene import FIRST_BLOCK, FIRST_BLOCK_SHAPE, GRIPPER_BODY
+from gsenv.train.evaluate import evaluate
 from tests.envs.registered import terms_of
 from tests.envs.stack3d.worlds import (
     DOWN,
@@ -102,7 +105,7 @@ def test_a_fallen_block_ends_the_episode(env: Stack3DEnv, how: str) -> None:
     _, _, terminated, _, info = run(env, 60)
     assert terminated
     assert not info["success"]
-    assert info["reward_fall"] == -2.0
+    assert info["reward_fall"] == -0.2
     assert info["reward_success"] == 0.0
 
 
@@ -125,11 +128,62 @@ def test_the_first_block_may_lie_as_it_likes(env: Stack3DEnv) -> None:
     assert not run(env, 30)[2]
 
 
+def fastest_impact(env: Stack3DEnv, steps: int, action: Any = IDLE) -> float:
+    """Return the fastest impact in m/s of the next steps."""
+    fastest = 0.0
+    for _ in range(steps):
+        _, _, terminated, _, info = env.step(action)
+        fastest = max(fastest, info["impact"])
+        if terminated:
+            break
+    return fastest
+
+
+@pytest.mark.parametrize("height", [0.002, 0.02, 0.3])
+def test_an_impact_has_the_speed_of_a_free_fall(env: Stack3DEnv, height: float) -> None:
+    env.reset(seed=0, options={"crack_speed": 100.0})
+    heights = set_up_tower(env.task, 2)
+    env.task.world.set_pose("block_1", position=(0.0, 0.0, heights[1] + height))
+    assert fastest_impact(env, 20) == pytest.approx(np.sqrt(2.0 * 9.81 * height), rel=0.02)
+
+
+@pytest.mark.parametrize(("height", "cracks"), [(0.007, False), (0.0095, True)])
+def test_a_block_cracks_above_the_speed_that_is_set(env: Stack3DEnv, height: float, cracks: bool) -> None:
+    heights = set_up_tower(env.task, 2)
+    env.task.world.set_pose("block_1", position=(0.0, 0.0, heights[1] + height))
+    _, _, terminated, _, info = run(env, 10)
+    assert info["cracked"] == terminated == cracks
+    assert info["reward_crack"] == (-0.2 if cracks else 0.0)
+    assert (env.task.lines(0) is not None) == cracks
+
+
+def test_a_tower_that_stands_has_no_impacts(env: Stack3DEnv) -> None:
+    env.reset(seed=0, options={"blocks": 6, "success_time": 10.0})
+    set_up_tower(env.task, 6)
+    fastest_impact(env, 3)
+    assert fastest_impact(env, 100) < 0.01
+
+
+def test_only_careful_builders_build() -> None:
+    scripted = evaluate(build_tower, "GStack3D-v0", 20)
+    assert scripted.success_rate >= 0.9
+    generator = np.random.default_rng(0)
+
+    def random_policy(observations: Any) -> Any:
+        return generator.uniform(-1.0, 1.0, (len(observations), 5)).astype(np.float32)
+
+    for policy in (lambda seen: np.zeros((len(seen), 5), np.float32), random_policy, drop_blocks):
+        other = evaluate(policy, "GStack3D-v0", 10)
+        assert other.success_rate == 0.0
+        assert other.mean_return < 0.3 * scripted.mean_return
+
+
 def test_the_held_block_may_be_anywhere(env: Stack3DEnv) -> None:
-    assert not run(env, 60, DOWN)[2]
+    assert not run(env, 150, 0.2 * DOWN)[2]
 
 
 def test_a_block_let_go_falls_to_the_ground_and_stays(env: Stack3DEnv) -> None:
+    env.reset(seed=0, options={"crack_speed": 100.0})
     half = env.task.world.parameters.half_extents[0, FIRST_BLOCK_SHAPE, 2]
     observation, *_ = env.step(RELEASE)
     assert read(observation, "holding") == 0.0
@@ -193,7 +247,7 @@ def test_the_drive_carries_the_weight_of_block_and_grasp() -> None:
 
 
 def test_the_gripper_stops_at_an_obstacle_and_comes_back_upright() -> None:
-    env = Stack3DEnv()
+    env = Stack3DEnv(crack_speed=100.0)
     env.reset(seed=2)
     pressed = run(env, 90, DOWN)[0]
     assert abs(read(pressed, "drive_z")[0]) <= 1.0
@@ -294,16 +348,19 @@ def test_random_actions_do_not_build() -> None:
         f"{scene.REACH_Z[1]:g} m high, and within {scene.REACH_ANGLE:g} rad",
         f"up to {scene.START:g} m from the middle along x and y",
         f"{scene.START_Z[0]:.1f} to {scene.START_Z[1]:g} m high",
-        f"half-widths {scene.HALF_WIDTH[0]:.2f} to {scene.HALF_WIDTH[1]:.2f} m",
-        f"half-height {scene.HALF_HEIGHT[0]:.2f} to {scene.HALF_HEIGHT[1]:.2f} m",
-        f"mass {scene.MASS[0]:g} to {scene.MASS[1]:g} kg",
-        f"friction {scene.FRICTION[0]:g} to {scene.FRICTION[1]:g}",
-        f"up to {100 * scene.GRASP_OFFSET:g} % of the half-widths",
-        f"turned by up to {scene.GRASP_TURN:g} rad",
+        f"m, of blocks along x and y: (lowest, highest), within 0.1 to 0.3 | {scene.HALF_WIDTH} |",
+        f"m, of blocks: (lowest, highest), within 0.05 to 0.22 | {scene.HALF_HEIGHT} |",
+        f"kg, of blocks: (lowest, highest), within 0.5 to 20 | {scene.MASS} |",
+        f"coefficient, of blocks: (lowest, highest), within 0 to 1 | {scene.FRICTION} |",
+        f"of its half-widths, within 0 to 0.8 | {scene.GRASP_OFFSET:g} |",
+        f"rad, how far a block is turned in the gripper, within 0 to 0.75 | {scene.GRASP_TURN:g} |",
+        f"m/s, of the slowest impact that cracks a block, within 0.05 to 100 | {CRACK_SPEED:g} |",
         f"tilted by more than {rules.TIPPED:g} rad, is twisted by more than {parts.TWISTED:g} rad",
         f"`Box(low, high, ({len(INDEX)},), float32)`",
         *(f"| {entry.name} " for entry in (*Stack3DTask.actions, *Stack3DTask.observations)),
-        *(f"| {entry.name} " for entry in (*Stack3DTask.reward_terms, *Stack3DTask.arguments, *Stack3DTask.quantities)),
+        *(f"| {entry.name} " for entry in Stack3DTask.reward_terms),
+        *(f"| {entry.name} " for entry in Stack3DTask.arguments),
+        *(f"| {entry.name} " for entry in Stack3DTask.quantities),
     ],
 )
 def test_docstring_agrees_with_the_task(text: str) -> None:

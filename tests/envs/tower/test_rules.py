@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from gsenv.envs.stack import scene as stack
 from gsenv.envs.tower import scene
 from gsenv.envs.tower.env import TowerTask, TowerVectorEnv
-from gsenv.envs.tower.policy import build_together
+from gsenv.envs.tower.policy import build_together, drop_together
 from tests.envs.registered import terms_of
 from tests.envs.stack.worlds import assert_equal, mixed_actions
 
@@ -117,13 +117,15 @@ def test_snapshots_and_pickles_of_the_batch() -> None:
 
 
 def test_observations_vary_and_stay_within_bounds() -> None:
-    vector = TowerVectorEnv(24, max_episode_steps=600, autoreset_mode="SameStep")
+    vector = TowerVectorEnv(24, max_episode_steps=600, autoreset_mode="SameStep", crack_speed=100.0)
     low, high = vector.task.low, vector.task.high
     observations, _ = vector.reset(seed=0)
     seen: list[NDArray[np.float32]] = []
     for actions in mixed_actions(0, (450, 24, 2)):
         actions[8:] = build_together(observations[8:])
         actions[8:16, :, :3] += 0.3 * mixed_actions(len(seen), (8, 2))[..., :3]
+        leaving = observations[20:, :, INDEX["holding"]] < 0.5
+        actions[20:, :, :2][leaving] = (-1.0, -0.5)  # low, where the gripper must rise for its next block
         observations = vector.step(actions)[0]
         assert (observations >= low).all()
         assert (observations <= high).all()
@@ -173,7 +175,7 @@ def test_mirror_images_act_alike(vector: TowerVectorEnv) -> None:
 
 def test_grippers_collide() -> None:
     """Both go inwards: in every world they meet, with what they hold, and it costs both."""
-    vector = TowerVectorEnv(8, autoreset_mode="Disabled")
+    vector = TowerVectorEnv(8, autoreset_mode="Disabled", crack_speed=100.0)
     vector.reset(seed=0)
     actions = np.tile(STILL, (8, 1, 1))
     actions[..., 0] = 1.0
@@ -227,6 +229,7 @@ def seen_alone(observation: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 def test_released_beside_the_plinth_is_a_fall(vector: TowerVectorEnv) -> None:
+    vector.reset(seed=0, options={"crack_speed": 100.0})
     actions = STILL.copy()
     actions[0, 1, 3] = 1.0
     for _ in range(60):
@@ -236,8 +239,40 @@ def test_released_beside_the_plinth_is_a_fall(vector: TowerVectorEnv) -> None:
             break
     assert terminated[0]
     assert not infos["success"][0]
-    np.testing.assert_array_equal(infos["reward_fall"][0], [-2.0, -2.0])
-    assert (rewards < -1.9).all()
+    np.testing.assert_array_equal(infos["reward_fall"][0], [-0.2, -0.2])
+    assert (rewards < -0.19).all()
+
+
+def test_one_gripper_has_the_turn(vector: TowerVectorEnv) -> None:
+    """The left one first; then the one that has released fewer blocks."""
+    observations = vector.observe()
+    state = vector.task.task_state[0]
+    seen = set()
+    for _ in range(400):
+        turns = observations[0, :, INDEX["turn"]]
+        released = state["arrived"] - state["held"]
+        assert turns.tolist() == ([1.0, 0.0] if released[0] <= released[1] else [0.0, 1.0])
+        seen.add(tuple(turns.tolist()))
+        observations, _, terminated, _, _ = vector.step(build_together(observations))
+        if terminated[0]:
+            break
+    assert seen == {(1.0, 0.0), (0.0, 1.0)}
+
+
+def test_a_block_that_is_dropped_cracks(vector: TowerVectorEnv) -> None:
+    actions = STILL.copy()
+    actions[0, 1, 3] = 1.0
+    for _ in range(60):
+        _, rewards, terminated, _, infos = vector.step(actions)
+        actions = STILL
+        if terminated[0]:
+            break
+    assert infos["cracked"][0]
+    assert infos["impact"][0] > 1.0
+    np.testing.assert_array_equal(infos["reward_crack"][0], [-0.2, -0.2])
+    assert (rewards < -0.19).all()
+    assert vector.task.task_state["cracked"][0] == 2
+    assert not success_of(drop_together, 20, blocks=2).any()
 
 
 def test_the_next_block_comes_at_the_own_depot_only(vector: TowerVectorEnv) -> None:
