@@ -21,13 +21,13 @@ from gsenv.envs.core.vector import TaskVectorEnv
 IDS = [entry.id for entry in ENVS]
 MODES = list(AutoresetMode)
 SETTINGS: dict[str, dict[str, Any]] = {  # of lively episodes that end early
-    "GStack-v0": {"blocks": 2},
-    "GStack-hardcore-v0": {"blocks": 2},
+    "GStack-v0": {"blocks": 2, "crack_speed": 100.0},
+    "GStack-hardcore-v0": {"blocks": 2, "crack_speed": 100.0},
     "GCar-v0": {"difficulty": 1.0},
     "GCar-hardcore-v0": {"difficulty": 1.0},
     "GCar3D-v0": {"difficulty": 1.0},
-    "GStack3D-v0": {"blocks": 2},
-    "GStack3D-hardcore-v0": {"blocks": 2},
+    "GStack3D-v0": {"blocks": 2, "crack_speed": 100.0},
+    "GStack3D-hardcore-v0": {"blocks": 2, "crack_speed": 100.0},
     "GRagdoll2D-v0": {"push": 1.0},
     "GRagdoll2D-hardcore-v0": {"push": 1.0},
     "GRagdoll-v0": {"push": 1.0},

@@ -40,7 +40,7 @@ def test_a_run_leaves_policies_logs_and_a_result(kind: Any, settings: Any, tmp_p
     assert steps == sorted(set(steps))
     assert steps[-1] >= 256 - 64
     assert any(row["evaluated_success"] >= 0.0 for row in rows)
-    assert json.loads((folder / "settings.json").read_text())["arguments"] == {"blocks": 5}
+    assert json.loads((folder / "settings.json").read_text())["arguments"] == settings.arguments
     result = json.loads((folder / "result.json").read_text())
     assert set(result) == {f"blocks 1: {policy}" for policy in ("trained", "scripted", "random")}
     assert result["blocks 1: scripted"]["success_rate"] == 1.0

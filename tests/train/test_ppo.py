@@ -52,7 +52,7 @@ def test_seeds_steps_and_arguments(tmp_path: Path, capsys: pytest.CaptureFixture
     assert sorted(path.name for path in tmp_path.iterdir()) == ["curve.png", "seed-3", "seed-4"]
     settings = json.loads((tmp_path / "seed-4" / "settings.json").read_text())
     assert settings["seed"] == 4
-    assert settings["arguments"] == {"blocks": 1}
+    assert settings["arguments"] == {"blocks": 1, "crack_speed": 0.4}
 
 
 @pytest.mark.parametrize("script", [ppo, sac])

@@ -19,7 +19,7 @@ from gsenv.train.evaluate import PolicyError, make_actor
 from tests.train.small import EXPERIMENTS, PPO
 from tests.train.test_evaluate import still
 
-COUNT = 30  # observations of GStack-v0
+COUNT = 32  # observations of GStack-v0
 
 
 class Trap:
@@ -137,10 +137,10 @@ NAN = np.full((4, COUNT), np.nan, np.float32)
         ({"weight_0": NAN}, "the weight of layer 0 has numbers that are not finite"),
         ({"bias_0": np.full(4, np.inf, np.float32)}, "the bias of layer 0 has numbers that are not finite"),
         ({"mean": np.full(COUNT, np.nan, np.float32)}, "mean has numbers that are not finite"),
-        ({"scale": np.zeros(COUNT, np.float32)}, "scale must be 30 positive numbers"),
-        ({"scale": np.ones(COUNT - 1, np.float32)}, "scale must be 30 positive numbers"),
+        ({"scale": np.zeros(COUNT, np.float32)}, "scale must be 32 positive numbers"),
+        ({"scale": np.ones(COUNT - 1, np.float32)}, "scale must be 32 positive numbers"),
         ({"scale": np.ones((COUNT, 1), np.float32)}, "scale must have 1 dimension"),
-        ({"weight_0": np.zeros((4, COUNT - 1), np.float32)}, r"layer 0 must have the shape \(4, 30\), got \(4, 29\)"),
+        ({"weight_0": np.zeros((4, COUNT - 1), np.float32)}, r"layer 0 must have the shape \(4, 32\), got \(4, 31\)"),
         ({"weight_0": np.zeros((COUNT, 4), np.float32)}, "layer 0 must have the shape"),
         ({"weight_0": np.array(["a"])}, "must be an array of floats"),
         ({"bias_0": np.zeros((4, 1), np.float32)}, "the bias of layer 0 must have 1 dimension"),
