@@ -67,10 +67,10 @@ BENCHMARKS: dict[str, Benchmark] = {
         Benchmark("solve", "run time against error of the methods that solve rows without bodies", (2,), True, True),
         Benchmark("stability", "error of each fidelity as scenes get harder, and random jointed scenes", page=True),
         Benchmark("stack_sweeps", "contact loads and height of a stack against the number of sweeps"),
-        Benchmark("stacking", "success of zero, random, naive, scripted and trained policies at each tier of towers"),
         Benchmark("startup", "process start to the end of the first step, with an empty and a full kernel cache"),
         Benchmark("step_time", "CPU time of a step, also as a ratio to another checkout's", (2, 3), True),
         Benchmark("stress", "energy gained and speeds reached in random scenes", (2, 3)),
+        Benchmark("tiers", "success of zero, random, naive, scripted and trained policies at each tier", page=True),
         Benchmark("throughput", "environment steps per second, beside Gymnasium's Box2D and EnvPool's", page=True),
     )
 }

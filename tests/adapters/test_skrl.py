@@ -35,6 +35,6 @@ def test_parallel_environments() -> None:
     assert type(env).__name__ == "PettingZooWrapper"
     env.reset()
     observations, rewards, *_ = env.step({agent: torch.zeros(1, 4) for agent in env.possible_agents})
-    assert observations["gripper_0"].shape == (1, 42)
+    assert observations["gripper_0"].shape == (1, 45)
     assert rewards["gripper_1"].shape == (1, 1)
-    assert env.state()["gripper_0"].shape == (1, 84)
+    assert env.state()["gripper_0"].shape == (1, 90)

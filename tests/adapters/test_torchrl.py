@@ -45,7 +45,9 @@ def test_gym_wrapper_of_a_batch(env_id: str, mode: str) -> None:
     """Its reader of final observations and infos expects flat infos."""
     from torchrl.envs.libs.gym import GymWrapper
 
-    vector = gymnasium.make_vec(f"gsenv:{env_id}", num_envs=3, autoreset_mode=mode, max_episode_steps=LIMIT)
+    vector = gymnasium.make_vec(
+        f"gsenv:{env_id}", num_envs=3, autoreset_mode=mode, max_episode_steps=LIMIT, **SETTINGS[env_id]
+    )
     env = GymWrapper(vector)
     data = env.rollout(2 * LIMIT + 1, break_when_any_done=False)
     assert data.shape == (3, 2 * LIMIT + 1)

@@ -17,15 +17,19 @@ from ..jit import njit
 from .broadphase import find_pairs
 from .contact_cache import pair_order
 from .detection import collide_pairs
+from .dispatch import by_dimension
 from .geometry import update_geometry
 from .status import MORE_CONTACTS, MORE_PAIRS, OK
 
 Array = NDArray[Any]
 
+add_total = by_dimension("contact_rows", "add_total")
+
 STEP = 0  # places of copies of the state: at the start of the step,
 PART = 1  # and at that of the present part
-DEPTH = 0.01  # of the extent: overlap that is accepted,
-GROWTH = 0.001  # and growth of a deeper one since the start of the step
+DEPTH = 0.01  # of the extent: an overlap up to this is accepted
+GROWTH = 0.001  # of the extent: a deeper one may grow by this in the step
+NEARLY = 0.9  # cosine of the angle between normals, from which on contacts of one feature are the same
 
 
 @njit
@@ -61,6 +65,7 @@ def restore_state(world: Any, joints: Any, place: int) -> None:
     if joints is not None:
         for j in range(len(joints)):
             joints[j] = division.joints[place, j]
+    division.share[0] *= division.timesteps[place] / world.options.timestep
     world.options.timestep = division.timesteps[place]
 
 
@@ -85,6 +90,7 @@ def set_length(world: Any, joints: Any, timestep: float) -> None:
     """Set the length in s of the next part, and scale the impulses that its solves and substeps start from."""
     scale = timestep / world.options.timestep
     world.options.timestep = timestep
+    world.scratch.division.share[0] *= scale
     contacts = world.state.contacts
     for k in range(int(world.state.world.contact_count)):
         for d in range(len(contacts[k].impulse)):
@@ -112,26 +118,29 @@ def start_sums(world: Any, joints: Any) -> None:
 
 
 @njit
-def start_part_of_step(world: Any, joints: Any) -> None:
-    """Keep the state, and set the sums of all contacts to 0, also those that sleep: `add_part` restores them."""
+def start_part_of_step(world: Any, joints: Any, share: float) -> None:
+    """Keep the state, and give contacts that sleep in the part their ``share`` of the impulses so far.
+
+    The impulses of the others start from 0 in each part; `add_part` adds those so far.
+    """
     keep_state(world, joints, PART)
     contacts = world.state.contacts
     for k in range(int(world.state.world.contact_count)):
         for d in range(len(contacts[k].total_impulse)):
-            contacts[k].total_impulse[d] = 0.0
+            contacts[k].total_impulse[d] *= share
 
 
 @njit
 def add_part(world: Any, joints: Any, first: bool) -> int:
     """Add the impulses and counters of a part to those of the parts before; returns the number of contacts.
 
-    Contacts that have ended since or have another normal now stay in the list, after others of their pair, with the
-    impulses of the step and none to start from. Where they do not fit into it, the number exceeds its length.
+    Contacts that have ended since or have turned far stay in the list, after others of their pair, with their sums
+    and no impulse to start from. Where they do not fit into it, the number exceeds its length.
     """
     division = world.scratch.division
     if joints is not None:
         sums = division.joint_sums
-        for j in range(len(joints)):  # of joints that sleep: the share of the part in what they had
+        for j in range(len(joints)):  # a sleeping joint adds its last sum, scaled to the part
             for d in range(len(joints[j].total_impulse)):
                 sums[j].total_impulse[d] += joints[j].total_impulse[d]
             for d in range(len(joints[j].reaction)):
@@ -145,6 +154,10 @@ def add_part(world: Any, joints: Any, first: bool) -> int:
     counters.impacts += before.impacts
     counters.residual = max(counters.residual, before.residual)
     counters.natural_residual = max(counters.natural_residual, before.natural_residual)
+    counters.pair_count = max(counters.pair_count, before.pair_count)
+    counters.row_count = max(counters.row_count, before.row_count)
+    counters.island_count = max(counters.island_count, before.island_count)
+    counters.awake_count = max(counters.awake_count, before.awake_count)
     ended = add_contact_sums(world)
     count = int64(counters.contact_count + ended)
     if ended > 0 and count <= len(world.state.contacts):
@@ -183,8 +196,7 @@ def add_contact_sums(world: Any) -> int:
         while place < count and pair_order(contacts[place], kept) == 0 and not is_same(contacts[place], kept):
             place += 1
         if place < count and pair_order(contacts[place], kept) == 0:
-            for d in range(len(kept.total_impulse)):
-                contacts[place].total_impulse[d] += kept.total_impulse[d]
+            add_total(contacts[place], kept)
         else:
             division.contacts[PART, ended] = kept
             ended += 1
@@ -193,13 +205,11 @@ def add_contact_sums(world: Any) -> int:
 
 @njit
 def is_same(contact: Any, kept: Any) -> bool:
-    """Whether two contacts of a pair have the same feature and normal, so that their impulses add up."""
-    if contact.feature != kept.feature:
-        return False
+    """Whether two contacts of a pair have the same feature and nearly the same normal."""
+    cosine = 0.0
     for d in range(len(kept.normal)):
-        if contact.normal[d] != kept.normal[d]:
-            return False
-    return True
+        cosine += contact.normal[d] * kept.normal[d]
+    return contact.feature == kept.feature and cosine > NEARLY
 
 
 @njit
@@ -232,18 +242,18 @@ def insert_ended(world: Any, ended: int) -> None:
 
 @njit
 def check_step(world: Any, joints: Any) -> tuple[int, int, bool]:
-    """Measure whether an overlap has grown in the whole step; returns (status, needed, whether).
+    """Test whether an overlap has grown in the whole step; returns (status, needed, grown).
 
     If so, the state is that at the start of the step, and `scratch.division` has the overlaps there.
     """
     division = world.scratch.division
-    status, needed, count = find_overlaps(world)
+    status, needed, count = find_overlaps(world, False)
     if status != OK or not any_deeper(world.scratch.found, count, division.overlaps, int64(0)):
         return status, needed, False
     deep_count = copy_overlaps(world.scratch.found, count, division.overlaps)
     keep_state(world, joints, PART)
     restore_state(world, joints, STEP)
-    status, needed, count = find_overlaps(world)
+    status, needed, count = find_overlaps(world, True)
     if status != OK:
         return status, needed, False
     grown = any_deeper(division.overlaps, deep_count, world.scratch.found, count)
@@ -256,21 +266,27 @@ def check_step(world: Any, joints: Any) -> tuple[int, int, bool]:
 
 @njit
 def check_part(world: Any) -> tuple[int, int, bool]:
-    """Measure whether an overlap has grown since the start of the step; returns (status, needed, whether)."""
+    """Test whether an overlap has grown since the start of the step; returns (status, needed, grown)."""
     division = world.scratch.division
-    status, needed, count = find_overlaps(world)
+    status, needed, count = find_overlaps(world, False)
     if status != OK:
         return status, needed, False
     return OK, int64(0), any_deeper(world.scratch.found, count, division.overlaps, int64(division.overlap_count[0]))
 
 
 @njit
-def find_overlaps(world: Any) -> tuple[int, int, int]:
-    """Fill `scratch.found` with the contacts of the present poses; returns (status, needed, number of contacts)."""
+def find_overlaps(world: Any, asleep: bool) -> tuple[int, int, int]:
+    """Fill `scratch.found` with the contacts of the present poses; returns (status, needed, number of contacts).
+
+    ``asleep``: also with those of bodies that sleep.
+    """
     scratch = world.scratch
     timestep = world.options.timestep
     world.options.timestep = 0.0  # for boxes and margins of the present
     update_geometry(world)
+    if asleep:
+        for k in range(len(scratch.geometry)):
+            scratch.geometry[k].awake = scratch.geometry[k].dynamic
     pair_count = find_pairs(
         scratch.geometry, world.shapes.models, world.model.exclusions, scratch.broadphase, scratch.pairs
     )

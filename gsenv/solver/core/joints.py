@@ -18,6 +18,7 @@ from .rows import EQUATION, UNILATERAL
 from .slices import part
 from .springs import has_spring
 
+set_effective_mass = by_dimension("contact_rows", "set_effective_mass")
 add_user_constraint_rows = by_dimension("joints.user_constraint", "add_user_constraint_rows")
 add_linked_rows = by_dimension("joints", "add_linked_rows")
 add_reaction = by_dimension("joints", "add_reaction")
@@ -120,6 +121,16 @@ def start_impulse(row: Any, state: Any, scale: Any) -> Any:
 
 
 @njit
+def fit_to_part(rows: Any, first: Any, end: Any, share: Any, substep_bodies: Any) -> None:
+    """Fit rows whose errors and softnesses are given for a whole step to a part of it."""
+    for r in range(first, end):
+        rows[r].error *= share
+        if rows[r].softness > 0.0:
+            rows[r].softness /= share
+            set_effective_mass(rows[r], substep_bodies)
+
+
+@njit
 def _add_rows(world: Any, row: Any, joint: Any, linked: Any, h: Any) -> None:
     """Write the rows of one joint, from ``rows[row]`` on."""
     rows = world.scratch.rows
@@ -129,6 +140,9 @@ def _add_rows(world: Any, row: Any, joint: Any, linked: Any, h: Any) -> None:
     kind = joint.model.kind
     if kind == _ROWS:
         add_user_constraint_rows(rows, row, joint.model, world.parameters.rows, bodies, substep_bodies, h)
+        share = world.scratch.division.share[0]
+        if share != 1.0:
+            fit_to_part(rows, row, row + joint.model.row_count, share, substep_bodies)
     elif kind == _WELD:
         add_weld_rows(rows, row, joint.parameters, bodies, body_parameters, substep_bodies, h)
     elif kind == _TARGET:

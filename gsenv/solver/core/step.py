@@ -71,7 +71,7 @@ def step_world(world: Any) -> Any:
         start_counters(world.state.world)
         finish_step(world)
         return OK, int64(0)
-    status, needed, far_moving = take_part(world, joints, True)
+    status, needed, far_moving = step_part(world, joints, True)
     if far_moving:
         status, needed, grown = check_step(world, joints)
         if status != OK:
@@ -84,7 +84,7 @@ def step_world(world: Any) -> Any:
 
 
 @njit
-def take_part(world: Any, joints: Any, whole: bool) -> Any:
+def step_part(world: Any, joints: Any, whole: bool) -> Any:
     """Take the step, the ``whole`` of it or a part, once; returns (status, needed, whether it is to be checked).
 
     The state at the start is kept where the step may have to be divided.
@@ -128,16 +128,15 @@ def divide_step(world: Any, joints: Any) -> Any:
     start_sums(world, joints)
     while done < end:
         set_length(world, joints, timestep * (length / end))
-        if done > 0:
-            start_part_of_step(world, joints)
+        start_part_of_step(world, joints, length / (done if done > 0 else end))
         failed = False
-        status, needed, far_moving = take_part(world, joints, False)
+        status, needed, far_moving = step_part(world, joints, False)
         if status == OK and far_moving and checked:
             status, needed, failed = check_part(world)
         if status != OK:
             break
         if failed and length > 1:
-            restore_state(world, joints, STEP if done == 0 else PART)
+            restore_state(world, joints, PART)
             length //= 2
             continue
         checked = checked and not failed

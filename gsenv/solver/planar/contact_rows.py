@@ -65,3 +65,14 @@ def set_effective_mass(row: Any, substep_bodies: Any) -> None:
 def slot_of(row: Any, contact: Any, place: Any) -> Any:
     """Return the index, among the contact's impulses, of row number ``place`` of its rows."""
     return place
+
+
+@njit
+def add_total(contact: Any, other: Any) -> None:
+    """Add the summed impulse of another contact of the same bodies, along the contact's own directions."""
+    n, m = contact.normal, other.normal
+    cosine = n[0] * m[0] + n[1] * m[1]
+    sine = n[0] * m[1] - n[1] * m[0]
+    push, drag = other.total_impulse[0], other.total_impulse[1]
+    contact.total_impulse[0] += cosine * push - sine * drag
+    contact.total_impulse[1] += sine * push + cosine * drag

@@ -80,6 +80,7 @@ class Scratch:
             "overlap_count": np.zeros(1, np.int64),
             "worlds": np.zeros(2, world_state_dtype()),
             "timesteps": np.zeros(2),
+            "share": np.ones(1),  # of the step that the present part takes
         }
 
     def bundle(self, articulated: bool = False) -> Bundle:

@@ -6,7 +6,7 @@ from typing import Any
 
 from ..core.rows import DISC, DISC_END, FRICTION
 from ..jit import njit
-from .math import Vec, cross, sub, tangents, vec
+from .math import Vec, along, cross, dot, scaled, sub, tangents, vec
 from .rotation import in_frame
 
 
@@ -139,3 +139,19 @@ def slot_of(row: Any, contact: Any, place: Any) -> Any:
     if row.kind == FRICTION:
         return 3
     return 4 if row.kind == DISC else 5
+
+
+@njit
+def add_total(contact: Any, other: Any) -> None:
+    """Add the summed impulse of another contact of the same bodies, along the contact's own directions."""
+    m = vec(other.normal)
+    u, v = tangents(m)
+    n = vec(contact.normal)
+    t, s = tangents(n)
+    p = other.total_impulse
+    total = contact.total_impulse
+    for first in (0, 3):  # the impulse, then that of torsional and rolling friction
+        whole = along(along(scaled(m, p[first]), p[first + 1], u), p[first + 2], v)
+        total[first] += dot(n, whole)
+        total[first + 1] += dot(t, whole)
+        total[first + 2] += dot(s, whole)

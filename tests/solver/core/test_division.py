@@ -25,11 +25,11 @@ def add_walls(scene: Scene, **material: Any) -> None:
             scene.add_body(f"{side}_{axis}", "static", shapes=[shape(half_extents=half, **material)], position=at)
 
 
-def crowded_room(dim: int, restitution: float, seed: int = 1, sensors: bool = False) -> Scene:
+def crowded_room(dim: int, restitution: float, seed: int = 1, friction: float = 0.0, sensors: bool = False) -> Scene:
     """Boxes of 0.4 to 0.8 m that fly about at some 7 m/s (3D)."""
     rng = np.random.default_rng(seed)
     scene = Scene(dim=dim)
-    material: dict[str, Any] = {"restitution": restitution, "friction": 0.0}
+    material: dict[str, Any] = {"restitution": restitution, "friction": friction}
     add_walls(scene, **material)
     for k in range(36 if dim == 3 else 12):
         half = float(rng.uniform(0.2, 0.4))
@@ -79,10 +79,10 @@ def test_energy_of_elastic_boxes(dim: int) -> None:
 
 
 @BOTH
-@pytest.mark.parametrize("restitution", [0.0, 1.0])
-def test_contact_forces_are_the_changes_of_momentum(dim: int, restitution: float) -> None:
+@pytest.mark.parametrize(("restitution", "friction"), [(0.0, 0.0), (1.0, 0.0), (0.0, 0.5), (0.5, 0.5)])
+def test_contact_forces_are_the_changes_of_momentum(dim: int, restitution: float, friction: float) -> None:
     """Newton's second law over each step, divided or not; contacts that end within the step count too."""
-    world = World(crowded_room(dim, restitution, sensors=True))
+    world = World(crowded_room(dim, restitution, friction=friction, sensors=True))
     mass = world.parameters.mass[0]
     moving = [i for i, name in enumerate(world.model.body_names) if name.startswith("box")]
     weight = np.zeros(dim)
@@ -121,6 +121,45 @@ def test_reactions_are_the_changes_of_momentum(dim: int) -> None:
             expected = mass[i] * (change[i] / world.timestep - weight)
             np.testing.assert_allclose(force, expected, atol=1e-6 * mass[i] / world.timestep)
     assert largest > 1.0
+
+
+@BOTH
+def test_sleeping_bodies_keep_their_load(dim: int) -> None:
+    """Boxes that come to rest on a shelf, beside others whose steps are divided."""
+    module: Any = planar if dim == 2 else spatial
+    scene = crowded_room(dim, 1.0)
+    shelf = module.Box(half_extents=(2.0, 0.5) if dim == 2 else (2.0, 2.0, 0.5))
+    far = [20.0] * dim
+    scene.add_body("shelf", "static", shapes=[shelf], position=far)
+    for k in range(2):
+        place = far.copy()
+        place[-1] += 0.5 + 0.25 + 0.5 * k
+        scene.add_body(f"rests_{k}", shapes=[module.Box(half_extents=(0.25,) * dim)], position=place)
+    scene.add_sensor("load", module.ContactForceSensor("rests_0"))
+    world = World(scene)
+    names = world.model.body_names
+    one, other = names.index("rests_0"), names.index("rests_1")
+    weight = 9.81 * world.parameters.mass[0, one]
+    world.step(10)
+    asleep = 0
+    for _ in range(110):
+        world.step()
+        assert world.sensor("load")[0, dim - 1] == pytest.approx(weight, rel=1e-3)
+        asleep += int(world.state.bodies["asleep"][0, other])
+    assert asleep > 50
+
+
+@BOTH
+def test_contacts_of_parts_are_few(dim: int) -> None:
+    """Those that last are listed once, whatever their bodies' rotation: friction makes all of them turn."""
+    world = World(crowded_room(dim, 0.0, friction=0.5))
+    most = 0
+    for _ in range(120):
+        world.step()
+        contacts = world.state.contacts[0, : world.state.worlds["contact_count"][0]]
+        listed = list(zip(contacts["shape_a"], contacts["shape_b"], contacts["feature"], strict=True))
+        most = max(most, len(listed) - len(set(listed)))
+    assert most <= 12
 
 
 @BOTH
@@ -206,6 +245,28 @@ def test_a_row_on_the_ground_that_is_hit_does_not_overlap(dim: int, gap: float) 
     for _ in range(60):
         world.step()
         assert world.diagnostics().penetration[0] < 1e-3
+
+
+@BOTH
+def test_user_constraints_act_as_in_whole_steps(dim: int) -> None:
+    """An error is given once a step, and a damper's softness for the usual substep."""
+    ball: Any = planar.Circle(radius=0.1) if dim == 2 else spatial.Sphere(radius=0.1)
+    paths = []
+    for halvings in (0, 5):
+        scene = crowded_room(dim, 1.0)
+        for k, name in enumerate(("nudged", "damped")):
+            at = [20.0 + 5.0 * k] * dim
+            start = [1.0 if name == "damped" else 0.0] + [0.0] * (dim - 1)
+            scene.add_body(name, shapes=[ball], mass=1.0, position=at, linear_velocity=start, gravity_scale=0.0)
+        row = [1] + [0] * (2 if dim == 2 else 5)
+        scene.add_constraint("nudge", ["nudged"], row, update=lambda world: {"error": -1e-3})
+        scene.add_constraint("damper", ["damped"], row, softness=120.0 / 2.0)  # c = 2 N s/m at h = 1/120 s
+        world = World(scene, options=Options(halvings=halvings))
+        world.step(60)
+        paths.append(world.position[0, -2:, 0] - [20.0, 25.0])
+    whole, divided = paths
+    assert whole[0] > 0.005
+    np.testing.assert_allclose(divided, whole, rtol=0.02)
 
 
 def test_halvings_are_checked() -> None:
