@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from gsenv.envs.ragdoll import figure
 from gsenv.envs.ragdoll import scene as numbers
 from gsenv.envs.ragdoll2d.build import ARROW
 from gsenv.mjcf import build_scene as scene_of
@@ -17,7 +18,7 @@ _BARB_ANGLE = 0.7  # rad, between a barb of the arrow's head and its shaft
 
 def build_scene() -> tuple[Scene, Names]:
     """Return the scene: level ground, the figure upright with all angles 0, the arrow; and the names in it."""
-    scene, names = scene_of(numbers.figure())
+    scene, names = scene_of(figure.figure())
     _add_arrow(scene)
     return scene, names
 
@@ -49,5 +50,5 @@ def paint(model: Model) -> None:
     """Give each shape the colour that it has in the file; a scene has one for each body."""
     colors = model.shape_colors
     assert colors is not None
-    for geom in numbers.figure().geoms:
+    for geom in figure.figure().geoms:
         colors[model.shape_names.index(geom.name)] = (255.0 * geom.rgba[:3]).round()

@@ -13,7 +13,7 @@ from gsenv.envs.core.env import TaskEnv
 from gsenv.envs.core.spec_tables import Entry
 from gsenv.envs.core.task import Array, documented
 from gsenv.envs.core.vector import TaskVectorEnv
-from gsenv.envs.ragdoll import rules, scene
+from gsenv.envs.ragdoll import figure, rules
 from gsenv.envs.ragdoll.build import build_scene, paint
 from gsenv.envs.ragdoll2d.task import ARGUMENTS, LAST_TERMS, POSTURE_TERM, BalanceTask, push_setting, stand_term
 from gsenv.solver import Scene
@@ -25,7 +25,7 @@ SHOWN_HEIGHT = 0.86  # m, where the camera looks
 def _axis_actions() -> tuple[Entry, ...]:
     return tuple(
         Entry(f"target of the {_words(axis.name)}: {axis.stand:g} {axis.span:+.2f} a rad", axis.name, -1, 1)
-        for axis in scene.AXES
+        for axis in figure.AXES
     )
 
 
@@ -34,7 +34,7 @@ def _words(name: str) -> str:
 
 
 def _joint_entries() -> tuple[Entry, ...]:
-    names = [axis.name for axis in scene.AXES]
+    names = [axis.name for axis in figure.AXES]
     return (
         *(Entry(f"{_words(name)}, angle from that of the stand", f"{name}_angle", -4, 4, "rad") for name in names),
         *(Entry(f"{_words(name)}, rate", f"{name}_rate", -5, 5, "10 rad/s") for name in names),
@@ -88,7 +88,7 @@ class RagdollTask(BalanceTask):
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
         paint(self.world.model)
-        self.figure = scene.tables(self.world.model, self._names)
+        self.figure = figure.tables(self.world.model, self._names)
 
     def build_scene(self) -> Scene:
         built, self._names = build_scene()

@@ -10,12 +10,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gsenv.envs.ragdoll import scene
+from gsenv.envs.ragdoll import figure
 from gsenv.envs.ragdoll.env import RagdollTask
 
 _INDEX = {entry.name: k for k, entry in enumerate(RagdollTask.observations)}
 _AXES = {entry.name: k for k, entry in enumerate(RagdollTask.actions)}
-_SPAN = {axis.name: axis.span for axis in scene.AXES}  # rad
+_SPAN = {axis.name: axis.span for axis in figure.AXES}  # rad
 _HIP = 0.09  # m, of a hip from the middle
 _LEG = 0.83  # m, from hip to ankle in the stand
 

@@ -1,6 +1,6 @@
 """GRagdoll's kernels: initialize, apply actions, evaluate, observe. The docstring of RagdollEnv states the rules.
 
-`figure` has the tables of scene.py. x points forwards, y to the left, z up.
+`figure` has the tables of figure.py. x points forwards, y to the left, z up.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from gsenv.solver.spatial.math import (
     vec,
 )
 
-ACTIONS = len(scene.AXES)
+ACTIONS = scene.AXIS_COUNT
 DRAW_COUNT = ACTIONS + 4 + shared.PUSH_DRAWS + PUSHES
 
 TASK_STATE_FIELDS: list[tuple[Any, ...]] = [
@@ -49,7 +49,7 @@ START_HEADING = -0.5 * math.pi  # towards the camera and its sun
 START_SPEED = 0.1  # m/s
 
 _MOST_TILTED = math.cos(FALL_TILT)
-_TILT = -sum(axis.stand for axis in scene.AXES[-4:-1])  # of the pelvis where the soles are level
+_TILT = scene.STAND_TILT
 _STAND_HEIGHT = scene.STAND_HEIGHT
 _HEEL, _TOE, _ANKLE, _CROWN = scene.HEEL, scene.TOE, scene.ANKLE, scene.CROWN
 _HALF_SOLE = scene.HALF_SOLE

@@ -9,7 +9,7 @@ import gymnasium
 import numpy as np
 import pytest
 
-from tests.envs.registered import IDS, make, random_actions, terms_of
+from tests.envs.registered import EACH_TASK, make, random_actions, terms_of
 
 minari = pytest.importorskip("minari")  # of the extra "test"
 pytest.importorskip("h5py")  # its storage
@@ -17,7 +17,7 @@ LIMIT = 15
 
 
 @pytest.mark.parametrize("arguments", [{}, {"diagnostics": True}], ids=["plain", "diagnostics"])
-@pytest.mark.parametrize("env_id", IDS)
+@pytest.mark.parametrize("env_id", EACH_TASK)
 def test_collects_episodes(
     env_id: str, arguments: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

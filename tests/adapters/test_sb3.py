@@ -19,10 +19,8 @@ from stable_baselines3.common.monitor import Monitor
 from stable_baselines3.common.vec_env import DummyVecEnv, VecNormalize
 
 from gsenv.adapters.sb3 import BatchedVecEnv
-from gsenv.envs import ENVS
 from gsenv.envs.stack.env import StackEnv
-
-IDS = [entry.id for entry in ENVS]
+from tests.envs.registered import EACH_TASK
 
 
 def make(env_id: str = "gsenv:GStack-v0", count: int = 3, seed: int | None = 5, **arguments: Any) -> Any:
@@ -40,7 +38,7 @@ def assert_equal_infos(a: dict[str, Any], b: dict[str, Any]) -> None:
             np.testing.assert_array_equal(a[key], b[key], err_msg=key)
 
 
-@pytest.mark.parametrize("env_id", IDS)
+@pytest.mark.parametrize("env_id", EACH_TASK)
 def test_goes_through_the_same_states_as_dummy_vec_env(env_id: str) -> None:
     dummy = make_vec_env(f"gsenv:{env_id}", 3, 5)
     batched = make(f"gsenv:{env_id}", vec_env_kwargs={"infos": "all"})
@@ -250,7 +248,7 @@ def test_arguments_of_the_environment_reach_the_batch() -> None:
     assert envs.batch.task.threads == 2
 
 
-@pytest.mark.parametrize("env_id", IDS)
+@pytest.mark.parametrize("env_id", EACH_TASK)
 def test_single_environments_pass_the_checker(env_id: str) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")

@@ -11,7 +11,7 @@ import gymnasium
 import numpy as np
 import pytest
 
-from tests.envs.registered import IDS, SETTINGS, make, random_actions
+from tests.envs.registered import EACH_TASK, IDS, SETTINGS, make, random_actions
 
 pytest.importorskip("stable_baselines3")  # of the extra "train"
 
@@ -49,7 +49,7 @@ def assert_same_infos(infos: list[dict[str, Any]], expected: list[dict[str, Any]
 
 @pytest.mark.parametrize("threads", [1, 2])
 @pytest.mark.parametrize("monitored", [False, True], ids=["bare", "monitored"])
-@pytest.mark.parametrize("env_id", IDS)
+@pytest.mark.parametrize("env_id", EACH_TASK)
 def test_equals_dummy_vec_env(env_id: str, monitored: bool, threads: int) -> None:
     envs = BatchedVecEnv(makers(env_id, monitored), threads=threads, infos="all")
     dummy = DummyVecEnv(makers(env_id, monitored))
@@ -85,7 +85,7 @@ def test_infos_of_ended_worlds_alone() -> None:
         assert all(infos[i] == {} for i in np.flatnonzero(~dones))
 
 
-@pytest.mark.parametrize("env_id", IDS)
+@pytest.mark.parametrize("env_id", EACH_TASK)
 def test_options_and_methods_equal_dummy_vec_env(env_id: str) -> None:
     name, value = next(iter(SETTINGS[env_id].items())) if env_id in SETTINGS else (None, None)
     both: list[Any] = [BatchedVecEnv(makers(env_id)), DummyVecEnv(makers(env_id))]
@@ -112,7 +112,7 @@ def test_options_and_methods_equal_dummy_vec_env(env_id: str) -> None:
         np.testing.assert_array_equal(one, other)
 
 
-@pytest.mark.parametrize("env_id", IDS)
+@pytest.mark.parametrize("env_id", EACH_TASK)
 def test_make_vec_env_needs_no_other_change(env_id: str, tmp_path: Path) -> None:
     batched: Any = BatchedVecEnv  # SB3 declares its own two classes alone
     envs = make_vec_env(f"gsenv:{env_id}", COUNT, seed=3, monitor_dir=str(tmp_path), vec_env_cls=batched)
@@ -133,7 +133,7 @@ def test_make_vec_env_needs_no_other_change(env_id: str, tmp_path: Path) -> None
     assert all(1 <= int(episode.split(",")[1]) <= LIMIT for episode in episodes)
 
 
-@pytest.mark.parametrize("env_id", IDS)
+@pytest.mark.parametrize("env_id", EACH_TASK)
 def test_wrappers_and_training_run(env_id: str, tmp_path: Path) -> None:
     pytest.importorskip("moviepy")
     size: dict[str, Any] = {"render_mode": "rgb_array", "width": 64, "height": 48}
@@ -147,7 +147,7 @@ def test_wrappers_and_training_run(env_id: str, tmp_path: Path) -> None:
     assert list(tmp_path.glob("*.mp4"))
 
 
-@pytest.mark.parametrize("env_id", IDS)
+@pytest.mark.parametrize("env_id", EACH_TASK)
 def test_what_cannot_be_batched_is_refused(env_id: str) -> None:
     scaled = partial(gymnasium.wrappers.RescaleAction, min_action=np.float32(-2), max_action=np.float32(2))
     with pytest.raises(ValueError, match="RescaleAction"):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import gymnasium
 import pytest
 
-from tests.envs.registered import IDS, make, make_vector
+from tests.envs.registered import EACH_TASK, make, make_vector
 
 pytest.importorskip("skrl")  # of the extra "test"
 torch = pytest.importorskip("torch")
@@ -13,7 +13,7 @@ torch = pytest.importorskip("torch")
 from skrl.envs.wrappers.torch import wrap_env  # noqa: E402
 
 
-@pytest.mark.parametrize("env_id", IDS)
+@pytest.mark.parametrize("env_id", EACH_TASK)
 def test_single_and_vector_environments(env_id: str) -> None:
     bare = make(env_id).unwrapped
     for env, count in ((make(env_id), 1), (bare, 1), (make_vector(env_id, 3), 3), (gymnasium.make_vec(env_id, 2), 2)):

@@ -14,7 +14,7 @@ import pytest
 from gymnasium.vector import AutoresetMode
 from gymnasium.wrappers.vector import DictInfoToList
 
-from tests.envs.registered import IDS, make, make_vector, random_actions, terms_of
+from tests.envs.registered import EACH_TASK, TASK_IDS, make, make_vector, random_actions, terms_of
 
 supersuit = pytest.importorskip("supersuit")  # of the extra "test"
 COPIES, WORLDS = 3, 2
@@ -44,7 +44,7 @@ def alone(env_id: str, actions: Any, seeds: list[int]) -> list[Any]:
 
 
 @pytest.mark.parametrize(("processes", "seeds"), [(0, [6, 7, 8]), (2, [6, 7, 7])])  # it counts from s in each
-@pytest.mark.parametrize("env_id", IDS)
+@pytest.mark.parametrize("env_id", EACH_TASK)
 def test_copies_do_what_they_do_alone(env_id: str, processes: int, seeds: list[int]) -> None:
     actions = random_actions(env_id, 0, 2 * LIMIT + 1, COPIES * WORLDS)
     expected = alone(env_id, actions, seeds)
@@ -63,7 +63,7 @@ def test_copies_do_what_they_do_alone(env_id: str, processes: int, seeds: list[i
         envs.close()
 
 
-@pytest.mark.parametrize("env_id", IDS)
+@pytest.mark.parametrize("env_id", EACH_TASK)
 def test_behind_the_interface_of_stable_baselines(env_id: str) -> None:
     pytest.importorskip("stable_baselines3")
     envs = supersuit.concat_vec_envs_v1(View(env_id), COPIES, base_class="stable_baselines3")
@@ -75,9 +75,9 @@ def test_behind_the_interface_of_stable_baselines(env_id: str) -> None:
     assert len(infos) == COPIES * WORLDS
 
 
-@pytest.mark.parametrize("env_id", ["CartPole-v1", *IDS])
+@pytest.mark.parametrize("env_id", ["CartPole-v1", *EACH_TASK])
 def test_its_view_of_single_environments_is_broken(env_id: str) -> None:
     """It takes what reset returns, a pair, for the observation. Once this fails, test single ones above."""
-    env = make(env_id) if env_id in IDS else gymnasium.make(env_id)
+    env = make(env_id) if env_id in TASK_IDS else gymnasium.make(env_id)
     with pytest.raises(ValueError, match="inhomogeneous"):
         supersuit.concat_vec_envs_v1(env, 2).reset(seed=0)

@@ -8,7 +8,7 @@ import gymnasium
 import numpy as np
 import pytest
 
-from tests.envs.registered import IDS, SETTINGS
+from tests.envs.registered import EACH_TASK, SETTINGS
 
 pytest.importorskip("torchrl")  # of the extra "test"
 torch = pytest.importorskip("torch")
@@ -18,7 +18,7 @@ pytestmark = pytest.mark.filterwarnings("ignore")  # its own, of deprecations
 
 
 @pytest.mark.parametrize("frame_skip", [1, 2])
-@pytest.mark.parametrize("env_id", IDS)
+@pytest.mark.parametrize("env_id", EACH_TASK)
 def test_gym_env_makes_every_id(env_id: str, frame_skip: int) -> None:
     """It always passes `frameskip`, and repeats actions itself where that is refused in Python's words."""
     from torchrl.envs.libs.gym import GymEnv
@@ -40,7 +40,7 @@ def test_gym_env_makes_every_id(env_id: str, frame_skip: int) -> None:
 
 
 @pytest.mark.parametrize("mode", ["SameStep", "Disabled"])  # it refuses NextStep
-@pytest.mark.parametrize("env_id", IDS)
+@pytest.mark.parametrize("env_id", EACH_TASK)
 def test_gym_wrapper_of_a_batch(env_id: str, mode: str) -> None:
     """Its reader of final observations and infos expects flat infos."""
     from torchrl.envs.libs.gym import GymWrapper

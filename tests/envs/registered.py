@@ -10,6 +10,7 @@ from typing import Any
 
 import gymnasium
 import numpy as np
+import pytest
 from gymnasium.envs.registration import load_env_creator
 from gymnasium.utils.env_checker import data_equivalence
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
@@ -19,6 +20,9 @@ from gsenv.envs import ENVS
 from gsenv.envs.core.vector import TaskVectorEnv
 
 IDS = [entry.id for entry in ENVS]
+TASK_IDS = [i for i in IDS if "-hardcore-" not in i]  # one of each task: tiers differ in numbers alone
+COSTLY = ("GCar3D-v0", "GRagdoll-v0")  # in tests of what all tasks share, the 3D robots run at night only
+EACH_TASK = [pytest.param(i, marks=pytest.mark.slow) if i in COSTLY else i for i in TASK_IDS]
 MODES = list(AutoresetMode)
 SETTINGS: dict[str, dict[str, Any]] = {  # of lively episodes that end early
     "GStack-v0": {"blocks": 2, "crack_speed": 100.0},

@@ -15,14 +15,14 @@ from gymnasium.vector import AutoresetMode
 
 from gsenv.envs import ENVS
 from gsenv.envs.core.vector import TaskVectorEnv
-from tests.envs.registered import IDS, MODES, digest, make, make_vector, play, random_actions, touching
+from tests.envs.registered import EACH_TASK, IDS, MODES, digest, make, make_vector, play, random_actions, touching
 
 ROOT = Path(__file__).parents[3]
 LIMIT = 30
 
 
 @pytest.mark.parametrize("way", ["deepcopy", "pickle", "save", "save to another", "later save"])
-@pytest.mark.parametrize("env_id", IDS)
+@pytest.mark.parametrize("env_id", EACH_TASK)
 def test_single_goes_on(env_id: str, way: str) -> None:
     env = touching(env_id)
     base: Any = env.unwrapped
@@ -50,7 +50,7 @@ def test_single_goes_on(env_id: str, way: str) -> None:
     assert digest(play(other, actions)) == digest(expected)
 
 
-@pytest.mark.parametrize("env_id", IDS)
+@pytest.mark.parametrize("env_id", EACH_TASK)
 def test_a_copy_lives_its_own_life(env_id: str) -> None:
     env = touching(env_id)
     other = copy.deepcopy(env)
@@ -74,7 +74,7 @@ def under_way(env_id: str, mode: AutoresetMode) -> TaskVectorEnv:
 
 @pytest.mark.parametrize("way", ["deepcopy", "pickle", "save", "save to another"])
 @pytest.mark.parametrize("mode", MODES)
-@pytest.mark.parametrize("env_id", IDS)
+@pytest.mark.parametrize("env_id", EACH_TASK)
 def test_vector_goes_on(env_id: str, mode: AutoresetMode, way: str) -> None:
     vector = under_way(env_id, mode)
     other = vector
@@ -130,7 +130,7 @@ def task_of(env_id: str) -> str:
     return next(entry.env.partition(".")[0] for entry in ENVS if entry.id == env_id)
 
 
-@pytest.mark.parametrize("env_id", IDS)
+@pytest.mark.parametrize("env_id", EACH_TASK)
 def test_wrong_snapshots_are_refused_and_change_nothing(env_id: str) -> None:
     vector = make_vector(env_id, 3)
     vector.reset(seed=0)

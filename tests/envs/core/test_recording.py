@@ -13,13 +13,13 @@ import pytest
 from gymnasium.vector import AutoresetMode
 from gymnasium.wrappers import RecordEpisodeStatistics, RecordVideo
 
-from tests.envs.registered import IDS, MODES, make, make_vector, random_actions
+from tests.envs.registered import EACH_TASK, MODES, make, make_vector, random_actions
 
 LIMIT = 6
 SIZE = {"render_mode": "rgb_array", "width": 96, "height": 64}
 
 
-@pytest.mark.parametrize("env_id", IDS)
+@pytest.mark.parametrize("env_id", EACH_TASK)
 def test_video_of_single_episodes(env_id: str, tmp_path: Path) -> None:
     pytest.importorskip("moviepy")
     env = RecordVideo(make(env_id, max_episode_steps=LIMIT, **SIZE), str(tmp_path), episode_trigger=lambda k: k != 1)
@@ -45,7 +45,7 @@ def test_video_of_single_episodes(env_id: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("mode", MODES)
-@pytest.mark.parametrize("env_id", IDS)
+@pytest.mark.parametrize("env_id", EACH_TASK)
 def test_video_of_a_vector_environment(env_id: str, mode: AutoresetMode, tmp_path: Path) -> None:
     pytest.importorskip("moviepy")
     recorder = getattr(gymnasium.wrappers.vector, "RecordVideo", None)
@@ -69,7 +69,7 @@ def test_video_of_a_vector_environment(env_id: str, mode: AutoresetMode, tmp_pat
     assert first.shape[1] * first.shape[2] == 4 * 64 * 96  # four pictures side by side
 
 
-@pytest.mark.parametrize("env_id", IDS)
+@pytest.mark.parametrize("env_id", EACH_TASK)
 def test_statistics_of_single_episodes(env_id: str) -> None:
     env = RecordEpisodeStatistics(make(env_id, max_episode_steps=LIMIT))
     env.reset(seed=0)
@@ -84,7 +84,7 @@ def test_statistics_of_single_episodes(env_id: str) -> None:
 
 
 @pytest.mark.parametrize("mode", MODES)
-@pytest.mark.parametrize("env_id", IDS)
+@pytest.mark.parametrize("env_id", EACH_TASK)
 def test_statistics_of_a_vector_environment(env_id: str, mode: AutoresetMode) -> None:
     """Returns and lengths as added up here; staggered ends, by partial resets in all modes."""
     if mode == AutoresetMode.SAME_STEP and tuple(map(int, gymnasium.__version__.split(".")[:2])) < (1, 4):

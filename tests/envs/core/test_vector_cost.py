@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode
 
-from tests.envs.registered import IDS, MODES, make_vector, random_actions
+from tests.envs.registered import EACH_TASK, MODES, make_vector, random_actions
 
 LIMIT = 3
 
@@ -63,7 +63,7 @@ def instructions(env_id: str, mode: AutoresetMode, count: int) -> tuple[list[int
 
 
 @pytest.mark.parametrize("mode", MODES)
-@pytest.mark.parametrize("env_id", IDS)
+@pytest.mark.parametrize("env_id", EACH_TASK)
 def test_instructions_do_not_grow_with_the_worlds(env_id: str, mode: AutoresetMode) -> None:
     few, many = instructions(env_id, mode, 4), instructions(env_id, mode, 64)
     assert len(few[0]) == len(many[0])

@@ -9,7 +9,7 @@ import pytest
 from gymnasium.utils.env_checker import data_equivalence
 from gymnasium.vector import AutoresetMode
 
-from tests.envs.registered import IDS, MODES, assert_same_infos, make, make_sync, make_vector, random_actions
+from tests.envs.registered import MODES, TASK_IDS, assert_same_infos, make, make_sync, make_vector, random_actions
 
 LIMIT = 25  # steps: several episodes in each run
 
@@ -25,7 +25,7 @@ def assert_same_step(result: tuple[Any, ...], expected: tuple[Any, ...]) -> None
 
 @pytest.mark.parametrize(("count", "threads"), [(1, 1), (3, 2), (7, 1), (7, 3)])
 @pytest.mark.parametrize("mode", MODES)
-@pytest.mark.parametrize("env_id", IDS)
+@pytest.mark.parametrize("env_id", TASK_IDS)
 def test_equals_the_single_environments(env_id: str, mode: AutoresetMode, count: int, threads: int) -> None:
     vector = make_vector(env_id, count, autoreset_mode=mode, threads=threads, max_episode_steps=LIMIT)
     expected = make_sync(env_id, count, mode, max_episode_steps=LIMIT)
@@ -43,7 +43,7 @@ def test_equals_the_single_environments(env_id: str, mode: AutoresetMode, count:
 
 
 @pytest.mark.parametrize("mode", MODES)
-@pytest.mark.parametrize("env_id", IDS)
+@pytest.mark.parametrize("env_id", TASK_IDS)
 def test_equals_them_after_partial_resets(env_id: str, mode: AutoresetMode) -> None:
     """Of running and of ended worlds, seeded and not; gymnasium defines masks for DISABLED alone."""
     count = 5
@@ -80,7 +80,7 @@ def test_equals_them_after_partial_resets(env_id: str, mode: AutoresetMode) -> N
 
 
 @pytest.mark.parametrize("observation", ["pixels", "state+pixels"])
-@pytest.mark.parametrize("env_id", IDS)
+@pytest.mark.parametrize("env_id", TASK_IDS)
 def test_equals_them_with_all_the_trimmings(env_id: str, observation: str) -> None:
     """Randomised physics, diagnostics, pixels, the split for tests, the lowest fidelity."""
     arguments: dict[str, Any] = {
@@ -99,7 +99,7 @@ def test_equals_them_with_all_the_trimmings(env_id: str, observation: str) -> No
         assert_same_step(vector.step(actions), expected.step(actions))
 
 
-@pytest.mark.parametrize("env_id", IDS)
+@pytest.mark.parametrize("env_id", TASK_IDS)
 def test_a_batch_of_300_worlds_equals_some_of_its_singles(env_id: str) -> None:
     vector = make_vector(env_id, 300, threads=2)
     start, _ = vector.reset(seed=1000)
@@ -115,7 +115,7 @@ def test_a_batch_of_300_worlds_equals_some_of_its_singles(env_id: str) -> None:
                 break
 
 
-@pytest.mark.parametrize("env_id", IDS)
+@pytest.mark.parametrize("env_id", TASK_IDS)
 def test_seeds_are_spent_one_for_each_world(env_id: str) -> None:
     vector = make_vector(env_id, 3)
     first, _ = vector.reset(seed=[5, 5, 6])

@@ -16,7 +16,7 @@ from gymnasium import spaces, wrappers
 from gymnasium.vector import AutoresetMode, VectorEnv, VectorWrapper
 from gymnasium.wrappers import vector as vector_wrappers
 
-from tests.envs.registered import IDS, MODES, digest, make_sync, make_vector, random_actions
+from tests.envs.registered import EACH_TASK, MODES, digest, make_sync, make_vector, random_actions
 
 os.environ.setdefault("SDL_VIDEODRIVER", "dummy")  # windows of HumanRendering
 
@@ -179,7 +179,7 @@ def masked(value: Any) -> Any:
 
 @pytest.mark.parametrize("mode", MODES)
 @pytest.mark.parametrize("name", PRESENT)
-@pytest.mark.parametrize("env_id", IDS)
+@pytest.mark.parametrize("env_id", EACH_TASK)
 def test_wrapper_does_what_it_does_over_single_environments(env_id: str, name: str, mode: AutoresetMode) -> None:
     for package in NEEDED.get(name, []):
         pytest.importorskip(package)

@@ -13,7 +13,7 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode
 
-from gsenv.envs.ragdoll import scene
+from gsenv.envs.ragdoll import figure, scene
 from gsenv.envs.ragdoll.env import RagdollEnv, RagdollTask, RagdollVectorEnv
 from gsenv.envs.ragdoll.policy import balance
 from gsenv.envs.ragdoll2d import shared_rules as shared
@@ -149,7 +149,7 @@ def test_randomisation_scales_masses_and_torques() -> None:
         np.testing.assert_allclose(masses[:, body] / nominal[body], physics[quantity], rtol=1e-12)
     np.testing.assert_allclose(task.task_state["mass"], masses.sum(1), rtol=1e-12)
     efforts = world.parameters.joints["spring_effort"][:, task.figure.joints]
-    bounds = [axis.effort for axis in scene.AXES]
+    bounds = [axis.effort for axis in figure.AXES]
     np.testing.assert_allclose(efforts / bounds, np.tile(physics["strength"][:, None], 21), rtol=1e-12)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from gsenv.envs.core.policies import trained_actions
-from gsenv.envs.ragdoll import mirror, rules, scene
+from gsenv.envs.ragdoll import figure, mirror, rules, scene
 from gsenv.envs.ragdoll.env import RagdollEnv, RagdollVectorEnv
 from gsenv.envs.ragdoll.policy import balance, lean
 from gsenv.envs.ragdoll2d import scene as planar
@@ -19,7 +19,7 @@ from gsenv.mjcf import set_coordinates
 from tests.envs.standing import standing_time
 
 IDLE = np.zeros((1, 21))
-AXIS = {axis.name: k for k, axis in enumerate(scene.AXES)}
+AXIS = {axis.name: k for k, axis in enumerate(figure.AXES)}
 survival = partial(standing_time, RagdollVectorEnv)
 
 
@@ -54,14 +54,16 @@ def momentum(env: RagdollEnv) -> Any:
 
 
 def test_the_figure_has_the_lengths_and_mass_of_the_planar_one() -> None:
-    bodies = {body.name: body for body in scene.figure().bodies}
-    assert pytest.approx(60.0, rel=1e-3) == scene.MASS
-    assert scene.MASS == pytest.approx(planar.MASS, rel=1e-12)
+    assert len(figure.AXES) == scene.AXIS_COUNT
+    assert -sum(axis.stand for axis in figure.AXES[-4:-1]) == pytest.approx(scene.STAND_TILT, abs=1e-12)
+    bodies = {body.name: body for body in figure.figure().bodies}
+    assert pytest.approx(60.0, rel=1e-3) == figure.MASS
+    assert figure.MASS == pytest.approx(planar.MASS, rel=1e-12)
     assert bodies["pelvis"].pose.position[2] == pytest.approx(planar.ANKLE + planar.SHIN + planar.THIGH, abs=1e-12)
     for side in ("left", "right"):
         assert bodies[f"{side}_shin"].pose.position[2] == pytest.approx(-planar.THIGH)
         assert bodies[f"{side}_foot"].pose.position[2] == pytest.approx(-planar.SHIN)
-        sole = next(geom for geom in scene.figure().geoms if geom.name == f"{side}_sole")
+        sole = next(geom for geom in figure.figure().geoms if geom.name == f"{side}_sole")
         assert sole.pose.position[2] - sole.size[2] == pytest.approx(-planar.ANKLE)
         ends = sole.pose.position[0] + sole.size[0] * np.array([-1.0, 1.0])
         np.testing.assert_allclose(ends, (planar.HEEL, planar.TOE), atol=1e-12)
@@ -76,22 +78,22 @@ def test_joints_are_those_that_mujoco_reads_in_the_file() -> None:
     data = mujoco.MjData(model)
     task: Any = plain_env().task
     generator = np.random.default_rng(0)
-    axes = [model.joint(axis.name) for axis in scene.AXES]
+    axes = [model.joint(axis.name) for axis in figure.AXES]
     for _ in range(10):
         data.qpos[:] = 0.0
         data.qpos[2:4] = 2.0, 1.0
-        for axis, joint in zip(scene.AXES, axes, strict=True):
+        for axis, joint in zip(figure.AXES, axes, strict=True):
             low, high = axis.limits
             data.qpos[joint.qposadr] = generator.uniform(low, high)
         data.qvel[:] = generator.uniform(-1.0, 1.0, model.nv)
         mujoco.mj_kinematics(model, data)
-        set_coordinates(task.world, scene.figure(), task._names, data.qpos, data.qvel)
+        set_coordinates(task.world, figure.figure(), task._names, data.qpos, data.qvel)
         for name in ("torso", "left_forearm", "right_forearm", "left_foot", "right_foot"):
             body = task.world.model.body_names.index(name)
             np.testing.assert_allclose(task.world.position[0, body], data.body(name).xpos, atol=1e-9)
         task.kernel_world.select(0)
         rules._read_joints(task.kernel_world, task.figure)
-        stand = [axis.stand for axis in scene.AXES]
+        stand = [axis.stand for axis in figure.AXES]
         wanted = np.array([data.qpos[joint.qposadr[0]] for joint in axes]) - stand
         np.testing.assert_allclose(task.task_state["angles"][0], wanted, atol=1e-9)
         rates = np.array([data.qvel[joint.dofadr[0]] for joint in axes])
@@ -122,7 +124,7 @@ def test_random_drives_keep_to_their_bounds() -> None:
     task: Any = vector.task
     generator = np.random.default_rng(0)
     largest = np.zeros(21)
-    bounds = [axis.effort for axis in scene.AXES]
+    bounds = [axis.effort for axis in figure.AXES]
     for _ in range(100):
         vector.step(generator.choice([-1.0, 1.0], (16, 21)))
         impulse = task.world.state.joints["total_impulse"][:, task.figure.joints, rules._SPRING_SLOT]
@@ -203,7 +205,7 @@ def test_a_push_changes_the_velocity_by_what_it_says(push: float, heading: float
     for _ in range(2):
         env.task.step(IDLE)
     np.testing.assert_allclose(momentum(env), before, atol=2e-2)
-    wanted = scene.MASS * push * np.array([np.cos(heading), np.sin(heading), 0.0])
+    wanted = figure.MASS * push * np.array([np.cos(heading), np.sin(heading), 0.0])
     for steps in (shared.PUSH_STEPS, 5):
         for _ in range(steps):
             env.task.step(IDLE)
