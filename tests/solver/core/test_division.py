@@ -150,16 +150,14 @@ def test_sleeping_bodies_keep_their_load(dim: int) -> None:
 
 
 @BOTH
-def test_contacts_of_parts_are_few(dim: int) -> None:
-    """Those that last are listed once, whatever their bodies' rotation: friction makes all of them turn."""
-    world = World(crowded_room(dim, 0.0, friction=0.5))
-    most = 0
+def test_contacts_of_parts_are_listed_once(dim: int) -> None:
+    """Normals differ in their last bits from part to part; by bits there were 50 entries too many, in 3D 709."""
+    world = World(crowded_room(dim, 0.0))
     for _ in range(120):
         world.step()
         contacts = world.state.contacts[0, : world.state.worlds["contact_count"][0]]
         listed = list(zip(contacts["shape_a"], contacts["shape_b"], contacts["feature"], strict=True))
-        most = max(most, len(listed) - len(set(listed)))
-    assert most <= 12
+        assert len(listed) == len(set(listed))
 
 
 @BOTH
