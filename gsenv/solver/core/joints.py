@@ -25,6 +25,7 @@ add_reaction = by_dimension("joints", "add_reaction")
 move_target = by_dimension("joints.target", "move_target")
 set_target = by_dimension("joints.target", "set_target")
 keep_near = by_dimension("joints.target", "keep_near")
+arm_over_inertia = by_dimension("joints", "arm_over_inertia")
 swing_of_side = by_dimension("joints", "swing_of_side")
 tension_of = by_dimension("joints", "tension_of")
 axle_nutation = by_dimension("joints.gyroscopic_axes", "axle_nutation", otherwise=no_nutation)
@@ -360,7 +361,6 @@ def sum_swings(world: Any, island_joints: Any, joints: Any, dt: Any) -> None:
     """
     joint_models = world.model.joints
     joint_parameters = world.parameters.joints
-    bodies = world.state.bodies
     body_parameters = world.parameters.bodies
     substep_bodies = world.scratch.substep_bodies
     for k in range(len(island_joints)):
@@ -377,8 +377,8 @@ def sum_swings(world: Any, island_joints: Any, joints: Any, dt: Any) -> None:
         length = rod_length(parameters) if model.kind == _DISTANCE else 0.0
         a = model.body_a
         b = model.body_b
-        substep_bodies[a].swing += tension * _swing_on(bodies[a], body_parameters[a], parameters.anchor_a, length)
-        substep_bodies[b].swing += tension * _swing_on(bodies[b], body_parameters[b], parameters.anchor_b, length)
+        substep_bodies[a].swing += tension * _swing_on(body_parameters[a], parameters.anchor_a, length)
+        substep_bodies[b].swing += tension * _swing_on(body_parameters[b], parameters.anchor_b, length)
 
 
 @njit
@@ -388,9 +388,9 @@ def rod_length(parameters: Any) -> Any:
 
 
 @njit
-def _swing_on(body: Any, masses: Any, anchor: Any, length: Any) -> Any:
+def _swing_on(masses: Any, anchor: Any, length: Any) -> Any:
     """Return the squared frequency of a body for each newton of tension, on a rod or, with ``length`` 0, on a pin."""
-    square, _, _ = swing_of_side(body, masses, anchor)  # r / I
+    square = arm_over_inertia(masses, anchor)
     if length <= 0.0:
         return square
     reach = 0.0

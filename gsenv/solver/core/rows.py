@@ -28,6 +28,7 @@ EQUATION = 2  # any impulse: a row of a rigid joint, which direct methods solve 
 DISC = 3  # first of the two tangents of a 3D contact
 DISC_END = 4  # the second
 GEARED = -1  # as BOUNDED, on a coordinate with an armature: solved together with the row of the rotor
+IDLE = -2  # no impulse: of a limit out of reach, in joint coordinates
 
 # What the position pass does with a row's error.
 NO_CORRECTION = 0  # nothing: friction, motors, springs

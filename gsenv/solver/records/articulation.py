@@ -132,6 +132,7 @@ SERVO_DTYPE = np.dtype(
         ("number", "i4"),  # of the coordinate
         ("turning", "i4"),  # of that of the motor
         ("limited", "i4"),  # 1: it may come to a limit in this step
+        ("reached", "i4"),  # 1: it may do so in this substep, so that its limit needs a row
         ("isotropic", "i4"),  # 1: of a ball without rotors whose springs are equal about all axes
         ("direction", "f8", (3,)),  # of these, outward: the axis that the coordinate is about
         ("begin", "f8"),  # rad or m, coordinate at the start of the substep

@@ -20,7 +20,7 @@ keep_axes = by_dimension("articulation", "keep_axes")
 start_joint_rates = by_dimension("articulation", "start_joint_rates")
 set_joint_motion = by_dimension("articulation", "set_joint_motion")
 squared_turning = by_dimension("articulation", "squared_turning")
-swing_of_side = by_dimension("joints", "swing_of_side")
+arm_over_inertia = by_dimension("joints", "arm_over_inertia")
 tension_of = by_dimension("joints", "tension_of")
 most_inverse = by_dimension("articulation", "most_inverse")
 mismatch = by_dimension("articulation", "mismatch")
@@ -185,7 +185,6 @@ def measure_motion(world: Any, island: Any, joints: Any, articulation: Any) -> N
     links = articulation.links
     joint_models = world.model.joints
     joint_parameters = world.parameters.joints
-    bodies = world.state.bodies
     body_parameters = world.parameters.bodies
     dt = world.options.timestep
     slow = (LEAST_SWING * world.options.substeps / dt) ** 2
@@ -206,8 +205,8 @@ def measure_motion(world: Any, island: Any, joints: Any, articulation: Any) -> N
             other *= most_inverse(body_parameters[link.holder])
             if tension * (own + other) < slow:
                 continue
-            a, _, _ = swing_of_side(bodies[model.body_a], body_parameters[model.body_a], parameters.anchor_a)
-            b, _, _ = swing_of_side(bodies[model.body_b], body_parameters[model.body_b], parameters.anchor_b)
+            a = arm_over_inertia(body_parameters[model.body_a], parameters.anchor_a)
+            b = arm_over_inertia(body_parameters[model.body_b], parameters.anchor_b)
             island.swing = max(island.swing, tension * (a + b))
     island.spin = spin**0.5
 

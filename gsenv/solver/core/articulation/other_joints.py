@@ -15,12 +15,12 @@ from ...records.model import JointKind
 from ..dispatch import by_dimension, nothing
 from ..joint_rows import has_armature, has_limit
 from ..joints import (
+    arm_over_inertia,
     forget_joint_impulses,
     joint_row_count,
     move_targets,
     rod_swing,
     store_joint_impulses,
-    swing_of_side,
     tension_of,
     write_joint_rows,
 )
@@ -114,7 +114,6 @@ def substeps_of_others(world: Any, island: Any, joints: Any, others: Any) -> Any
         return island.substeps
     joint_models = world.model.joints
     joint_parameters = world.parameters.joints
-    bodies = world.state.bodies
     body_parameters = world.parameters.bodies
     dt = world.options.timestep
     island_joints = part(world.scratch.island_joints, island.joint_first, island.joint_count)
@@ -124,8 +123,8 @@ def substeps_of_others(world: Any, island: Any, joints: Any, others: Any) -> Any
         model = joint_models[j]
         if model.kind > _TARGET and model.kind != _DISTANCE and model.kind != _GEAR and not is_in_tree(world, j):
             parameters = joint_parameters[j]
-            a, _, _ = swing_of_side(bodies[model.body_a], body_parameters[model.body_a], parameters.anchor_a)
-            b, _, _ = swing_of_side(bodies[model.body_b], body_parameters[model.body_b], parameters.anchor_b)
+            a = arm_over_inertia(body_parameters[model.body_a], parameters.anchor_a)
+            b = arm_over_inertia(body_parameters[model.body_b], parameters.anchor_b)
             fastest = max(fastest, tension_of(joints[j]) / dt * (a + b))
     needed = dt * fastest**0.5 / SWING_PER_SUBSTEP
     if needed > max(world.options.max_substeps, world.options.substeps):

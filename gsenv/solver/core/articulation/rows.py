@@ -12,7 +12,7 @@ from numba import int64, uint64
 
 from ...jit import njit
 from ..dispatch import by_dimension
-from ..rows import DISC, FRICTION
+from ..rows import DISC, FRICTION, IDLE
 
 REGULAR = 1e-12  # of the product of the diagonals: smallest determinant of the block of two tangents
 
@@ -38,6 +38,10 @@ def whiten_rows(world: Any, island: Any, articulation: Any) -> None:
     end = int64(island.joint_rows)  # of the contact
     while r < island.rows:
         row = rows[r]
+        if row.kind == IDLE:
+            _leave_out(row, spans[r])
+            r += 1
+            continue
         width = 1
         if r == end:
             end = r + int(row.span)
@@ -70,6 +74,17 @@ def whiten_rows(world: Any, island: Any, articulation: Any) -> None:
         value += width * counts[2]
         r += width
     _couple_rolling(world, island, articulation)
+
+
+@njit
+def _leave_out(row: Any, span: Any) -> None:
+    """Give a row that takes no impulse no degrees of freedom."""
+    span.places = 0
+    span.values = 0
+    span.count = 0
+    span.width = 1
+    span.free = 0.0
+    _set_size(row, 0.0)
 
 
 @njit

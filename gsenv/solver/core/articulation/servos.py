@@ -27,6 +27,7 @@ from ..joint_rows import (
     speeds_within,
 )
 from ..joints import Joint, start_impulse
+from ..rows import IDLE, LIMIT_SLOP, NO_CORRECTION
 from ..slices import part
 from ..springs import has_spring, is_slow, mean_reach
 from .other_joints import main_joint
@@ -148,7 +149,7 @@ def _in_factor(servo: Any, parameters: Any) -> Any:
 
 @njit
 def keep_coordinates(world: Any, island: Any, articulation: Any, joints: Any) -> None:
-    """Keep the coordinates of the joints at the start of the substep."""
+    """Keep the coordinates of the joints at the start of the substep; no plain limit without impulse is reached yet."""
     links = articulation.links
     servos = articulation.servos
     joint_parameters = world.parameters.joints
@@ -159,6 +160,50 @@ def keep_coordinates(world: Any, island: Any, articulation: Any, joints: Any) ->
         j = servo.joint
         joint = Joint(joint_models[j], joint_parameters[j], joints[j])
         servo.begin = coordinate_of(links[servo.link], servo, bodies, joint)
+        servo.reached = int(servo.limited != 0 and not _may_wait(servo, joint))
+
+
+@njit
+def _may_wait(servo: Any, joint: Any) -> Any:
+    """Whether a limit needs no row until rates come to it: it is rigid, and had no impulse in the last substep."""
+    parameters = joint.parameters
+    if servo.place < 0 or parameters.limit_frequency > 0.0 or parameters.limit_restitution > 0.0:
+        return False
+    return parameters.lower < parameters.upper and joint.state.impulse[slot_of(joint, LIMIT)] == 0.0
+
+
+@njit
+def reach_limits(world: Any, island: Any, articulation: Any, rates: Any) -> Any:
+    """Mark the limits that coordinates come to within the substep at these rates; returns whether one is new.
+
+    A row that takes no impulse changes nothing, so the solution without the rows of limits that it does not come to
+    is the solution with them.
+    """
+    links = articulation.links
+    servos = articulation.servos
+    joint_parameters = world.parameters.joints
+    new = False
+    for s in range(island.coordinates):
+        servo = servos[s]
+        if servo.limited == 0 or servo.reached != 0:
+            continue
+        parameters = joint_parameters[servo.joint]
+        end = servo.begin + island.h * rates[links[servo.link].first + servo.place]
+        below = min(servo.begin, end) - parameters.lower
+        above = parameters.upper - max(servo.begin, end)
+        if not min(below, above) > LIMIT_SLOP:
+            servo.reached = 1
+            new = True
+    return new
+
+
+@njit
+def any_row_acts(island: Any, articulation: Any) -> Any:
+    """Whether the island has rows other than those of limits out of reach."""
+    idle = 0
+    for s in range(island.coordinates):
+        idle += int(articulation.servos[s].limited != articulation.servos[s].reached)
+    return island.rows > idle
 
 
 @njit
@@ -276,12 +321,29 @@ def _add_coordinate_rows(world: Any, island: Any, articulation: Any, servo: Any,
     if has_spring(parameters) and not _in_factor(servo, parameters):
         _set_spring(world, rows[row], articulation, servo, joint, h)
         row += 1
-    if servo.limited != 0:
+    if servo.limited != servo.reached:
+        _set_idle(rows[row], slot_of(joint, LIMIT), servo)
+        row += 1
+    elif servo.limited != 0:
         weighed = parameters.limit_frequency > 0.0
         curve = _start_row(world, rows[row], articulation, servo, servo.place, servo.number, weighed, h)
         set_limit_row(rows[row], slot_of(joint, LIMIT), servo.begin, curve, parameters, substep_bodies, h)
         row += 1
     return row
+
+
+@njit
+def _set_idle(row: Any, slot: Any, servo: Any) -> None:
+    """Make a row one that takes no impulse."""
+    row.kind = IDLE
+    row.correction = NO_CORRECTION
+    row.source = servo.joint
+    row.slot = slot
+    row.lower = 0.0
+    row.upper = 0.0
+    row.bias = 0.0
+    row.softness = 0.0
+    row.error = 0.0
 
 
 @njit

@@ -13,7 +13,7 @@ from numba import int64, uint64
 from ...jit import inline_njit, njit
 from ...methods.disc import minimise_near, minimise_on_disc
 from ...records.options import SolverKind
-from ..rows import DISC, EQUATION, FRICTION, UNILATERAL, push_row
+from ..rows import DISC, EQUATION, FRICTION, IDLE, UNILATERAL, push_row
 from .equations import add_to, correct_others, dot_with, start_corrections, sweep_others
 
 _PGS = int(SolverKind.PGS)
@@ -83,6 +83,8 @@ def _sweep(rows: Any, first: Any, count: Any, articulation: Any, push: Any) -> A
         if row.kind == DISC:
             change += _solve_disc(rows, r, articulation, normal, push)
             r += 2
+        elif row.kind == IDLE:
+            r += 1
         else:
             push_row(row, push)
             old = row.impulse

@@ -48,7 +48,15 @@ from .other_joints import (
 from .reactions import add_impulses, keep_momenta, store_reactions
 from .rows import whiten_rows
 from .runge_kutta import swing, swings
-from .servos import add_joint_forces, add_servo_rows, keep_coordinates, list_servos, store_servo_impulses
+from .servos import (
+    add_joint_forces,
+    add_servo_rows,
+    any_row_acts,
+    keep_coordinates,
+    list_servos,
+    reach_limits,
+    store_servo_impulses,
+)
 from .solve import add_all_impulses, correct_overlaps, limit_energy, start_solve, sweep_rows
 from .tension import is_taut, set_tension
 
@@ -136,7 +144,8 @@ def _substep(world: Any, island: Any, s: Any, joints: Any, articulation: Any) ->
     set_free_rates(world, island, articulation)
     touched = False
     turn = 0.0
-    if island.rows > 0:
+    reach_limits(world, island, articulation, articulation.free)
+    if any_row_acts(island, articulation):
         _solve_rows(world, island, articulation, last)
         turn = SLOW_TURN if fast else largest_turn(world, island, articulation)
         touched = _correct(world, island, articulation)
@@ -144,6 +153,8 @@ def _substep(world: Any, island: Any, s: Any, joints: Any, articulation: Any) ->
         if s == 0 and island.other_rows > 0 and apart:
             _return_to_start(world, island, articulation)
             return False
+    elif island.rows > 0:
+        add_servo_rows(world, island, articulation, joints)
     if touched:
         if not fast and turn <= SLOW_TURN:
             if turn > STILL_TURN:
@@ -270,31 +281,41 @@ def _solve_rows(world: Any, island: Any, articulation: Any, last: Any) -> None:
     counters = world.state.world
     move_links(island, articulation, articulation.free)
     _keep_free_velocities(world, island, articulation)
-    if island.joint_rows > island.other_rows:
-        add_servo_rows(world, island, articulation, world.state.joints)
-    whiten_rows(world, island, articulation)
-    factorise_equations(world, island, articulation, articulation.others)
-    island.residual_scale = start_solve(world, island, articulation)
-    sweeps, residual = sweep_rows(world, island, articulation, int64(world.options.sweeps))
-    counters.sweeps += sweeps
-    if residual <= world.options.tolerance and clear_biases(world, island, articulation, articulation.others):
-        sweeps, residual = sweep_rows(world, island, articulation, int64(world.options.sweeps))
-        counters.sweeps += sweeps
-    hidden = contradiction(world, island, articulation.others)
-    if hidden > CONTRADICTED:
-        residual = max(residual, hidden)
-    island.residual = residual
-    counters.residual = max(counters.residual, residual)
-    if residual > world.options.tolerance:
+    _solve_reached(world, island, articulation)
+    while reach_limits(world, island, articulation, articulation.rate):  # other rows push joints to further limits
+        _solve_reached(world, island, articulation)
+    counters.residual = max(counters.residual, island.residual)
+    if island.residual > world.options.tolerance:
         counters.unconverged += 1
-        if not island.driven and not island.has_springs:
-            limit_energy(world, island, articulation)
-    rates_of_rows(island, articulation)
     move_links(island, articulation, articulation.rate)
     _keep_velocities(world, island, articulation)
     if last:
         island.error_sum, island.velocity_sum, island.impulse_sum = natural_residual(world, island)
     island.smooth = smooth_with_others(world, island, articulation.others)
+
+
+@njit
+def _solve_reached(world: Any, island: Any, articulation: Any) -> None:
+    """Solve all rows but those of limits out of reach, and set ``rate``."""
+    options = world.options
+    counters = world.state.world
+    if island.joint_rows > island.other_rows:
+        add_servo_rows(world, island, articulation, world.state.joints)
+    whiten_rows(world, island, articulation)
+    factorise_equations(world, island, articulation, articulation.others)
+    island.residual_scale = start_solve(world, island, articulation)
+    sweeps, residual = sweep_rows(world, island, articulation, int64(options.sweeps))
+    counters.sweeps += sweeps
+    if residual <= options.tolerance and clear_biases(world, island, articulation, articulation.others):
+        sweeps, residual = sweep_rows(world, island, articulation, int64(options.sweeps))
+        counters.sweeps += sweeps
+    hidden = contradiction(world, island, articulation.others)
+    if hidden > CONTRADICTED:
+        residual = max(residual, hidden)
+    island.residual = residual
+    if residual > options.tolerance and not island.driven and not island.has_springs:
+        limit_energy(world, island, articulation)
+    rates_of_rows(island, articulation)
 
 
 @njit

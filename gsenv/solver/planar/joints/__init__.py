@@ -67,10 +67,20 @@ def tension_of(state: Any) -> Any:
 
 
 @njit
+def arm_over_inertia(masses: Any, anchor: Any) -> Any:
+    """Return r / I in 1/(kg m) of a body that swings about an anchor at r."""
+    return _reach(masses, anchor) * masses.inv_inertia
+
+
+@njit
 def swing_of_side(body: Any, masses: Any, anchor: Any) -> Any:
     """Return (r / I, speed, 0) of a body that swings about an anchor at r: 1/(kg m), rad/s of its arm, no nutation."""
+    speed = abs(body.velocity[2]) if _reach(masses, anchor) > OFF_CENTER * masses.radius else 0.0
+    return arm_over_inertia(masses, anchor), speed, 0.0
+
+
+@njit
+def _reach(masses: Any, anchor: Any) -> Any:
     x = anchor[0] - masses.center[0]
     y = anchor[1] - masses.center[1]
-    reach = (x * x + y * y) ** 0.5
-    speed = abs(body.velocity[2]) if reach > OFF_CENTER * masses.radius else 0.0
-    return reach * masses.inv_inertia, speed, 0.0
+    return (x * x + y * y) ** 0.5

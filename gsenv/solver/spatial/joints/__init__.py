@@ -79,15 +79,28 @@ def tension_of(state: Any) -> Any:
 
 
 @njit
+def arm_over_inertia(masses: Any, anchor: Any) -> Any:
+    """Return r / I in 1/(kg m) of a body that swings about an anchor at r."""
+    reach = _reach(masses, anchor)
+    length = norm(reach)
+    return length * _swing_inverse(masses, reach, length)
+
+
+@njit
 def swing_of_side(body: Any, masses: Any, anchor: Any) -> Any:
     """Return (r / I, speed, nutation) of a body that swings about an anchor at r: 1/(kg m), and ``_swing_speeds``."""
-    reach = turned(conjugate(quaternion(masses.axes)), sub(vec(anchor), vec(masses.center)))
-    length = norm(reach)
+    length = norm(_reach(masses, anchor))
     speed = 0.0
     nutation = 0.0
     if length > OFF_CENTER * masses.radius:
         speed, nutation = _swing_speeds(body, masses, arm(body, masses, anchor), length)
-    return length * _swing_inverse(masses, reach, length), speed, nutation
+    return arm_over_inertia(masses, anchor), speed, nutation
+
+
+@njit
+def _reach(masses: Any, anchor: Any) -> Vec:
+    """Return an anchor relative to the centre of mass, in principal axes."""
+    return turned(conjugate(quaternion(masses.axes)), sub(vec(anchor), vec(masses.center)))
 
 
 @njit

@@ -167,6 +167,26 @@ def test_a_limit_holds() -> None:
         assert_allclose(world.joint_rate(joint), 0.0, atol=1e-9)
 
 
+@pytest.mark.parametrize("flipped", [False, True])
+def test_a_limit_holds_where_another_one_pushes_its_joint_to_it(flipped: bool) -> None:
+    """Two rods turn as one until the limit of the first stops it, which throws the second against its own.
+
+    Without the first limit the second joint would not move, so that only the solution shows that it needs a row.
+    """
+    scene = rods(1, 0.0, limits=(-0.1, 0.05))
+    rod = Capsule(half_length=0.5, radius=0.05, mask=0)
+    scene.add_body("rod_1", shapes=[rod], position=(0.0, -1.5), angle=-np.pi / 2, mass=1.0, inertia=1.0 / 12.0)
+    pair, limits = (("rod_1", "rod_0"), (-0.05, 0.1)) if flipped else (("rod_0", "rod_1"), (-0.1, 0.05))
+    scene.add_joint("joint_1", Revolute(*pair, anchor=(0.0, -1.0), limits=limits))
+    world = articulated(scene, timestep=1.0 / 120, sleep=False)
+    world.set_joint("joint_0", rate=10.0)  # 0.083 rad in a step
+    for joint in ("joint_0", "joint_1"):
+        assert_allclose(world.joint_coordinate(joint), 0.0, atol=1e-12)
+    world.step()
+    for joint in ("joint_0", "joint_1"):
+        assert_allclose(abs(world.joint_coordinate(joint)), 0.05, atol=1e-5)
+
+
 @pytest.mark.parametrize("effort", [np.inf, 100.0])
 def test_a_spring_oscillates_at_its_frequency(effort: float) -> None:
     """1/3 kg m^2 on 3 N m/rad: 3 rad/s."""

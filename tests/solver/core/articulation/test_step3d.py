@@ -206,3 +206,23 @@ def test_a_slider_with_a_spring_and_limits(flipped: bool) -> None:
     fall = 0.01 * G * 2.0 / 3.0 * (1.0 - np.cos(10.0))
     assert_allclose(world.joint_coordinate("slider_0"), fall if flipped else -fall, atol=1e-4)
     assert_allclose(world.joint_coordinate("slider_1"), 0.3 if flipped else -0.2, atol=1e-5)
+
+
+@pytest.mark.parametrize("flipped", [False, True])
+def test_a_limit_holds_where_another_one_pushes_its_joint_to_it(flipped: bool) -> None:
+    """As in 2D: two rods turn as one until the limit of the first stops it and throws the second against its own."""
+    scene = space(0.0)
+    scene.add_body("hook", "static")
+    for k in range(2):
+        rod = Box(half_extents=(0.5, 0.05, 0.05), mask=0)
+        scene.add_body(f"rod_{k}", shapes=[rod], position=(k + 0.5, 0.0, 0.0), mass=1.0)
+        pair = ("hook" if k == 0 else "rod_0", f"rod_{k}")
+        swap = flipped and k == 1
+        limits = (-0.05, 0.1) if swap else (-0.1, 0.05)
+        joint = Hinge(*(pair[::-1] if swap else pair), anchor=(k, 0.0, 0.0), axis=(0.6, 0.0, 0.8), limits=limits)
+        scene.add_joint(f"joint_{k}", joint)
+    world = articulated(scene, timestep=1.0 / 120, sleep=False)
+    world.set_joint("joint_0", rate=10.0)  # 0.083 rad in a step
+    world.step()
+    for name in ("joint_0", "joint_1"):
+        assert_allclose(abs(world.joint_coordinate(name)), 0.05, atol=1e-5)
