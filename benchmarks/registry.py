@@ -60,6 +60,7 @@ BENCHMARKS: dict[str, Benchmark] = {
             "accuracy", "run time against error on scenes with known answers, beside other engines", (2, 3), True, True
         ),
         Benchmark("articulation", "bodies on joints: rows, joint coordinates, MuJoCo", (3,), True, True),
+        Benchmark("baselines", "PPO at each tier, five seeds: success, return, time of training", page=True),
         Benchmark("convergence", "order of convergence in the timestep, against closed forms", page=True),
         Benchmark("reference_scenes", "error, CPU time and sweeps of the scenes with known answers", (2, 3), True),
         Benchmark("render", "CPU time of a rendered frame", (2, 3), True),

@@ -16,7 +16,7 @@ import sys
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
-from time import perf_counter
+from time import perf_counter, process_time
 from typing import TYPE_CHECKING, Any
 
 from gsenv.envs import PARALLEL_ENVS
@@ -307,6 +307,7 @@ def _watcher(run: Run, progress: Any) -> BaseCallback:
         def _on_training_start(self) -> None:
             self.bar = progress.add_task(settings.env, total=settings.steps, completed=run.steps)
             self.began = perf_counter() - (run.rows[-1]["seconds"] if run.rows else 0.0)
+            self.began_cpu = process_time() - (run.rows[-1].get("cpu_seconds", 0.0) if run.rows else 0.0)
             self.logged = self.num_timesteps
             self.evaluated = self.num_timesteps
 
@@ -339,6 +340,7 @@ def _watcher(run: Run, progress: Any) -> BaseCallback:
             row: dict[str, Any] = {
                 "steps": self.num_timesteps,
                 "seconds": round(perf_counter() - self.began, 1),
+                "cpu_seconds": round(process_time() - self.began_cpu, 1),
                 "return": _mean([episode["r"] for episode in episodes]),
                 "length": _mean([episode["l"] for episode in episodes]),
                 "success": _mean(list(self.model.ep_success_buffer or ())),

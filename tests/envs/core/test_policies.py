@@ -1,5 +1,8 @@
+import json
+import math
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,6 +11,10 @@ from gsenv.envs.core.policies import scripted_policy, trained_actions, trained_p
 from gsenv.envs.stack.env import StackEnv, StackVectorEnv
 from gsenv.envs.stack.policy import build_tower
 from gsenv.train.evaluate import evaluate
+from tests.envs.registered import COSTLY
+
+ROOT = Path(__file__).parents[3]
+TRAINED = sorted(path.stem for path in (ROOT / "assets").glob("*.npz"))
 
 
 @pytest.mark.parametrize(("blocks", "count", "least"), [(1, 12, 11), (3, 100, 90), (5, 100, 60), (8, 12, 11)])
@@ -51,11 +58,15 @@ def test_scripted_policy_gives_legal_actions_for_a_single_env() -> None:
         env.step(action)
 
 
-def test_trained_policy_builds_what_it_was_trained_for() -> None:
-    actor = trained_actions("gsenv:GStack-v0")
-    for blocks in (3, 5):
-        result = evaluate(actor, "GStack-v0", arguments={"blocks": blocks})
-        assert result.success_rate >= 0.8, blocks
+@pytest.mark.parametrize("env_id", [pytest.param(i, marks=pytest.mark.slow) if i in COSTLY else i for i in TRAINED])
+def test_trained_policies_reach_what_docs_tiers_says(env_id: str) -> None:
+    results = json.loads((ROOT / "benchmarks/results/tiers.json").read_text())
+    columns, *outcomes = results["outcomes"]
+    rows = [dict(zip(columns, outcome, strict=True)) for outcome in outcomes]
+    (said,) = (row["success"] for row in rows if (row["tier"], row["policy"]) == (env_id, "trained"))
+    reached = evaluate(trained_actions(env_id), env_id).success_rate
+    # of 100 episodes, the same as measured; machines differ in the last bits of the network's sums
+    assert abs(reached - said) <= 3.0 * math.sqrt(2.0 * max(said * (1.0 - said), 0.01) / 100)
 
 
 def test_trained_policy_acts_in_single_and_vector_environments_alike() -> None:

@@ -56,7 +56,7 @@ def test_flags_are_true_or_false(dim: int, bad: Any) -> None:
 @pytest.mark.parametrize("bad", [(-1.0, 1.0), 1.0, "free", True])
 def test_axes_of_a_six_axis_joint(turns: set[str], bad: Any) -> None:
     """Limits in place of an Axis, beside two other rotations, raised an AttributeError."""
-    given = dict.fromkeys(turns, spatial.Axis()) | {"turn_x": bad}
+    given: Any = dict.fromkeys(turns, spatial.Axis()) | {"turn_x": bad}
     refused(
         plain(3),
         lambda scene: scene.add_joint("hip", spatial.SixAxis("base", "it", **given)),
@@ -66,14 +66,15 @@ def test_axes_of_a_six_axis_joint(turns: set[str], bad: Any) -> None:
 
 @pytest.mark.parametrize("bad", ["x", [], {}, (None, None), (1.0, 2.0, 3.0), (1.0, -1.0)])
 def test_limits_of_one_of_three_rotations(bad: Any) -> None:
-    axes = {"turn_x": spatial.Axis(limits=bad), "turn_y": spatial.Axis(), "turn_z": spatial.Axis()}
+    axes: Any = {"turn_x": spatial.Axis(limits=bad), "turn_y": spatial.Axis(), "turn_z": spatial.Axis()}
     hip = spatial.SixAxis("base", "it", **axes)
     refused(plain(3), lambda scene: scene.add_joint("hip", hip), "joint 'hip/turn_x'.*limit")
 
 
 @pytest.mark.parametrize("word", ["frequency", "stiffness", "motor_effort", "armature"])
 def test_numbers_of_a_ball(word: str) -> None:
-    ball = spatial.Ball("base", "it", **{word: np.zeros(3)})
+    given: Any = {word: np.zeros(3)}
+    ball = spatial.Ball("base", "it", **given)
     refused(plain(3), lambda scene: scene.add_joint("ball", ball), f"{word} must be a number")
 
 
@@ -84,6 +85,10 @@ def test_names_and_references(dim: int) -> None:
     refused(plain(dim), lambda scene: scene.add_body("new", shapes=[ball]), "name must be text")
     refused(plain(dim), lambda scene: scene.add_joint("weld", module.Weld("base", True)), "body True is unknown")
     refused(plain(dim), lambda scene: scene.add_constraint("c", 1.5, [0.0]), "body 1.5 is unknown")  # type: ignore[arg-type]
-    for bad in ([], {}, np.zeros(3)):
-        refused(plain(dim), lambda scene, bad=bad: Options(solver=bad), "unknown solver")
-        refused(plain(dim), lambda scene, bad=bad: scene.add_body("new", bad), "kind .* is unknown")
+
+
+@BOTH
+@pytest.mark.parametrize("bad", [[], {}, np.zeros(3)])
+def test_choices(dim: int, bad: Any) -> None:
+    refused(plain(dim), lambda scene: Options(solver=bad), "unknown solver")
+    refused(plain(dim), lambda scene: scene.add_body("new", bad), "kind .* is unknown")

@@ -1,0 +1,197 @@
+"""PPO of Stable-Baselines3 at each registered tier, several seeds: success, return, time of training.
+
+Trains what is missing in the folder --runs with the settings of train/ppo.py (`gsenv train ID --seeds ...` writes the
+same files), then plays 100 episodes of the split "test" with each policy. Interquartile means over the seeds and their
+bootstrapped 95 % intervals as recommended by Agarwal et al. 2021 (Deep RL at the edge of the statistical precipice).
+All tiers and seeds take hours: Ctrl-C keeps what is done, and the same command continues.
+"""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from math import isnan
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.common.files import packed, unpacked
+from benchmarks.common.progress import track
+from benchmarks.common.report import Picture, Report
+from benchmarks.common.run import Run
+from benchmarks.common.tables import Table
+from gsenv.train import experiment, ppo
+from gsenv.train.evaluate import evaluate, make_actor
+from gsenv.train.files import read_rows
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+SEEDS, EPISODES = 5, 100
+QUICK_SEEDS, QUICK_STEPS, QUICK_EPISODES = 1, 20_000, 5
+SOLVED = 0.9  # success at which the time to learn a task is taken
+RESAMPLES = 5_000  # of the bootstrap
+
+
+@dataclass(frozen=True)
+class Trained:
+    """One seed of one environment.
+
+    Attributes:
+        env: its id.
+        seed: of the training.
+        steps: of all worlds together.
+        cpu_seconds: of the training, evaluations included.
+        solved_seconds: CPU seconds until an evaluation during training reached SOLVED; -1: none did.
+        success: share of the test episodes.
+        returns: mean of the test episodes.
+    """
+
+    env: str
+    seed: int
+    steps: int
+    cpu_seconds: float
+    solved_seconds: float
+    success: float
+    returns: float
+
+
+@dataclass(frozen=True)
+class Point:
+    """An evaluation during training."""
+
+    env: str
+    seed: int
+    steps: int
+    success: float
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add what is trained, and where."""
+    parser.add_argument("--env", nargs="+", metavar="ID", default=list(ppo.SETTINGS), help="only these environments")
+    parser.add_argument("--seeds", type=int, default=SEEDS, help="number of seeds (default: %(default)s)")
+    parser.add_argument("--runs", type=Path, default=Path("runs/ppo"), help="folder of the runs (default: %(default)s)")
+
+
+def measure(run: Run) -> dict[str, Any]:
+    """Train what is missing and test all."""
+    trained: list[Trained] = []
+    points: list[Point] = []
+    seeds = QUICK_SEEDS if run.quick else run.options.seeds
+    jobs = [(env_id, seed) for env_id in run.options.env for seed in range(seeds)]
+    with runs_folder(run) as runs:
+        for env_id, seed in track(jobs, "training", len(jobs)):
+            settings = replace(ppo.settings_for(env_id), seed=seed, tests=())  # tested below
+            if run.quick:
+                settings = replace(settings, steps=QUICK_STEPS, evaluate_every=QUICK_STEPS // 2, log_every=1)
+            folder = runs / env_id / f"seed-{seed}"
+            if experiment.run_seed(ppo.EXPERIMENT, settings, folder, resume=True) != experiment.OK:
+                run.interrupted = True
+                break
+            rows = read_rows(folder / "progress.csv")
+            evaluated = [row for row in rows if not isnan(row["evaluated_success"])]
+            points += [Point(env_id, seed, int(row["steps"]), row["evaluated_success"]) for row in evaluated]
+            solved = [row["cpu_seconds"] for row in evaluated if row["evaluated_success"] >= SOLVED]
+            result = evaluate(
+                make_actor(str(folder / "policy.npz"), env_id), env_id, QUICK_EPISODES if run.quick else EPISODES
+            )
+            trained.append(
+                Trained(
+                    env_id,
+                    seed,
+                    int(rows[-1]["steps"]),
+                    rows[-1]["cpu_seconds"],
+                    solved[0] if solved else -1.0,
+                    result.success_rate,
+                    result.mean_return,
+                )
+            )
+    return {"trained": packed(trained), "points": packed(points)}
+
+
+@contextmanager
+def runs_folder(run: Run) -> Iterator[Path]:
+    """Yield the folder of the runs; of a quick run, one that is deleted afterwards."""
+    if not run.quick:
+        yield run.options.runs
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        yield Path(folder)
+
+
+def interval(values: Sequence[float]) -> tuple[float, float, float]:
+    """Return the interquartile mean of one value per seed, and the ends of its 95 % interval."""
+    from scipy.stats import bootstrap, trim_mean
+
+    def mean(samples: NDArray[np.float64], axis: int = -1) -> NDArray[np.float64]:
+        return np.asarray(trim_mean(samples, 0.25, axis=axis))
+
+    sample = np.array(values, float)
+    if len(sample) == 1 or np.ptp(sample) == 0.0:
+        return float(sample[0]), float(sample[0]), float(sample[0])
+    generator = np.random.default_rng(0)
+    ends = bootstrap((sample,), mean, n_resamples=RESAMPLES, method="percentile", rng=generator).confidence_interval
+    return float(mean(sample)), float(ends.low), float(ends.high)
+
+
+def report(results: Mapping[str, Any]) -> Report:
+    trained = unpacked(Trained, results["trained"])
+    points = unpacked(Point, results["points"])
+    rows = []
+    for env_id in dict.fromkeys(one.env for one in trained):
+        of_env = [one for one in trained if one.env == env_id]
+        solved = [one.solved_seconds for one in of_env if one.solved_seconds >= 0]
+        rows.append(
+            [
+                env_id,
+                f"{len(of_env)}",
+                f"{of_env[0].steps / 1e6:.1f}",
+                "{:.0%} ({:.0%} to {:.0%})".format(*interval([one.success for one in of_env])),
+                "{:.2f} ({:.2f} to {:.2f})".format(*interval([one.returns for one in of_env])),
+                f"{np.median([one.cpu_seconds for one in of_env]):.0f}",
+                f"{np.median(solved):.0f} ({len(solved)} of {len(of_env)})" if solved else "not reached",
+            ]
+        )
+    header = [
+        "environment",
+        "seeds",
+        "million steps",
+        "success",
+        "return",
+        "CPU s of training",
+        f"CPU s to {SOLVED:.0%} in training",
+    ]
+    text = (
+        f'Each policy plays {EPISODES} episodes of the split "test" with its mean action. Success and return are '
+        "interquartile means over the seeds with bootstrapped 95 % intervals (Agarwal et al. 2021). CPU seconds "
+        "are medians of the seeds, evaluations included; the last column counts the seeds that reached it."
+    )
+    picture = Picture("Success over the steps of training, a line for each seed", lambda: draw(points))
+    return Report("Baselines of PPO", [text, Table(header, rows, words=1), picture])
+
+
+def draw(points: Sequence[Point]) -> Figure:
+    """Draw success over steps, a panel for each environment and a line for each seed."""
+    from benchmarks.common.plots import plt
+
+    names = list(dict.fromkeys(point.env for point in points))
+    columns = min(3, max(1, len(names)))
+    count = -(-max(1, len(names)) // columns)
+    figure, panels = plt.subplots(count, columns, figsize=(4 * columns, 2.6 * count), squeeze=False, sharey=True)
+    for panel, name in zip(panels.flat, names, strict=False):
+        for seed in sorted({point.seed for point in points if point.env == name}):
+            line = [point for point in points if (point.env, point.seed) == (name, seed)]
+            panel.plot([p.steps / 1e6 for p in line], [100 * p.success for p in line], marker="o", markersize=2)
+        panel.set(title=name, ylim=(-3, 103))
+        panel.grid(alpha=0.3)
+    for panel in panels.flat[len(names) :]:
+        panel.set_visible(False)
+    figure.supxlabel("million steps")
+    figure.supylabel("success of 50 unseen episodes, %")
+    figure.tight_layout()
+    return figure

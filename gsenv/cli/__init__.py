@@ -1,0 +1,27 @@
+"""The `gsenv` command: list, record, train, evaluate, dataset, warmup.
+
+Exit codes: 0 success, 1 failure, 2 wrong command line, 130 interrupted (frames recorded so far are kept).
+Results go to stdout; progress, and errors in one sentence, go to stderr.
+"""
+
+import sys
+from collections.abc import Sequence
+
+from .errors import FAILED, INTERRUPTED, CliError
+from .parser import make_parser
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line (by default the process's own) and return the exit code."""
+    try:
+        options = make_parser().parse_args(arguments)
+        return int(options.run(options))
+    except CliError as error:
+        print(f"gsenv: {error}", file=sys.stderr)
+        return error.exit_code
+    except BrokenPipeError:  # e.g. `gsenv list | head -1`
+        sys.stderr.close()  # or the interpreter reports the broken pipe at exit
+        return FAILED
+    except KeyboardInterrupt:
+        print("gsenv: interrupted", file=sys.stderr)
+        return INTERRUPTED

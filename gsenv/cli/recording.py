@@ -1,0 +1,231 @@
+"""`gsenv record`: videos of environments and scenes."""
+
+import argparse
+import importlib
+import signal
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from math import ceil
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from gsenv.envs import ENVS, PARALLEL_ENVS
+
+from .errors import FAILED, INTERRUPTED, OK, WRONG_USAGE, CliError
+from .names import SCENE_PREFIX, find_actor, suggestion
+from .progress import make_progress
+
+if TYPE_CHECKING:
+    import gymnasium
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from gsenv.render.video import VideoWriter
+    from gsenv.scenes import SceneSpec
+
+    Frame = NDArray[np.uint8]
+    Policy = Callable[[gymnasium.Env[Any, Any]], Any]
+
+SCENE_FPS = 60.0  # largest frame rate of a recorded scene; with a shorter timestep, steps are skipped
+
+
+def run_record(options: argparse.Namespace) -> int:
+    footage = _footage(options)
+    video = _video_writer(options.out, footage.fps)
+    try:
+        with make_progress() as progress, video:
+            task = progress.add_task(options.target, total=footage.frame_count)
+            for frame in footage.frames:
+                _write(video, frame)
+                progress.advance(task)
+            progress.update(task, total=video.frame_count)
+    except KeyboardInterrupt:
+        written = video.frame_count
+        kept = f"{options.out} has the {written} frames so far" if written else "nothing was written"
+        print(f"gsenv: interrupted; {kept}", file=sys.stderr)
+        return INTERRUPTED
+    except OSError as error:
+        raise _unwritable(options.out, error) from error
+    print(f"{options.out}: {video.frame_count} frames, {video.frame_count / footage.fps:.1f} s")
+    return OK
+
+
+@dataclass
+class _Footage:
+    """A recording: `frame_count` frames, or fewer if an episode ends early."""
+
+    fps: float
+    frame_count: int
+    frames: "Iterator[Frame]"
+
+
+def _footage(options: argparse.Namespace) -> _Footage:
+    if any(entry.id == options.target for entry in ENVS):
+        return _env_footage(options)
+    if any(entry.name == options.target for entry in PARALLEL_ENVS):
+        return _parallel_footage(options)
+    from gsenv.scenes import SCENES
+
+    scenes = [f"{SCENE_PREFIX}{name}" for name in SCENES]
+    if options.target in scenes:
+        if options.policy is not None:
+            raise CliError(f"{options.target} is a scene and takes no --policy", WRONG_USAGE)
+        if options.set:
+            raise CliError(f"{options.target} is a scene and takes no --set", WRONG_USAGE)
+        return _scene_footage(options)
+    names = [entry.id for entry in ENVS] + [entry.name for entry in PARALLEL_ENVS] + scenes
+    raise CliError(
+        f"no environment or scene is called {options.target!r}; {suggestion(options.target, names)}", WRONG_USAGE
+    )
+
+
+def _env_footage(options: argparse.Namespace) -> _Footage:
+    import gymnasium
+
+    size = {} if options.size is None else dict(zip(("width", "height"), options.size, strict=True))
+    try:
+        env = gymnasium.make(options.target, render_mode="rgb_array", **size, **dict(options.set))
+    except (TypeError, ValueError) as error:
+        raise CliError(str(error), WRONG_USAGE) from None
+    policy = _policy(options.target, options.policy or "random")
+    assert env.spec is not None  # gymnasium.make sets it
+    step_count = options.steps or env.spec.max_episode_steps or 1000
+    frames = _env_frames(env, policy, options.seed, step_count, one_episode=options.steps is None)
+    return _Footage(env.metadata["render_fps"], step_count + 1, frames)
+
+
+def _parallel_footage(options: argparse.Namespace) -> _Footage:
+    """Return the recording of an environment with several agents."""
+    size = {} if options.size is None else dict(zip(("width", "height"), options.size, strict=True))
+    try:
+        module = importlib.import_module(f"gsenv.envs.{options.target}")
+        env = module.parallel_env(render_mode="rgb_array", **size, **dict(options.set))
+    except ImportError as error:
+        raise CliError(f"{error}; {options.target} needs pip install 'gsenv[pettingzoo]'", FAILED) from error
+    except (TypeError, ValueError) as error:
+        raise CliError(str(error), WRONG_USAGE) from None
+    kind = options.policy or "random"
+    policy = None if kind == "random" else find_actor(kind, options.target, 0)
+    step_count = options.steps or env.max_cycles or 1000
+    frames = env.film(policy, options.seed, step_count, one_episode=options.steps is None)
+    return _Footage(env.metadata["render_fps"], step_count + 1, frames)
+
+
+def _policy(env_id: str, kind: str) -> "Policy":
+    if kind == "random":
+        return lambda env: env.action_space.sample()
+    import gsenv.envs.core.policies as policies
+
+    try:
+        if kind in ("scripted", "trained"):
+            return policies.scripted_policy(env_id) if kind == "scripted" else policies.trained_policy(env_id)
+        actor = find_actor(kind, env_id, 0)
+        return lambda env: actor(env.unwrapped.observation)  # type: ignore[attr-defined]
+    except LookupError as error:
+        raise CliError(str(error.args[0]), FAILED) from error
+
+
+def _env_frames(
+    env: "gymnasium.Env[Any, Any]", policy: "Policy", seed: int, step_count: int, *, one_episode: bool
+) -> "Iterator[Frame]":
+    env.action_space.seed(seed)
+    env.reset(seed=seed)
+    yield _frame(env)
+    for step in range(step_count):
+        _, _, terminated, truncated, _ = env.step(policy(env.unwrapped))
+        yield _frame(env)
+        if terminated or truncated:
+            if one_episode or step + 1 == step_count:
+                break
+            env.reset()
+    env.close()
+
+
+def _frame(env: "gymnasium.Env[Any, Any]") -> "Frame":
+    frame: Any = env.render()  # typed as a frame or a list of frames; "rgb_array" gives one frame
+    return frame
+
+
+def _scene_footage(options: argparse.Namespace) -> _Footage:
+    from gsenv.render import make_renderer
+    from gsenv.render.video import GIF_MAX_FPS
+    from gsenv.scenes import SCENES, make_world
+
+    name = options.target.removeprefix(SCENE_PREFIX)
+    world = make_world(name)
+    width, height = options.size or (640, 480)
+    renderer = make_renderer(world, width, height)
+    _aim(renderer, SCENES[name])
+    fps_limit = min(SCENE_FPS, GIF_MAX_FPS) if options.out.suffix.lower() == ".gif" else SCENE_FPS
+    steps_per_frame = ceil(1 / (fps_limit * world.timestep) - 1e-9)  # 1e-9: 1/60 s is one step at 60 fps
+    step_count = options.steps or round(SCENES[name].duration / world.timestep)
+
+    def frames() -> "Iterator[Frame]":
+        yield renderer.render()
+        for step in range(1, step_count + 1):
+            world.step()
+            if step % steps_per_frame == 0:
+                yield renderer.render()
+
+    return _Footage(1 / (steps_per_frame * world.timestep), 1 + step_count // steps_per_frame, frames())
+
+
+def _aim(renderer: Any, spec: "SceneSpec") -> None:
+    """Set the renderer's camera if the scene specifies one."""
+    from gsenv.render.camera import Bounds, Camera, FollowCamera
+
+    if spec.camera is not None:
+        from gsenv.render.spatial import SpatialCamera
+
+        renderer.camera = SpatialCamera(*spec.camera, width=renderer.width, height=renderer.height)
+    elif spec.follow is not None:
+        renderer.camera = FollowCamera([renderer.world.model.body_names.index(spec.follow)])
+    elif spec.view is not None:
+        renderer.camera = Camera.fit(Bounds(*spec.view), renderer.width, renderer.height, margin=0.0)
+
+
+def _video_writer(path: Path, fps: float) -> "VideoWriter":
+    from gsenv.render.video import VideoWriter
+
+    try:
+        return VideoWriter(path, fps)
+    except ValueError as error:  # an unknown file name extension
+        raise CliError(str(error), WRONG_USAGE) from error
+    except OSError as error:
+        raise _unwritable(path, error) from error
+
+
+def _unwritable(path: Path, error: OSError) -> CliError:
+    return CliError(f"cannot write {path}: {error.strerror or error}", FAILED)
+
+
+def _write(video: "VideoWriter", frame: "Frame") -> None:
+    try:
+        with _uninterrupted():
+            video.write(frame)
+    except ValueError as error:  # a size that the format does not allow
+        raise CliError(str(error), WRONG_USAGE) from error
+
+
+@contextmanager
+def _uninterrupted() -> "Iterator[None]":
+    """Delay Ctrl-C to the end of the block; in the middle of a frame it would spoil the whole video."""
+    if threading.current_thread() is not threading.main_thread():
+        yield  # only the main thread receives signals
+        return
+    pending = False
+
+    def remember(signal_number: int, frame: object) -> None:
+        nonlocal pending
+        pending = True
+
+    previous = signal.signal(signal.SIGINT, remember)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, previous)
+    if pending:
+        raise KeyboardInterrupt

@@ -1,0 +1,39 @@
+"""The table of trained baselines."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from benchmarks.baselines import Point, Trained, interval, report
+from benchmarks.common.files import packed
+
+
+def test_the_interquartile_mean_drops_a_quarter_of_the_seeds_at_each_end() -> None:
+    mean, low, high = interval([0.0, 0.8, 0.9, 1.0])
+    assert mean == pytest.approx(0.85)
+    assert 0.0 <= low < mean < high <= 1.0
+
+
+def test_an_interval_holds_the_mean_of_its_distribution_as_often_as_it_says() -> None:
+    generator = np.random.default_rng(0)
+    samples = generator.normal(3.0, 1.0, (200, 20))
+    inside = [low < 3.0 < high for _, low, high in map(interval, samples)]
+    assert 0.86 < np.mean(inside) < 0.99  # percentile intervals of 20 values are a little short of 95 %
+
+
+def test_equal_seeds_have_no_interval() -> None:
+    assert interval([0.7]) == (0.7, 0.7, 0.7)
+    assert interval([1.0, 1.0, 1.0]) == (1.0, 1.0, 1.0)
+
+
+def test_the_report_counts_the_seeds_that_solved_the_task() -> None:
+    trained = [Trained("GStack-v0", s, 2_000_000, 100.0 + s, (-1.0, 40.0, 60.0)[s], 0.9, 12.0) for s in range(3)]
+    points = [Point("GStack-v0", s, 1000 * k, 0.1 * k) for s in range(3) for k in range(5)]
+    made = report({"trained": packed(trained), "points": packed(points)})
+    (row,) = made.parts[1].rows  # type: ignore[union-attr]
+    assert row[:3] == ["GStack-v0", "3", "2.0"]
+    assert row[-2:] == ["101", "50 (2 of 3)"]
+    assert made.picture is not None
+    figure = made.picture.draw()
+    assert len(figure.axes[0].lines) == 3
