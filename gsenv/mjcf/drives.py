@@ -12,11 +12,13 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from .errors import Notes
-from .model import Actuator, Joint, MjcfModel, Range
+from .model import Actuator, Joint, MjcfModel
 
 NOT_AFFINE = "an actuator of this kind is not supported"
 NOT_A_JOINT = "only actuators of slides and hinges are supported"
 NOT_A_DRIVE = "its force grows with coordinate or speed, as that of no motor or spring does"
+UNEQUAL = "the force range of a position or velocity actuator counts with the larger bound in both directions"
+OF_EACH = "the force range of a joint with several actuators bounds each of them, not their sum"
 
 
 @dataclass(frozen=True)
@@ -64,10 +66,12 @@ def drives_of(model: MjcfModel, notes: Notes) -> dict[int, Drives]:
         if index < 0 or model.joints[index].kind not in ("slide", "hinge"):
             notes.add(NOT_A_JOINT, title)
             continue
-        drive = _drive(actuator, actuator.name or f"actuator {k}", model.joints[index])
+        drive = _drive(actuator, actuator.name or f"actuator {k}", model.joints[index], notes, title)
         if drive is None:
             notes.add(NOT_A_DRIVE, title)
             continue
+        if index in found and model.joints[index].force_range is not None:
+            notes.add(OF_EACH, title)
         _place(drive, found.setdefault(index, Drives()), model.joints[index])
     return found
 
@@ -93,7 +97,7 @@ def _with_own_spring(drive: Drive, joint: Joint) -> Drive:
     return replace(drive, gain=share * drive.gain, offset=offset, stiffness=stiffness, damping=damping)
 
 
-def _drive(actuator: Actuator, name: str, joint: Joint) -> Drive | None:
+def _drive(actuator: Actuator, name: str, joint: Joint, notes: Notes, title: str) -> Drive | None:
     """Return the drive of an affine actuator, None where its force grows with coordinate or speed."""
     gear = float(actuator.gear[0])
     constant, of_length, of_speed = (float(b) for b in actuator.bias)
@@ -102,14 +106,42 @@ def _drive(actuator: Actuator, name: str, joint: Joint) -> Drive | None:
     if min(stiffness, damping) < 0.0:
         return None
     limits = (-np.inf, np.inf) if actuator.control_range is None else actuator.control_range
-    effort = min(_largest(actuator.force_range) * abs(gear), _largest(joint.force_range))
+    low, high = _bounds(actuator, joint, gear)
+    effort = max(abs(low), abs(high))
+    if effort == 0.0 or max(abs(gain), abs(constant), stiffness, damping) == 0.0:
+        return Drive(name, "torque", 0.0, 0.0, limits, np.inf)
+    if stiffness == damping == 0.0:
+        gain, constant, limits = _within(gain, constant, limits, (low, high))
+        return Drive(name, "torque", gain, constant, limits, effort)
+    if low != -high:
+        notes.add(UNEQUAL, title)
     if stiffness > 0.0:
         return Drive(name, "position", gain / stiffness, constant / stiffness, limits, effort, stiffness, damping)
-    if damping > 0.0:
-        return Drive(name, "velocity", gain / damping, constant / damping, limits, effort, damping=damping)
-    return Drive(name, "torque", gain, constant, limits, effort)
+    return Drive(name, "velocity", gain / damping, constant / damping, limits, effort, damping=damping)
 
 
-def _largest(bounds: Range) -> float:
-    """Return the largest effort within bounds; those of an actuator are symmetric in practice."""
-    return np.inf if bounds is None else max(abs(bounds[0]), abs(bounds[1]))
+def _bounds(actuator: Actuator, joint: Joint, gear: float) -> tuple[float, float]:
+    """Return the least and the largest force of an actuator on its joint."""
+    low, high = -np.inf, np.inf
+    if actuator.force_range is not None and gear != 0.0:
+        low, high = sorted(gear * bound for bound in actuator.force_range)
+    if joint.force_range is not None:
+        low, high = (min(max(bound, joint.force_range[0]), joint.force_range[1]) for bound in (low, high))
+    return low, high
+
+
+def _within(
+    gain: float, constant: float, limits: tuple[float, float], bounds: tuple[float, float]
+) -> tuple[float, float, tuple[float, float]]:
+    """Return gain, constant and control limits of a torque that stays within its bounds.
+
+    A motor has one effort for both directions, so the controls are limited where the bounds are unequal.
+    """
+    low, high = bounds
+    if low == -high:
+        return gain, constant, limits
+    if gain == 0.0:
+        return gain, min(max(constant, low), high), limits
+    first, last = sorted(((low - constant) / gain, (high - constant) / gain))
+    lower, upper = (min(max(limit, first), last) for limit in limits)
+    return gain, constant, (lower, upper)

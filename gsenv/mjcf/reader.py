@@ -56,6 +56,8 @@ def read_document(source: str | os.PathLike[str], outermost: str = "mujoco") -> 
     if isinstance(source, str) and source.lstrip("\ufeff \t\r\n").startswith("<"):
         document = Document(_parse(source.lstrip("\ufeff \t\r\n").encode(), "string"), Path())
         seen: set[Path] = set()
+    elif isinstance(source, str) and ("<" in source or "\n" in source):
+        raise MjcfError("string, line 1: not well-formed XML: it must start with '<'.")
     else:
         path = Path(source)
         document = Document(_parse(_file_bytes(path, f"{path}"), path.name), path.parent)

@@ -31,13 +31,19 @@ def set_coordinates(
         worlds: None for all, an int, ints or a bool mask.
 
     Raises:
-        ValueError: a wrong count of numbers.
+        ValueError: a wrong count of numbers, numbers that are not finite, a quaternion of 0; nothing is changed then.
     """
     positions = np.asarray(qpos, float)
     rates = np.zeros(model.rate_count) if qvel is None else np.asarray(qvel, float)
     if positions.shape != (model.coordinate_count,) or rates.shape != (model.rate_count,):
         counts = f"({model.coordinate_count},) and ({model.rate_count},)"
         raise ValueError(f"set_coordinates: qpos and qvel must be {counts}, got {positions.shape} and {rates.shape}.")
+    if not (np.isfinite(positions).all() and np.isfinite(rates).all()):
+        raise ValueError("set_coordinates: qpos and qvel must be finite.")
+    for joint in model.joints:
+        first = joint.coordinate + (3 if joint.kind == "free" else 0)
+        if joint.kind in ("free", "ball") and not positions[first : first + 4].any():
+            raise ValueError(f"set_coordinates: the quaternion of joint {joint.name!r} in qpos must not be zero.")
     moved = motions(model, positions, rates)
     jointed = {joint.body for joint in model.joints}
     inertias = rigid_inertias(model.bodies, jointed)

@@ -24,6 +24,7 @@ BILLION_LAUGHS = (
 )
 
 CASES = {
+    "text before XML": ("model <mujoco/>", "string, line 1: not well-formed XML: it must start with '<'"),
     "not XML": ("<mujoco", "string, line 1: not well-formed XML: unclosed token"),
     "empty element": ("<mujoco></worldbody>", "not well-formed XML: mismatched tag"),
     "entities": (BILLION_LAUGHS, "string, line 1: a document type declaration is not allowed"),

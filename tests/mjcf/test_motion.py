@@ -115,3 +115,23 @@ def test_state_survives_a_round_trip() -> None:
     assert abs(q[0] - qpos).max() > 0.1
     with pytest.raises(ValueError, match=r"qpos and qvel must be \(24,\) and \(23,\), got \(3,\)"):
         set_coordinates(world, ours, names, [1, 2, 3])
+
+
+def test_bad_coordinates_change_nothing() -> None:
+    """The bodies before the one with the bad number had moved."""
+    model = parse_mjcf(GYMNASIUM / "ant.xml")
+    scene, names = build_scene(model)
+    world = World(scene, world_count=2)
+    good = np.array([1.0, 2.0, 3.0, 1.0, *np.full(model.coordinate_count - 4, 0.1)])
+    rates = np.ones(model.rate_count)
+    before = world.state.bodies.tobytes()
+    for place, value, reason in ((-1, np.nan, "finite"), (0, np.inf, "finite"), (slice(3, 7), 0.0, "'root'.*zero")):
+        bad = good.copy()
+        bad[place] = value
+        with pytest.raises(ValueError, match=reason):
+            set_coordinates(world, model, names, bad, rates)
+    with pytest.raises(ValueError, match="finite"):
+        set_coordinates(world, model, names, good, np.where(np.arange(model.rate_count) == 9, np.nan, rates))
+    assert world.state.bodies.tobytes() == before
+    set_coordinates(world, model, names, good, rates)
+    assert world.state.bodies.tobytes() != before

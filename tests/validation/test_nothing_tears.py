@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+import warnings
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
 
-from gsenv.solver import Scene, World, planar, spatial
+from gsenv.solver import Options, Scene, World, planar, spatial
 
 BOTH = pytest.mark.parametrize("dim", [2, 3])
 
@@ -143,6 +145,44 @@ def test_bridge_on_short_ropes_and_rods_holds(dim: int, gap: float, length: floa
     assert largest_stretch(world, 240) < (0.02 if crates else 0.01)  # more in the step in which a crate lands
 
 
+def rope_over_drum(dim: int) -> Scene:
+    """A rope of 60 links of 10 g that lies over a drum, with 10 kg and 12 kg on its ends."""
+    count, link, thickness, radius = 60, 0.06, 0.025, 0.5
+    way = radius + thickness + 0.003
+    side = 0.5 * (count * link - math.pi * way)
+    scene = Scene(dim=dim)
+    if dim == 2:
+        scene.add_body("drum", "static", [planar.Circle(radius=radius)])
+    else:
+        along_y = (math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0)
+        scene.add_body("drum", "static", [spatial.Capsule(half_length=0.5, radius=radius)], orientation=along_y)
+    middle = place(dim, 0.0, 0.0)
+
+    def tie(a: str, b: str, length: float) -> None:
+        rope = joints_of(dim).Distance(a, b, anchor_a=middle, anchor_b=middle, limits=(0.0, length))
+        scene.add_joint(f"{a} {b}", rope)
+
+    for k in range(count + 1):
+        angle = (k * link - side) / way
+        x, z = -way * math.cos(angle), way * math.sin(angle)
+        if not 0.0 < angle < math.pi:
+            x, z = math.copysign(way, angle - 1.0), min(k * link, (count - k) * link) - side
+        scene.add_body(f"link{k}", shapes=[ball(dim, thickness)], mass=0.01, position=place(dim, x, z))
+        if k > 0:
+            tie(f"link{k - 1}", f"link{k}", link)
+    for name, end, x, mass in (("light", "link0", -way, 10.0), ("heavy", f"link{count}", way, 12.0)):
+        scene.add_body(name, shapes=[ball(dim, 0.1)], mass=mass, position=place(dim, x, -side - 0.2))
+        tie(end, name, 0.2)
+    return scene
+
+
+@BOTH
+def test_light_rope_with_weights_over_a_drum_holds(dim: int) -> None:
+    world = World(rope_over_drum(dim))
+    assert largest_stretch(world, 240) < 0.06  # of 6 cm, where a link meets the drum
+    assert world.position[0, -1, -1] < -2.0  # the heavy end has sunk
+
+
 def column(dim: int, count: int, half: float, gap: float, height: float) -> Scene:
     scene = Scene(dim=dim)
     scene.add_body("ground", "static", shapes=[planar.HalfPlane() if dim == 2 else spatial.Plane()])
@@ -265,7 +305,42 @@ def test_what_is_crushed_is_seen(dim: int) -> None:
             assert d.unconverged[0] > 0
 
 
+def said(act: Callable[[], object]) -> list[str]:
+    """The warnings of an action, all of which name this file."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        act()
+    assert all(one.filename == __file__ for one in caught)
+    return [str(one.message) for one in caught]
+
+
 @BOTH
-def test_ranges_warn_once_each(dim: int) -> None:
-    with pytest.warns(UserWarning, match="half-width"):
-        World(column(dim, 1, 1e-4, 0.0, 0.0))
+@pytest.mark.parametrize(
+    ("word", "bad", "good"),
+    [("mass ratio", {"mass": 1e10}, {"mass": 1e3}), ("half-width", {"half_extents": 1e-4}, {"half_extents": 0.4})],
+)
+def test_ranges_warn_once_each_also_of_parameters(
+    dim: int, word: str, bad: dict[str, float], good: dict[str, float]
+) -> None:
+    def wide(given: dict[str, float]) -> dict[str, Any]:
+        return {name: (size,) * dim if name == "half_extents" else size for name, size in given.items()}
+
+    world = World(column(dim, 2, 0.5, 0.0, 0.0), world_count=3)
+    for act in (lambda: world.parameters.set("box0", **wide(good)), lambda: world.parameters.set("box0", friction=0.1)):
+        assert said(act) == []
+    sentences = said(lambda: world.parameters.set("box0", worlds=[1], **wide(bad)))  # a small box is also light
+    assert sum(word in one for one in sentences) == 1
+    assert said(lambda: world.parameters.set("box1", worlds=[1, 2], **wide(bad))) == []
+    (sentence,) = said(lambda: World(column(dim, 1, 1e-4, 0.0, 0.0)))
+    assert "half-width" in sentence
+
+
+@BOTH
+def test_long_timesteps_warn_once_also_where_options_are_assigned(dim: int) -> None:
+    scene, long = column(dim, 1, 0.5, 0.0, 0.0), Options(timestep=0.1)
+    world = World(scene)
+    for warns in (True, False):
+        sentences = said(lambda: setattr(world, "options", long))
+        assert ["timestep is 0.1 s" in one for one in sentences] == [True] * warns
+    assert len(said(lambda: World(scene, options=long))) == 1
+    assert said(lambda: World(scene, options=Options(timestep=0.05))) == []

@@ -83,11 +83,10 @@ class Options:
         if self.halvings > MAX_HALVINGS:
             raise ValueError(f"Options: halvings must not exceed {MAX_HALVINGS}, got {self.halvings!r}.")
         for name in ("warm_start", "sleep"):
-            if not isinstance(getattr(self, name), (bool, np.bool_)):
-                raise ValueError(f"Options: {name} must be True or False, got {getattr(self, name)!r}.")
+            check.flag(getattr(self, name), f"Options: {name}")
         if self.articulated is not None and not isinstance(self.articulated, (bool, np.bool_)):
             raise ValueError(f"Options: articulated must be True, False or None, got {self.articulated!r}.")
-        if self.solver not in SOLVERS:
+        if not isinstance(self.solver, str) or self.solver not in SOLVERS:
             names = ", ".join(SOLVERS)
             raise ValueError(f"Options: unknown solver {self.solver!r}; known are {names}.")
 

@@ -6,7 +6,7 @@ Reading gives read-only arrays, ``world.parameters.friction`` (world, shape); wr
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -23,6 +23,7 @@ from ..specification.joints import JOINT_TYPES
 from ..specification.solids import size_fields, solids
 
 BODY_FIELDS = ("mass", "inertia", "linear_damping", "angular_damping", "gravity_scale", "enabled")
+OF_RANGES = frozenset(("mass", "density", "half_extents", "radius", "half_length"))  # of masses and sizes
 PLAIN_FIELDS = ("linear_damping", "angular_damping", "gravity_scale")  # of bodies: nothing follows from them
 SHAPE_FIELDS = ("friction", "restitution", "density", "half_extents", "radius", "half_length")
 SPATIAL_FIELDS = ("torsional_friction", "rolling_friction")
@@ -44,10 +45,12 @@ class Parameters(ParameterArrays):
     and ``worlds`` (world,) are for kernels; users call ``set``.
     """
 
-    def __init__(self, model: Model, world_count: int, on_change: Callable[[Array], None] | None = None) -> None:
+    def __init__(
+        self, model: Model, world_count: int, on_change: Callable[[Array, Iterable[str]], None] | None = None
+    ) -> None:
         super().__init__(model, world_count)
         self._dimension = dimension(model.dim)
-        self._on_change = on_change  # called with the worlds to wake
+        self._on_change = on_change  # called with the worlds and the names of the fields
 
     def __getattr__(self, name: str) -> Array:
         """Return the values of a field, (world, body), (world, shape) or (world, joint), read-only."""
@@ -110,7 +113,7 @@ class Parameters(ParameterArrays):
             what, index = self._find(item)
             {"body": self._set_body, "joint": self._set_joint, "shape": self._set_shape}[what](index, chosen, fields)
         if self._on_change is not None:
-            self._on_change(chosen)
+            self._on_change(chosen, fields)
 
     def _find(self, item: Reference) -> tuple[str, int]:
         """Return the kind of an item, "body", "joint" or "shape", and its index."""

@@ -4,27 +4,43 @@ from __future__ import annotations
 
 import warnings
 
-from ..records.model import Model
+import numpy as np
+
+from ..records.model import Array, BodyKind, Model
 
 MASS_RATIO = 1e6  # of the heaviest to the lightest dynamic body
 HALF_WIDTH = 5e-4  # m, smallest of a dynamic body
 TIMESTEP = 1.0 / 20.0  # s, largest
 
 
-def warn_of_ranges(model: Model, timestep: float) -> None:
-    """Warn in one sentence each of what exceeds the ranges; Python shows a warning of one place only once."""
-    bodies = model.nominal_bodies[model.bodies["kind"] == 2]
-    masses = bodies["mass"][bodies["mass"] > 0.0]
-    if len(masses) and masses.max() > MASS_RATIO * masses.min() * (1.0 + 1e-9):
-        _warn(
-            f"the mass ratio of its bodies is {masses.max() / masses.min():.1g}; contacts hold up to {MASS_RATIO:.0e}"
-        )
-    extents = bodies["extent"][bodies["extent"] > 0.0]
-    if len(extents) and extents.min() < HALF_WIDTH:
-        _warn(f"a body has a half-width of {extents.min():.1g} m; contacts hold from {HALF_WIDTH:.0e} m")
-    if timestep > TIMESTEP * (1.0 + 1e-9):
-        _warn(f"the timestep is {timestep:.2g} s; results are tested up to {TIMESTEP:g} s")
+class RangeWarnings:
+    """Warns of what exceeds the ranges, once for each of them."""
 
+    def __init__(self) -> None:
+        self._told: set[str] = set()
 
-def _warn(text: str) -> None:
-    warnings.warn(f"World: {text}. Watch diagnostics().penetration and unconverged.", stacklevel=4)
+    def check_timestep(self, timestep: float, level: int) -> None:
+        """Warn of a long timestep, s; ``level``: number of calls between the user's line and this one."""
+        if timestep > TIMESTEP * (1.0 + 1e-9):
+            text = f"the timestep is {timestep:.2g} s; results are tested up to {TIMESTEP:g} s"
+            self._warn("timestep", text, level)
+
+    def check_bodies(self, model: Model, bodies: Array, level: int) -> None:
+        """Warn of masses and sizes of ``bodies`` (world, body), parameters; ``level`` as above."""
+        dynamic = bodies[:, model.bodies["kind"] == BodyKind.DYNAMIC]
+        masses, extents = dynamic["mass"], dynamic["extent"]
+        if masses.size:
+            ratio = float((masses.max(1) / masses.min(1, initial=np.inf, where=masses > 0.0)).max())
+            if ratio > MASS_RATIO * (1.0 + 1e-9):
+                text = f"the mass ratio of its bodies is {ratio:.1g}; contacts hold up to {MASS_RATIO:.0e}"
+                self._warn("mass", text, level)
+        least = float(extents.min(initial=np.inf, where=extents > 0.0))
+        if least < HALF_WIDTH:
+            text = f"a body has a half-width of {least:.1g} m; contacts hold from {HALF_WIDTH:.0e} m"
+            self._warn("size", text, level)
+
+    def _warn(self, topic: str, text: str, level: int) -> None:
+        if topic not in self._told:
+            self._told.add(topic)
+            message = f"World: {text}. Watch diagnostics().penetration and unconverged."
+            warnings.warn(message, stacklevel=level + 3)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import partial
 from typing import Any
 
@@ -29,8 +29,8 @@ from ..specification.scene import Scene
 from . import threads
 from .actions import Actions
 from .options import Options
-from .parameters import Parameters
-from .ranges import warn_of_ranges
+from .parameters import OF_RANGES, Parameters
+from .ranges import RangeWarnings
 from .rays import checked_rays
 
 _Call = tuple[Callable[..., tuple[int, int]], Bundle, int, int]  # the kernel and its arguments except the count
@@ -75,10 +75,12 @@ class World(Actions):
         self.parameters = Parameters(self.model, self.world_count, self._changed)
         capacity = first_contact_capacity(self.model)
         self.state = State(self.model, self.world_count, capacity)
-        self.options = Options.preset(fidelity or "balanced") if options is None else options
+        self._ranges = RangeWarnings()
+        self._set_options(Options.preset(fidelity or "balanced") if options is None else options)
         self._scratches: list[Scratch] = []
         self._overlaps: Overlaps | None = None  # made when first read
-        warn_of_ranges(self.model, self.options.timestep)
+        self._ranges.check_timestep(self.timestep, 1)
+        self._ranges.check_bodies(self.model, self.model.nominal_bodies[None], 1)
         self._until = np.zeros(self.world_count, np.int64)
         self._restitution = False  # what the prepared calls were compiled for
         self._articulated = False
@@ -92,6 +94,10 @@ class World(Actions):
 
     @options.setter
     def options(self, options: Options) -> None:
+        self._set_options(options)
+        self._ranges.check_timestep(self.timestep, 1)
+
+    def _set_options(self, options: Options) -> None:
         if not isinstance(options, Options):
             raise ValueError(f"World: options must be an Options, got {options!r}.")
         if options.solver == "newton" and self.model.dim == 3:
@@ -226,8 +232,10 @@ class World(Actions):
             scratch.grow_contacts(capacity)
         self._calls = []
 
-    def _changed(self, chosen: Array) -> None:
-        """Wake worlds whose parameters have changed."""
+    def _changed(self, chosen: Array, fields: Iterable[str]) -> None:
+        """Wake worlds in which these fields of the parameters have changed, and warn of masses and sizes."""
+        if not OF_RANGES.isdisjoint(fields):
+            self._ranges.check_bodies(self.model, self.parameters.bodies[chosen], 2)
         self._wake(chosen)
         self._choose_kernel()
 

@@ -185,6 +185,10 @@ def check_material(shape: Any, frictions: Sequence[str]) -> None:
         raise ValueError(f"{title} restitution must not exceed 1, got {shape.restitution!r}")
     if shape.solid and not (is_finite(shape.density) and shape.density >= 0.0):
         raise ValueError(f"{title} density must be finite and not negative, got {shape.density!r}")
+    if not isinstance(shape.sensor, (bool, np.bool_)):
+        raise ValueError(f"{title} sensor must be True or False, got {shape.sensor!r}")
+    if not (shape.name is None or isinstance(shape.name, str)):
+        raise ValueError(f"{title} name must be text, got {shape.name!r}")
     for word in ("category", "mask"):
         value = getattr(shape, word)
         if not isinstance(value, (int, np.integer)) or not -(2**63) <= int(value) < 2**64:

@@ -110,22 +110,30 @@ def add_axes(spec: JointSpec, joint: Any, index: int) -> None:
         spec.row_count = spec.locked.bit_count()
 
 
-def _part(spec: JointSpec, word: str, number: int, axis: Axis, axis_in_world: Array | None = None) -> None:
-    """Add a coordinate to a joint."""
+def _entry(spec: JointSpec, word: str, axis: Any) -> JointSpec:
+    """Return the entry of a coordinate of a joint, with the checked arguments of its axis."""
     name = f"{spec.name}/{word}"
     what = f"joint {name!r}"
     if type(axis) is not Axis:
         raise ValueError(f"{what} must be an Axis such as Axis(limits=(-1, 1)), got {axis!r}.")
     part = JointSpec(name, "axis", spec.body_a, spec.body_b, spec.enabled)
+    set_spring(part, axis, what)
+    set_axis(part, axis, what)
+    return part
+
+
+def _part(spec: JointSpec, word: str, number: int, axis: Axis, axis_in_world: Array | None = None) -> None:
+    """Add a coordinate to a joint."""
+    part = _entry(spec, word, axis)
     part.joint_a = spec.parent
     part.anchor_a, part.anchor_b = spec.anchor_a, spec.anchor_b
     part.orientation = spec.orientation
     part.coordinate = part.motor_coordinate = number
     part.axis = axis_in_world
-    set_spring(part, axis, what)
-    set_axis(part, axis, what)
     if number == NODE_TURN and any(0.5 * math.pi < abs(limit) < np.inf for limit in (part.lower, part.upper)):
-        raise ValueError(f"{what}: limits of the second rotation must be within +-pi/2, got {axis.limits!r}.")
+        raise ValueError(
+            f"joint {part.name!r}: limits of the second rotation must be within +-pi/2, got {axis.limits!r}."
+        )
     spec.parts.append(part)
 
 
@@ -153,6 +161,9 @@ def _add_wheel(spec: JointSpec, joint: Wheel, what: str) -> None:
 def _add_six_axis(spec: JointSpec, joint: SixAxis, what: str) -> None:
     slides = [joint.x, joint.y, joint.z]
     turns = [joint.turn_x, joint.turn_y, joint.turn_z]
+    for word, axis in zip(("x", "y", "z", "turn_x", "turn_y", "turn_z"), slides + turns, strict=True):
+        if axis is not None:
+            _entry(spec, word, axis)
     if all(axis is not None for axis in slides + turns) and not any(_acts(axis) for axis in slides + turns):
         raise ValueError(f"{what}: all of its axes are free; lock, limit, spring or drive one.")
     initial_state = dimension(3).initial_state
@@ -211,6 +222,7 @@ def _add_ball(spec: JointSpec, joint: Ball, what: str) -> None:
     if joint.angle is not None:
         _part(spec, "angle", BALL_ANGLE, Axis(limits=(-np.inf, _below_pi(joint.angle, f"{what}: angle")), **soft))
     axis = Axis(**{name: getattr(joint, name) for name in OF_EACH_TURN})
+    _entry(spec, "turn_x", axis)
     if axis != Axis():
         frame = spec.orientation
         spec.orientation = np.array((1.0, 0.0, 0.0, 0.0))

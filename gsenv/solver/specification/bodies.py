@@ -17,7 +17,7 @@ KINDS = {"static": BodyKind.STATIC, "kinematic": BodyKind.KINEMATIC, "dynamic": 
 
 def angle(value: Any, dim: int, what: str) -> float:
     """Return a checked angle in rad; raises ValueError in 3D unless it is 0."""
-    if dim == 3 and value != 0.0:
+    if dim == 3 and not (np.ndim(value) == 0 and value == 0.0):
         raise ValueError(f"{what}: a body in 3D has an orientation (w, x, y, z), not an angle, got angle={value!r}.")
     return check.finite(value, f"{what}: angle")
 

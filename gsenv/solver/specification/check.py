@@ -55,6 +55,13 @@ def bound(value: Any, what: str) -> float:
     return number
 
 
+def flag(value: Any, what: str) -> bool:
+    """Return a truth value."""
+    if not isinstance(value, (bool, np.bool_)):
+        raise ValueError(f"{what} must be True or False, got {value!r}.")
+    return bool(value)
+
+
 def vector(value: Any, size: int, what: str) -> Array:
     """Return a float64 vector of ``size`` finite numbers."""
     try:
@@ -121,8 +128,8 @@ def whole(value: Any, least: int, what: str) -> int:
 def choice(value: Any, known: Iterable[str], what: str) -> str:
     """Return ``value`` if it is one of ``known``; otherwise the error lists them and the nearest."""
     names = list(known)
-    if value in names:
-        return str(value)
+    if isinstance(value, str) and value in names:
+        return value
     near = difflib.get_close_matches(str(value), names, 1)
     hint = f"; did you mean {near[0]!r}?" if near else ""
     raise ValueError(f"{what} {value!r} is unknown; known are {', '.join(names)}{hint}.")

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..records.model import NDOF, Array
 from . import check
-from .handles import Handle, Reference, find
+from .handles import Reference, find
 from .specs import JointSpec, SceneSpec
 
 
@@ -23,7 +23,7 @@ def constraint_spec(
         ValueError: an unknown body, or rows that are no numbers, too many or of the wrong width.
     """
     what = f"constraint {name!r}"
-    if isinstance(bodies, (Handle, str, int)):
+    if not isinstance(bodies, Sequence) or isinstance(bodies, str):
         bodies = (bodies,)
     index = [find(body, "body", list(scene.bodies), what) for body in bodies]
     if len(index) not in (1, 2) or len(set(index)) != len(index):
@@ -40,6 +40,7 @@ def constraint_spec(
     check.choice(frame, ("world", "body"), f"{what}: frame")
     if update is not None and not callable(update):
         raise ValueError(f"{what}: update must be a function of the world, got {update!r}.")
+    on = check.flag(enabled, f"{what}: enabled")
     made = [
         {
             "jacobian_a": row[:ndof] if len(index) == 2 else np.zeros(ndof),
@@ -51,7 +52,7 @@ def constraint_spec(
         }
         for r, row in enumerate(rows)
     ]
-    return JointSpec(name, "rows", index[0], index[-1], bool(enabled), len(rows), rows=made, frame=frame, update=update)
+    return JointSpec(name, "rows", index[0], index[-1], on, len(rows), rows=made, frame=frame, update=update)
 
 
 def _jacobian(jacobian: Any, ndof: int, bodies: int, what: str) -> Array:

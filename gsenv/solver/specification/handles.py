@@ -36,6 +36,6 @@ def find(item: Reference, what: str, names: Sequence[str], where: str) -> int:
     if isinstance(item, str):
         check.choice(item, names, f"{where}: {what}")
         return list(names).index(item)
-    if isinstance(item, (int, np.integer)) and 0 <= item < len(names):
+    if isinstance(item, (int, np.integer)) and not isinstance(item, bool) and 0 <= item < len(names):
         return int(item)
     raise ValueError(f"{where}: {what} {item!r} is unknown.")

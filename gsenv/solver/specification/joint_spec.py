@@ -29,6 +29,8 @@ def joint_spec(name: str, joint: Joint, scene: SceneSpec) -> JointSpec:
     wrong = wrong_dimension(joint, scene.dim)
     if wrong is not None:
         raise ValueError(f"{what}: {wrong}.")
+    if isinstance(joint, (PairJoint, Gear)):
+        check.flag(joint.collide, f"{what}: collide")
     if isinstance(joint, Gear):
         spec = _gear(name, joint, scene)
     elif isinstance(joint, Target):
@@ -62,7 +64,7 @@ def _pair(name: str, joint: Any, scene: SceneSpec) -> JointSpec:
     if a == b:
         raise ValueError(f"{what} needs two different bodies, got {joint.body_b!r} twice.")
     bodies = list(scene.bodies.values())
-    spec = JointSpec(name, joint.kind, a, b, bool(joint.enabled))
+    spec = JointSpec(name, joint.kind, a, b, check.flag(joint.enabled, f"{what}: enabled"))
     _set_anchors(spec, joint, bodies[a], bodies[b], what)
     if isinstance(joint, (Prismatic, Wheel)):
         spec.axis = unit(joint.axis, scene.dim, f"{what}: axis")
@@ -107,7 +109,7 @@ def _target(name: str, joint: Target, scene: SceneSpec) -> JointSpec:
     what = f"joint {name!r}"
     b = _body(joint.body, "body", scene, what)
     body = list(scene.bodies.values())[b]
-    spec = JointSpec(name, joint.kind, b, b, bool(joint.enabled))
+    spec = JointSpec(name, joint.kind, b, b, check.flag(joint.enabled, f"{what}: enabled"))
     if joint.anchor is None:
         spec.anchor_b = _local(joint.local_anchor, scene.dim, f"{what}: local_anchor")
     elif joint.local_anchor is None:
@@ -155,7 +157,7 @@ def _gear(name: str, joint: Gear, scene: SceneSpec) -> JointSpec:
             f"{what}: on a moving body only rotations of equal size couple {first.name!r} and {second.name!r}, "
             f"{'whose anchors are at one point' if scene.dim == 2 else 'which have one axis'}."
         )
-    enabled = bool(joint.enabled)
+    enabled = check.flag(joint.enabled, f"{what}: enabled")
     return JointSpec(name, joint.kind, first.body_b, second.body_b, enabled, joint_a=a, joint_b=b, ratio=ratio)
 
 

@@ -109,8 +109,8 @@ class Scene(SceneSpec):
             linear_damping=check.not_negative(linear_damping, f"{what}: linear_damping"),
             angular_damping=check.not_negative(angular_damping, f"{what}: angular_damping"),
             gravity_scale=check.finite(gravity_scale, f"{what}: gravity_scale"),
-            continuous=bool(continuous),
-            enabled=bool(enabled),
+            continuous=check.flag(continuous, f"{what}: continuous"),
+            enabled=check.flag(enabled, f"{what}: enabled"),
             color=None if color is None else body_checks.color(color, f"{what}: color"),
             center=None if center is None else check.vector(center, dim, f"{what}: center"),
         )

@@ -187,9 +187,7 @@ def sensor_spec(name: str, sensor: Sensor, scene: SceneSpec) -> SensorSpec:
     if isinstance(sensor, SiteSensor) and sensor.position is not None:
         spec.position = check.vector(sensor.position, scene.dim, f"{what}: position")
     if isinstance(sensor, AccelerationSensor):
-        if not isinstance(sensor.subtract_gravity, (bool, np.bool_)):
-            raise ValueError(f"{what}: subtract_gravity must be True or False, got {sensor.subtract_gravity!r}.")
-        spec.subtract_gravity = bool(sensor.subtract_gravity)
+        spec.subtract_gravity = check.flag(sensor.subtract_gravity, f"{what}: subtract_gravity")
     if isinstance(sensor, RaySensor):
         spec.rays = _directions(sensor, scene.dim, what)
         spec.length = check.positive(sensor.length, f"{what}: length")
