@@ -1,6 +1,7 @@
-"""Scripted policies for GRagdoll: one that balances on its ankles, and one that also steps to the capture point.
+"""Scripted policies for GRagdoll: one that balances on its ankles, and one that stands wide and steps where it falls.
 
-They are functions of the observation alone and have no memory.
+They are functions of the observation alone and have no memory. Points are in m, in the heading frame (x forwards, y to
+the left, z up) or in the frame of the pelvis; angles are in rad.
 """
 
 from __future__ import annotations
@@ -10,35 +11,51 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gsenv.envs.ragdoll import figure
+from gsenv.envs.ragdoll import figure, scene
 from gsenv.envs.ragdoll.env import RagdollTask
+from gsenv.envs.ragdoll2d import scene as lengths
 
 _INDEX = {entry.name: k for k, entry in enumerate(RagdollTask.observations)}
 _AXES = {entry.name: k for k, entry in enumerate(RagdollTask.actions)}
-_SPAN = {axis.name: axis.span for axis in figure.AXES}  # rad
+_SPAN = {axis.name: axis.span for axis in figure.AXES}
+_STAND = {axis.name: axis.stand for axis in figure.AXES}
+_SIGN = {"left": 1.0, "right": -1.0}
+_OTHER = {"left": "right", "right": "left"}
 _HIP = 0.09  # m, of a hip from the middle
-_LEG = 0.83  # m, from hip to ankle in the stand
+_THIGH, _SHIN, _ANKLE = lengths.THIGH, lengths.SHIN, scene.ANKLE
+_SHORTEST, _LONGEST = 0.45, _THIGH + _SHIN - 0.004  # m, from hip to ankle
+
+Array = NDArray[np.float64]
+Point = tuple[Array, Array, Array]
 
 
 class Habits(NamedTuple):
-    """Numbers of `balance`, by hand; most are those of the 2D figure."""
+    """Numbers of `balance`, found by an evolution strategy with pushes of up to 0.9 m/s."""
 
-    ankle: float = 5.4  # action for each m of the capture point, forwards
-    side: float = 4.0  # the same to the side
-    pelvis: float = 2.1  # of the stance hips, for the sine of the pelvis' tilt
-    rate: float = 0.14  # s/rad, for its rate
-    roll: float = 1.5  # of the stance hips to the side
-    roll_rate: float = 0.1  # s/rad
-    waist: float = 0.8  # for the sine of the pelvis' tilt
-    step: float = 0.142  # m, of the capture point forwards, beyond which it steps
-    side_step: float = 0.11  # m, to the side
-    reach: float = 0.94  # of the step, over the way to the capture point
-    wide: float = 1.2  # the same to the side
-    lift: float = 1.0  # of the swinging knee
-    near: float = 0.1  # m from its place, at which the swinging foot comes down
-    gather: float = 0.12  # m, of a foot from its place under the hip, beyond which it is brought back
-    calm: float = 0.2  # m/s, below which it is
-    bias: float = -0.007  # m, of the capture point
+    width: float = 0.207  # m, from the middle to a foot
+    height: float = 0.871  # m, of the hips
+    ankle: float = 2.7  # rad for each m of the capture point, forwards
+    ankle_side: float = 1.5  # the same to the side
+    spread: float = 0.946  # of the hips, for each m of the capture point to the side
+    pelvis: float = 1.46  # of the hips, for the sine of the pelvis' tilt forwards
+    pelvis_rate: float = 0.0245  # s, for its rate
+    roll: float = 0.69  # of the hips' spread, for the sine of its tilt to the side
+    roll_rate: float = 0.0348  # s
+    waist: float = 0.6  # for the sine of the pelvis' tilt forwards
+    step: float = 0.152  # m, of the capture point forwards, beyond which it steps
+    side_step: float = 0.195  # m, to the side
+    sideways: float = 1.03  # how much further to the side than forwards a step to the side is
+    reach: float = 0.884  # of a step, over the way from the centre of mass to the capture point
+    side_reach: float = 1.09  # the same to the side
+    beyond: float = 0.0369  # m, added to the step forwards
+    out: float = 0.0728  # m, of the foot from the middle, added to the step to the side
+    lift: float = 0.0787  # m, of the swinging sole
+    near: float = 0.138  # m from its goal, at which it comes down
+    press: float = 0.0324  # m below the ground, where it then aims
+    gather: float = 0.129  # m, of a foot from its place, beyond which it is brought back
+    calm: float = 0.0426  # m/s, below which it is
+    narrow: float = 0.141  # m, between the feet of a step, at least
+    bias: float = 0.0164  # m, of the capture point
 
 
 HABITS = Habits()
@@ -47,54 +64,134 @@ HABITS = Habits()
 def lean(observations: NDArray[np.float32]) -> NDArray[np.float32]:
     """Return actions (..., 21) that press the edges of the soles against a fall, and nothing else."""
     seen = _named(observations)
-    return _actions(seen, _press(seen, 4.0, 4.0))
+    x, y = -0.8 * seen["capture_x"], 0.8 * seen["capture_y"]
+    return _actions(seen, {"left_ankle": x, "right_ankle": x, "left_ankle_side": -y, "right_ankle_side": y})
 
 
 def balance(observations: NDArray[np.float32], habits: Habits = HABITS) -> NDArray[np.float32]:
-    """Return actions (..., 21) for observations (..., entry): ankles and hips, then steps to the capture point."""
+    """Return actions (..., 21) for observations (..., entry): ankles, hips, then a step to the capture point."""
     seen, h = _named(observations), habits
-    x, y = 0.2 * seen["capture_x"] + h.bias, 0.2 * seen["capture_y"]  # m, from the middle of the support
-    way_x, way_y = (0.2 * (seen[f"capture_{d}"] - seen[f"mass_{d}"]) for d in "xy")
-    chosen = _press(seen, h.ankle, h.side, h.bias)
-    chosen["waist"] = h.waist * seen["down_x"]
-    falling = (np.abs(x) > h.step) | (np.abs(y) > h.side_step)
-    calm = (np.hypot(seen["vx"], seen["vy"]) < h.calm) & ~falling
-    for side, other, sign in (("left", "right", 1.0), ("right", "left", -1.0)):
-        at_x, at_y = 0.5 * seen[f"{side}_foot_x"], 0.5 * seen[f"{side}_foot_y"]
-        other_x, other_y = 0.5 * seen[f"{other}_foot_x"], 0.5 * seen[f"{other}_foot_y"]
-        flies = (seen[f"{side}_load"] <= 0.0) & (seen[f"{other}_load"] > 0.0)
-        light = seen[f"{side}_load"] < seen[f"{other}_load"]
-        sideways = np.abs(y) * h.step > np.abs(x) * h.side_step
-        trails = np.where(sideways, y * sign > 0.0, (at_x - other_x) * np.sign(x) < 0.0)
-        away = np.hypot(at_x - other_x, at_y - other_y - 2.0 * sign * _HIP) > h.gather
-        swings = flies | ((seen[f"{other}_load"] > 0.05) & ((falling & trails) | (calm & away & light)))
-        goal_x = np.where(falling, h.reach * way_x, other_x)
-        goal_y = np.where(falling, h.wide * way_y + sign * _HIP, other_y + 2.0 * sign * _HIP)
-        goal_y = sign * np.maximum(sign * goal_y, 0.5 * _HIP)  # not across the other leg
-        up = np.hypot(goal_x - at_x, goal_y - at_y) > h.near
-        forwards = 1.2 * goal_x + seen["down_x"]
-        chosen[f"{side}_hip"] = np.where(
-            swings, forwards / _SPAN["left_hip"] + np.where(up, 0.5 * h.lift, 0.0),
-            -h.pelvis * seen["down_x"] - h.rate * 5.0 * seen["wy"],
-        )  # fmt: skip
-        spread = (sign * goal_y - _HIP) / _LEG + sign * seen["down_y"]
-        chosen[f"{side}_hip_spread"] = np.where(
-            swings, spread / _SPAN["left_hip_spread"],
-            sign * (-h.roll * seen["down_y"] + h.roll_rate * 5.0 * seen["wx"]),
-        )  # fmt: skip
-        chosen[f"{side}_knee"] = np.where(swings & up, -h.lift, 0.0)
-        for joint in ("ankle", "ankle_side"):
-            chosen[f"{side}_{joint}"] = np.where(swings, 0.0, chosen[f"{side}_{joint}"])
-        chosen[f"{side}_hip_turn"] = np.zeros_like(x)
+    capture = 0.2 * seen["capture_x"] + h.bias, 0.2 * seen["capture_y"]  # from the middle of the support
+    chosen = {"waist": h.waist * seen["down_x"] / _SPAN["waist"]}
+    for side in _SIGN:
+        swings, goal = _step(seen, side, capture, h)
+        swing = _swing(seen, side, goal, h)
+        stance = _stance(seen, side, capture, h)
+        for joint, angle in stance.items():
+            name = f"{side}_{joint}"
+            chosen[name] = (np.where(swings, swing[joint], angle) - _STAND[name]) / _SPAN[name]
     return _actions(seen, chosen)
 
 
-def _press(seen: dict[str, Any], ankle: float, side: float, bias: float = 0.0) -> dict[str, Any]:
-    """Return the actions of the ankles against a fall."""
-    x, y = 0.2 * seen["capture_x"] + bias, 0.2 * seen["capture_y"]
+def _step(seen: dict[str, Any], side: str, capture: tuple[Array, Array], h: Habits) -> tuple[Any, tuple[Array, Array]]:
+    """Return whether a foot swings, and where to: (x, y) from the centre of mass."""
+    sign, other = _SIGN[side], _OTHER[side]
+    x, y = capture
+    foot_x, foot_y, _ = _foot(seen, side)
+    other_x, other_y, _ = _foot(seen, other)
+    load, support = seen[f"{side}_load"], seen[f"{other}_load"]
+    falling = (x / h.step) ** 2 + (y / h.side_step) ** 2 > 1.0
+    sideways = np.abs(y) / h.side_step > h.sideways * np.abs(x) / h.step
+    fitting = np.where(sideways, y * sign > 0.0, (foot_x - other_x) * np.sign(x) < 0.0)  # leads, or trails forwards
+    home_x, home_y = other_x, other_y + 2.0 * sign * h.width
+    away = np.hypot(foot_x - home_x, foot_y - home_y) > h.gather
+    calm = np.hypot(seen["vx"], seen["vy"]) < h.calm
+    flies = (load <= 0.0) & (support > 0.0)
+    swings = flies | ((support > 0.05) & np.where(falling, fitting, calm & away & (load < support)))
+    way_x, way_y = x - h.bias - 0.2 * seen["mass_x"], y - 0.2 * seen["mass_y"]  # from the centre of mass
+    ahead = h.beyond * np.sign(x) * np.minimum(np.abs(x) / h.step, 1.0)
+    goal_x = np.where(falling, h.reach * way_x + ahead, home_x)
+    goal_y = np.where(falling, h.side_reach * way_y + sign * h.out, home_y)
+    return swings, (goal_x, other_y + sign * np.maximum(sign * (goal_y - other_y), h.narrow))
+
+
+def _swing(seen: dict[str, Any], side: str, goal: tuple[Array, Array], h: Habits) -> dict[str, Array]:
+    """Return the angles of a leg whose sole is level and on its way to a goal (x, y) from the centre of mass."""
+    sign = _SIGN[side]
+    foot = _foot(seen, side)
+    spread, hip, knee = (seen[f"{side}_{joint}_angle"] + _STAND[f"{side}_{joint}"] for joint in _LEG)
+    forwards, outwards, up = leg_point(spread, hip, knee)
+    below = _level(seen, (forwards, sign * outwards, up))  # the ankle, from the hip
+    far = np.hypot(goal[0] - foot[0], goal[1] - foot[1]) > h.near
+    lift = np.where(far, h.lift, -h.press)
+    wanted = goal[0] - foot[0] + below[0], goal[1] - foot[1] + below[1], lift - foot[2] + below[2]
+    x, y, z = _in_pelvis(seen, wanted)
+    spread, hip, knee = leg_angles((x, sign * y, z))
+    pitch, roll = _tilt(seen)
     return {
-        "left_ankle": -ankle * x, "right_ankle": -ankle * x, "left_ankle_side": -side * y, "right_ankle_side": side * y
+        "hip_spread": spread, "hip": hip, "knee": knee, "ankle": pitch - hip - knee, "ankle_side": sign * roll - spread
     }  # fmt: skip
+
+
+def _stance(seen: dict[str, Any], side: str, capture: tuple[Array, Array], h: Habits) -> dict[str, Array]:
+    """Return the angles of a standing leg, which presses the edge of its sole against a fall and levels the pelvis."""
+    sign = _SIGN[side]
+    x, y = capture
+    spread, hip, knee = leg_angles((0.0 * x, 0.0 * x + h.width - _HIP, 0.0 * x + _ANKLE - h.height))
+    level = -scene.STAND_TILT - hip - knee
+    rolling = -h.roll * seen["down_y"] + h.roll_rate * 5.0 * seen["wx"] + h.spread * y
+    return {
+        "hip_spread": spread + sign * rolling,
+        "hip": hip - h.pelvis * seen["down_x"] - h.pelvis_rate * 5.0 * seen["wy"],
+        "knee": knee,
+        "ankle": level - h.ankle * x,
+        "ankle_side": -spread - sign * h.ankle_side * y,
+    }
+
+
+# ---------------------------------------------------------------- the leg
+
+
+_LEG = ("hip_spread", "hip", "knee")
+
+
+def leg_point(spread: Any, hip: Any, knee: Any) -> Point:
+    """Return where the ankle is from the hip in the pelvis' frame: forwards, outwards, up; feet point forwards."""
+    along = _THIGH * np.cos(hip) + _SHIN * np.cos(hip + knee)
+    return _THIGH * np.sin(hip) + _SHIN * np.sin(hip + knee), along * np.sin(spread), -along * np.cos(spread)
+
+
+def leg_angles(point: Point) -> Point:
+    """Return spread, hip and knee that bring the ankle to a point from the hip, or as near as the leg reaches."""
+    forwards, outwards, up = point
+    along = np.hypot(outwards, up)
+    length = np.clip(np.hypot(forwards, along), _SHORTEST, _LONGEST)
+    bend = np.arccos(np.clip((length**2 - _THIGH**2 - _SHIN**2) / (2.0 * _THIGH * _SHIN), -1.0, 1.0))
+    hip = np.arctan2(forwards, along) + np.arctan2(_SHIN * np.sin(bend), _THIGH + _SHIN * np.cos(bend))
+    return np.arctan2(outwards, -up), hip, -bend
+
+
+def _foot(seen: dict[str, Any], side: str) -> Point:
+    """Return the sole below the ankle: x and y from the centre of mass, z from the ground."""
+    return 0.5 * seen[f"{side}_foot_x"], 0.5 * seen[f"{side}_foot_y"], 0.2 * seen[f"{side}_foot_z"]
+
+
+# ---------------------------------------------------------------- the pelvis
+
+
+def _tilt(seen: dict[str, Any]) -> tuple[Array, Array]:
+    """Return the angles by which the pelvis leans forwards, and then to the left."""
+    pitch = np.arcsin(np.clip(seen["down_x"], -1.0, 1.0))
+    return pitch, np.arcsin(np.clip(seen["down_y"] / np.maximum(np.cos(pitch), 0.3), -1.0, 1.0))
+
+
+def _level(seen: dict[str, Any], vector: Point) -> Point:
+    """Rotate a vector from the frame of the pelvis to the heading frame."""
+    pitch, roll = _tilt(seen)
+    x, y, z = vector
+    y, z = y * np.cos(roll) + z * np.sin(roll), z * np.cos(roll) - y * np.sin(roll)
+    return x * np.cos(pitch) + z * np.sin(pitch), y, z * np.cos(pitch) - x * np.sin(pitch)
+
+
+def _in_pelvis(seen: dict[str, Any], vector: Point) -> Point:
+    """Rotate a vector from the heading frame to that of the pelvis."""
+    pitch, roll = _tilt(seen)
+    x, y, z = vector
+    x, z = x * np.cos(pitch) - z * np.sin(pitch), z * np.cos(pitch) + x * np.sin(pitch)
+    return x, y * np.cos(roll) - z * np.sin(roll), z * np.cos(roll) + y * np.sin(roll)
+
+
+# ---------------------------------------------------------------- observations and actions
 
 
 def _named(observations: NDArray[Any]) -> dict[str, Any]:

@@ -271,7 +271,3 @@ def test_trained_policy_holds_light_pushes_always_and_harder_ones_mostly() -> No
     trained = trained_actions("GRagdoll-v0")
     assert (survival(trained, 0.3) == 20.0).mean() >= 0.95
     assert (survival(trained, 0.6) == 20.0).mean() >= 0.65
-
-
-def test_scripted_policy_stands_without_pushes() -> None:
-    assert (survival(balance, 0.0) == 20.0).mean() > 0.9
