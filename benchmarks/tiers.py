@@ -63,7 +63,7 @@ NAIVE: dict[str, dict[str, Actor]] = {  # by the first part of the id
     "GStack3D": {"drops from 0.5 m": stack3d.drop_blocks},
     "tower_v0": {"drops from 0.5 m": tower.drop_together},
     "GCar": at_speeds(car.hold_speed, (4.0, 5.0, 5.5, 6.0, 6.5, 7.0)),
-    "GCar3D": at_speeds(car3d.hold_speed, (5.0, 6.0, 7.0, 8.0)),
+    "GCar3D": at_speeds(car3d.hold_speed, (5.5, 6.0, 6.25, 6.5, 6.75, 7.0)),
     "GRagdoll2D": {"ankles": ragdoll2d.lean},
     "GRagdoll": {"ankles": ragdoll.lean},
 }

@@ -7,9 +7,9 @@ import math
 import numpy as np
 
 from gsenv.envs.car3d import scene as n
-from gsenv.scenes.palette import COOL, GRAPHITE, STEEL, WARM, WOOD
+from gsenv.scenes.palette import COOL, GRAPHITE, STEEL, WARM
 from gsenv.solver import Scene
-from gsenv.solver.spatial import Axis, Box, Capsule, Cylinder, Heightfield, Hull, Wheel
+from gsenv.solver.spatial import Axis, Box, Capsule, Cylinder, Heightfield, Hull, Sphere, Wheel
 
 ALONG_Y = (math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0)  # of a cylinder or capsule: its axis along y
 GRASS, ASPHALT, PAINT = (136, 168, 108), (86, 92, 102), (238, 236, 226)
@@ -24,16 +24,20 @@ def build_scene() -> Scene:
     scene = Scene(dim=3)
     field = Heightfield(heights=np.zeros((n.ROWS, n.COLUMNS)), size=(n.LAST_X - n.FIRST_X, 2.0 * n.HALF_DEPTH))
     scene.add_body("ground", "static", [field], position=(0.5 * (n.FIRST_X + n.LAST_X), 0.0, 0.0), color=GRASS)
-    strips = [_decor(0.56 * n.STRIP, n.ROAD_HALF, 0.01) for _ in range(n.STRIPS)]
-    scene.add_body("road", "static", strips, color=ASPHALT)
-    scene.add_body("dashes", "static", [_decor(0.6, 0.07, 0.01) for _ in range(n.DASHES)], color=PAINT)
+    for name, count, half_x, half_y, color in (
+        ("edges", n.STRIPS, n.STRIP_HALF, n.ROAD_HALF + n.EDGE, PAINT),
+        ("kerbs", n.KERBS, 0.5 * n.STRIP, n.ROAD_HALF + n.KERB, RED),
+        ("road", n.STRIPS, n.STRIP_HALF, n.ROAD_HALF, ASPHALT),
+        ("dashes", n.DASHES, 0.6, 0.07, PAINT),
+    ):
+        scene.add_body(name, "static", [_decor(half_x, half_y, 0.01) for _ in range(count)], color=color)
     _add_finish(scene)
     _add_gates(scene)
     _add_obstacles(scene)
     _add_car(scene)
-    box = Box(half_extents=(n.BOX_HALF,) * 3)
-    for k in range(n.BOX_GROUPS * n.GROUP_BOXES):
-        scene.add_body(f"box_{k}", shapes=[box], position=PARKED, mass=n.BOX_MASS, enabled=False, color=WOOD[k % 2])
+    ball = Sphere(radius=n.BALL_RADIUS)
+    for k in range(n.BALL_GROUPS * n.GROUP_BALLS):
+        scene.add_body(f"ball_{k}", shapes=[ball], position=PARKED, mass=n.BALL_MASS, enabled=False, color=WARM)
     return scene
 
 
@@ -63,7 +67,7 @@ def _add_finish(scene: Scene) -> None:
         ("light", light, PAINT),
     )
     for name, shapes, color in parts:
-        scene.add_body(f"finish_{name}", "static", shapes, position=(n.FINISH_X, 0.0, 0.0), color=color)
+        scene.add_body(f"finish_{name}", "static", shapes, position=(n.FINISH, 0.0, 0.0), color=color)
 
 
 def _add_gates(scene: Scene) -> None:

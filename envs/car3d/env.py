@@ -1,4 +1,4 @@
-"""GCar3D-v0: a car with four driven and two steered wheels follows a winding road over hills and obstacles."""
+"""GCar3D-v0: a car follows a winding road over hills and obstacles against the clock."""
 
 from __future__ import annotations
 
@@ -22,7 +22,9 @@ from gsenv.envs.core.vector import TaskVectorEnv
 from gsenv.solver import Options, Scene
 
 TOLERANCE = 1e-3  # of "balanced": contacts of many tyres converge slowly, and errors of this size are not seen
+HALVINGS = {"fast": 0, "balanced": 0, "accurate": Options().halvings}  # steps in parts take half as long again
 AXES = ("forwards", "to the left", "upwards")
+KIND_NAMES = ("ramps", "bumps", "balls")
 
 
 def _wheel_entries() -> list[Entry]:
@@ -84,9 +86,17 @@ class Car3DTask(Task):
         Entry("last action, steering", "last_steering", -1, 1),
         Entry("distance to the left of the centre line", "aside", -3, 3, f"{scene.ROAD_HALF:g} m"),
         Entry("time since a wheel touched something", "flight", 0, 2, f"{rules.FLIGHT_STEPS / 30:g} s"),
-        Entry("distance to the finish, along x", "to_finish", -0.5, 1.5, "100 m"),
-        Entry("distance to the next gate, along x; 2 where there is none", "to_gate", -1, 2, "10 m"),
+        Entry("distance to the finish, along the centre line", "to_finish", -0.5, 1.5, "100 m"),
+        Entry("time since the start", "time", 0, 2, f"{observe.TIME_UNIT / 30:g} s"),
+        Entry("distance to the next gate, along the centre line; 2 where there is none", "to_gate", -1, 2, "10 m"),
+        *(Entry(f"1 where the next gate belongs to {kind}", f"gate_{kind}", 0, 1) for kind in KIND_NAMES),
         *_waypoint_entries(),
+        *(
+            Entry(
+                f"curvature of the centre line {ahead:g} m ahead, positive to the left", f"bend_{k}", -2, 2, "0.25 / m"
+            )
+            for k, ahead in enumerate(observe.BENDS_AHEAD)
+        ),
         *_patch_entries(),
     )
     reward_terms = (
@@ -120,7 +130,7 @@ class Car3DTask(Task):
         return build_scene()
 
     def solver_options(self) -> Options:
-        options = Options.preset(self.fidelity, articulated=True)
+        options = Options.preset(self.fidelity, articulated=True, halvings=HALVINGS[self.fidelity])
         return replace(options, tolerance=max(options.tolerance, TOLERANCE)) if self.fidelity == "balanced" else options
 
     def initialize_episode(self, worlds: Array, draws: Array, options: Mapping[str, Any]) -> None:
@@ -146,8 +156,7 @@ class Car3DTask(Task):
     def captions(self, world: int) -> Sequence[str]:
         velocity = self.world.state.bodies["velocity"][world, scene.CHASSIS_BODY, :3]
         state, info = self.task_state[world], self.infos[world]
-        length = state["path"][round((scene.FINISH_X - scene.FIRST_X) / scene.STEP), 2]
-        lines = [f"{state['place']:.0f} / {length:.0f} m", f"{3.6 * np.linalg.norm(velocity):.0f} km/h"]
+        lines = [f"{state['place']:.0f} / {scene.FINISH:.0f} m", f"{3.6 * np.linalg.norm(velocity):.0f} km/h"]
         ends = (("missed_gate", "gate missed"), ("rolled_over", "rolled over"), ("off_road", "off the road"))
         lines += [text for name, text in ends if info[name]]
         return lines
@@ -155,18 +164,21 @@ class Car3DTask(Task):
 
 @documented
 class Car3DEnv(TaskEnv, Env[Any, Any]):
-    """Follow a winding road: GCar3D-v0.
+    """Follow a winding road against the clock: GCar3D-v0.
 
     ## Description
-    A car of 200 kg with four driven wheels on springs, the front ones steered, follows a winding road
-    of about 100 m over hills to a chequered banner. Across the road stand up to four obstacles: ramps,
-    speed bumps, and rows of loose boxes, each under a gate that must be passed with the wheels on the
-    ground. The car rolls over, leaves the road or jumps the gates where it takes bends and crests too
-    fast. Control runs at 30 Hz.
+    A car of 200 kg with four driven wheels on springs, the front ones steered, follows a road of
+    122 m over hills to a chequered banner. Between straights the road has three chicanes, each a pair of
+    sharp bends that differ in radius and turn, and across the straights stand up to three obstacles:
+    ramps, speed bumps, and rows of loose balls. At each obstacle stands a gate, which both axles must
+    pass on the ground. A car that is too fast slides off the road in bends and jumps the gates, and one
+    that is slow enough everywhere runs out of time: the way to the banner is to brake before bends,
+    crests and gates, and nowhere else. Control runs at 30 Hz.
 
     At `difficulty` 0 the road is nearly straight and level and empty. With rising difficulty, its bends
-    become tighter, its climbs and the hills beside it steeper, and obstacles more frequent (from 0.4 on
-    all four stand). The ground is a heightfield of cells of 1 m, of its own in each world and episode.
+    become tighter and turn farther, its climbs and the hills beside it steeper, and obstacles more
+    frequent (from 0.4 on all three stand). The ground is a heightfield of cells of 1 m, of its own in
+    each world and episode.
 
     ## Action Space
     `Box(-1, 1, (2,), float32)`. Values beyond are clipped; NaN and infinity are refused.
@@ -179,7 +191,7 @@ class Car3DEnv(TaskEnv, Env[Any, Any]):
     steering asks for an angle of the front wheels of up to 0.5 rad, which they turn to at 2 rad/s at most.
 
     ## Observation Space
-    `Box(low, high, (78,), float32)`, always within its bounds. Vectors are in the frame of the chassis.
+    `Box(low, high, (90,), float32)`, always within its bounds. Vectors are in the frame of the chassis.
 
     {observation_table}
 
@@ -194,18 +206,23 @@ class Car3DEnv(TaskEnv, Env[Any, Any]):
     Progress is a difference of places, so going to and fro earns nothing.
 
     ## Starting State
-    The car is at rest on level ground at x = 0; bends and climbs begin at 6 m. The slope of the centre
-    line is the sum of two waves of uniformly drawn lengths (40 to 56 m and 20 to 28 m) and phases, that
-    of its height of two others (14 to 20 m and 30 to 45 m). Kinds and order of the obstacles, which of
-    them stand, and the places of boxes are drawn anew in each episode.
+    The car is at rest on level ground at the start of the road; bends and climbs begin after 6 m. The
+    middles of the chicanes are at 22, 58 and 94 m, within 2 m to both sides, and chicanes lead back to the
+    middle of the ground. Of each, the turn, the radius, the link between its bends and, near the middle,
+    the side are drawn. Between them the heading follows a wave of 40 to 56 m. The slope of the road's
+    height is the sum of two waves of uniformly drawn lengths (11 to 16 m and 30 to 45 m) and phases.
+    Obstacles stand at 40, 76 and 112 m, within 2 m to both sides, where the road is level. Their kinds
+    and order, which of them stand, and the places of balls are drawn anew in each episode.
 
     ## Episode End
-    - Termination, success: the middle of the chassis is at x = 90 m.
+    - Termination, success: the middle of the chassis is at 122 m along the centre line.
     - Termination, failure: the car has rolled over (its upward axis has a vertical part below 0.2), or is
-      more than 4.5 m from the centre line.
-    - Termination, failure: a missed gate. The middle of the chassis is 1 m beyond it, and within 1 m before
-      and behind it and 2 m of the centre line no wheel has touched anything.
-    - Truncation: after 600 steps (20 s), by `gymnasium.make`, `gymnasium.make_vec` and the vector environment.
+      more than 2.2 m from the centre line, so that its middle is beside the drawn road.
+    - Termination, failure: a missed gate. An axle is 0.4 m beyond it, and within 0.4 m before and behind
+      the gate, no farther than 2 m from the centre line, none of its wheels has touched anything. Gates
+      stand shortly behind the middle of ramps, at the last of three bumps and in the row of balls.
+      A gate's bar turns from red to green when both axles have passed.
+    - Truncation: after 580 steps (19.3 s), by `gymnasium.make`, `gymnasium.make_vec` and the vector environment.
 
     `info` has `success` and `is_success` (bool), `distance` (m, the largest along the centre line),
     `gates` (number passed), `missed_gate`, `rolled_over` and `off_road` (bool).

@@ -5,26 +5,30 @@ from __future__ import annotations
 import math
 
 from gsenv.envs.car3d import scene as n
-from gsenv.envs.car3d.course import ground_at, path_at, path_x, slot_x
+from gsenv.envs.car3d.course import class_of, gate_place
+from gsenv.envs.car3d.road import HEADING, ground_at, path_slope, road_point
 from gsenv.envs.core.kernels import clip
 from gsenv.solver.jit import njit
 from gsenv.solver.spatial.math import conjugate, quaternion, sub, turned, vec
 
 AHEAD = (3.0, 6.0, 10.0, 15.0, 20.0)  # m along the centre line, of the waypoints
 LOOK = 20.0  # m, the unit of waypoints
+BENDS_AHEAD = (0.0, 2.5, 5.0, 7.5, 10.0, 12.5, 15.0, 17.5)  # m along the centre line, where its curvature is seen
+BEND_UNIT = 0.25  # 1/m
 PATCH_ROWS, PATCH_COLUMNS = 7, 5
 FIRST_ROW, ROW_SPACING = 0.8, 0.8  # m ahead of the middle of the car
 COLUMN_SPACING = 0.6  # m
 SPEED_UNIT, SPIN_UNIT, HEIGHT_UNIT = 10.0, 3.0, 1.0
 FLIGHT_UNIT = 15  # control steps
+TIME_UNIT = 600  # control steps
 
 _CHASSIS, _WHEEL = n.CHASSIS_BODY, n.FIRST_WHEEL
 _RADIUS, _TRAVEL, _STEERING, _CHASSIS_Z = n.RADIUS, n.TRAVEL, n.STEERING, n.CHASSIS_Z
-_SLOTS, _FINISH_X, _ROAD_HALF = n.SLOTS, n.FINISH_X, n.ROAD_HALF
-_RAMPS, _BUMPS, _GROUP = n.RAMPS, n.BUMPS, n.GROUP_BOXES
-_RAMP_BODY, _BUMP_BODY, _BOX_BODY, _LAST_BODY = n.FIRST_RAMP, n.FIRST_BUMPS, n.FIRST_BOX, n.LAST_BODY
+_SLOTS, _FINISH, _ROAD_HALF = n.SLOTS, n.FINISH, n.ROAD_HALF
+_RAMPS, _BUMPS, _GROUP = n.RAMPS, n.BUMPS, n.GROUP_BALLS
+_RAMP_BODY, _BUMP_BODY, _BALL_BODY = n.FIRST_RAMP, n.FIRST_BUMPS, n.FIRST_BALL
 _BASE, _TOP, _RAMP_HEIGHT, _RAMP_HALF = n.RAMP_BASE, n.RAMP_TOP, n.RAMP_HEIGHT, n.RAMP_HALF
-_BUMP_SPACING, _BUMP_RADIUS, _BUMP_HEIGHT, _BOX_HALF = n.BUMP_SPACING, n.BUMP_RADIUS, n.BUMP_HEIGHT, n.BOX_HALF
+_BUMP_SPACING, _BUMP_RADIUS, _BUMP_HEIGHT, _BALL_RADIUS = n.BUMP_SPACING, n.BUMP_RADIUS, n.BUMP_HEIGHT, n.BALL_RADIUS
 
 
 @njit
@@ -44,11 +48,6 @@ def _profile(kind, x, y):  # type: ignore[no-untyped-def]
 
 
 @njit
-def _near(body, x, y, reach):  # type: ignore[no-untyped-def]
-    return abs(body.position[0] - x) < reach and abs(body.position[1] - y) < reach
-
-
-@njit
 def surface_at(world, slot, x, y):  # type: ignore[no-untyped-def]
     """Return the height in m of what a wheel would meet at (x, y): ground, or the obstacle of a slot (-1: none)."""
     bodies = world.state.bodies
@@ -60,14 +59,12 @@ def surface_at(world, slot, x, y):  # type: ignore[no-untyped-def]
         local = turned(back, sub((x, y, height), vec(fixed.position)))
         height += _profile(0 if kind < _RAMPS else 1, local[0], local[1])
     elif kind >= 0:
-        first = _BOX_BODY + (kind - _RAMPS - _BUMPS) * _GROUP
+        first = _BALL_BODY + (kind - _RAMPS - _BUMPS) * _GROUP
         for b in range(first, first + _GROUP):
-            box = bodies[b]
-            if not _near(box, x, y, 1.0):
-                continue
-            local = turned(conjugate(quaternion(box.rotation)), sub((x, y, box.position[2]), vec(box.position)))
-            if max(abs(local[0]), abs(local[1])) <= _BOX_HALF:
-                height = max(height, box.position[2] + _BOX_HALF)
+            ball = bodies[b].position
+            square = _BALL_RADIUS * _BALL_RADIUS - (x - ball[0]) * (x - ball[0]) - (y - ball[1]) * (y - ball[1])
+            if square > 0.0:
+                height = max(height, ball[2] + math.sqrt(square))
     return height
 
 
@@ -93,7 +90,7 @@ def _nearest_slot(task):  # type: ignore[no-untyped-def]
     """Return the slot whose obstacle the patch may show: the one nearest to 3 m ahead, or -1."""
     found, least = -1, 7.0
     for slot in range(_SLOTS):
-        off = abs(slot_x(slot) - task.at - 3.0)
+        off = abs(task.places[slot] - task.place - 3.0)
         if task.kinds[slot] >= 0 and off < least:
             found, least = slot, off
     return found
@@ -110,6 +107,15 @@ def _observe_wheels(world, out, back):  # type: ignore[no-untyped-def]
         out[k] = spin[1] * _RADIUS / SPEED_UNIT
         out[4 + k] = (place[2] + _CHASSIS_Z - _RADIUS) / _TRAVEL
         out[8 + k] = task.touch[k]
+
+
+@njit
+def _observe_gate(task, out):  # type: ignore[no-untyped-def]
+    """Write the distance to the next gate, and which kind of obstacle it belongs to."""
+    out[0], out[1], out[2], out[3] = 2.0, 0.0, 0.0, 0.0
+    if task.slot < _SLOTS:
+        out[0] = (gate_place(task, task.slot) - task.place) / 10.0
+        out[1 + class_of(task.kinds[task.slot])] = 1.0
 
 
 @njit
@@ -130,14 +136,14 @@ def observe_world(world):  # type: ignore[no-untyped-def]
     out[22], out[23] = task.action[0], task.action[1]
     out[24] = task.aside / _ROAD_HALF
     out[25] = task.flight / FLIGHT_UNIT
-    out[26] = (_FINISH_X - task.at) / 100.0
-    out[27] = 2.0 if task.slot >= _SLOTS else (slot_x(task.slot) - task.at) / 10.0
-    at = task.at
-    for k in range(5):
-        at = path_x(task.path, task.place + AHEAD[k], at)
-        point = (at, path_at(task.path, at, 0), path_at(task.path, at, 1))
-        seen = turned(back, sub(point, position))
+    out[26] = (_FINISH - task.place) / 100.0
+    out[27] = task.steps / TIME_UNIT
+    _observe_gate(task, out[28:])
+    for k in range(len(AHEAD)):
+        seen = turned(back, sub(road_point(task.path, task.place + AHEAD[k]), position))
         for d in range(3):
-            out[28 + 3 * k + d] = seen[d] / LOOK
-    _observe_patch(world, out[43:], _nearest_slot(task))
+            out[32 + 3 * k + d] = seen[d] / LOOK
+    for k in range(len(BENDS_AHEAD)):
+        out[47 + k] = path_slope(task.path, task.place + BENDS_AHEAD[k], HEADING) / BEND_UNIT
+    _observe_patch(world, out[55:], _nearest_slot(task))
     clip(out, world.task.low, world.task.high)

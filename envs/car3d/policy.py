@@ -21,14 +21,20 @@ _PATCH = slice(_INDEX["height_0_0"], _INDEX["height_0_0"] + observe.PATCH_ROWS *
 class Habits(NamedTuple):
     """Numbers of `pursue`."""
 
-    cruise: float = 9.0  # m/s
+    cruise: float = 12.5  # m/s
     crawl: float = 3.0  # m/s, the least that it asks for
-    grip: float = 5.0  # m/s^2, sideways
-    lift: float = 6.0  # m/s^2, the most that a crest may fall away from the car
-    braking: float = 4.0  # m/s^2, what it counts on
-    gate: float = 5.0  # m/s, below a gate
-    throttle: float = 0.6  # per m/s too slow
-    brake: float = 0.25  # per m/s too fast
+    grip: float = 5.6  # m/s^2, sideways
+    lift: float = 20.0  # m/s^2, the most that a crest may fall away from the car
+    braking: float = 5.5  # m/s^2, what it counts on
+    early: float = 2.0  # m before bends, where it has braked
+    ramp: float = 5.0  # m/s, at the gate of a ramp
+    bumps: float = 7.0  # m/s
+    balls: float = 9.0  # m/s
+    near: float = 2.0  # m from a gate, where that holds
+    throttle: float = 1.0  # per m/s too slow
+    brake: float = 0.5  # per m/s too fast
+    most: float = 0.7  # throttle, at which the front wheels still steer
+    straight: float = 0.08  # rad, up to which more is allowed
 
 
 HABITS = Habits()
@@ -38,17 +44,18 @@ def pursue(observations: NDArray[np.float32], habits: Habits = HABITS) -> NDArra
     """Return actions (..., 2) for observations (..., entry)."""
     observations = np.asarray(observations, np.float64)
     seen = {name: observations[..., k] for name, k in _INDEX.items()}
-    bends = [_curvature(seen, k) for k in range(len(observe.AHEAD))]
-    angle = np.arctan(2.0 * scene.AXLES * np.where(seen["vx"] > 0.6, bends[1], bends[0]))
+    angle = _steer(seen)
     square = np.full(angle.shape, habits.cruise**2)
-    for k, ahead in enumerate(observe.AHEAD[1:], 1):
-        allowed = habits.grip / np.maximum(abs(bends[k]), 1e-3) + habits.braking * (ahead - observe.AHEAD[1])
-        square = np.minimum(square, allowed)
-    near = np.maximum(10.0 * abs(seen["to_gate"]) - 3.0, 0.0)
-    square = np.minimum(square, habits.gate**2 + 2.0 * habits.braking * near)
+    for k, ahead in enumerate(observe.BENDS_AHEAD):
+        allowed = habits.grip / np.maximum(observe.BEND_UNIT * abs(seen[f"bend_{k}"]), 1e-3)
+        square = np.minimum(square, allowed + 2.0 * habits.braking * max(ahead - habits.early, 0.0))
+    gate = seen["gate_ramps"] * habits.ramp + seen["gate_bumps"] * habits.bumps + seen["gate_balls"] * habits.balls
+    near = np.maximum(10.0 * abs(seen["to_gate"]) - habits.near, 0.0)
+    square = np.where(gate > 0.0, np.minimum(square, gate**2 + 2.0 * habits.braking * near), square)
     square = np.minimum(square, _crest(observations[..., _PATCH], habits))
     missing = np.sqrt(np.maximum(square, habits.crawl**2)) - 10.0 * seen["vx"]
-    throttle = np.where(missing < 0.0, habits.brake, habits.throttle) * missing
+    most = np.where(abs(angle) > habits.straight, habits.most, 1.0)
+    throttle = np.minimum(np.where(missing < 0.0, habits.brake, habits.throttle) * missing, most)
     actions = np.stack([throttle, angle / scene.STEERING], axis=-1)
     return np.clip(actions, -1.0, 1.0).astype(np.float32)
 
@@ -61,12 +68,14 @@ def hold_speed(observations: NDArray[np.float32], speed: float = 6.0) -> NDArray
     return actions
 
 
-def _curvature(seen: dict[str, NDArray[Any]], k: int) -> NDArray[Any]:
-    """Return the curvature in 1/m of the circle from the rear axle through waypoint k."""
-    x = observe.LOOK * seen[f"waypoint_{k}_x"] + scene.AXLES
-    y = observe.LOOK * seen[f"waypoint_{k}_y"]
-    curvature: NDArray[Any] = 2.0 * y / np.maximum(x * x + y * y, 1.0)
-    return curvature
+def _steer(seen: dict[str, NDArray[Any]]) -> NDArray[Any]:
+    """Return the angle in rad of the front wheels; the point that it aims at is the farther the faster the car is."""
+    speed = 10.0 * seen["vx"]
+    share = np.clip((speed - 4.0) / 5.0, 0.0, 1.0)
+    x = observe.LOOK * (seen["waypoint_0_x"] + share * (seen["waypoint_1_x"] - seen["waypoint_0_x"])) + scene.AXLES
+    y = observe.LOOK * (seen["waypoint_0_y"] + share * (seen["waypoint_1_y"] - seen["waypoint_0_y"]))
+    angle: NDArray[Any] = np.arctan(2.0 * scene.AXLES * 2.0 * y / np.maximum(x * x + y * y, 1.0))
+    return angle
 
 
 def _crest(patch: NDArray[Any], habits: Habits) -> NDArray[Any]:

@@ -11,27 +11,26 @@ from gsenv.envs.car3d.course import (
 from gsenv.envs.car3d.course import (
     KINDS,
     build_course,
-    nearest,
-    path_at,
-    path_slope,
+    gate_place,
     place_thing,
-    slot_x,
 )
 from gsenv.envs.car3d.observe import observe_world
+from gsenv.envs.car3d.road import COLUMNS, HEADING, nearest, path_at
 from gsenv.envs.core.kernels import active_contacts, first_not_finite
 from gsenv.solver.core.edit import disable_body, set_mass
-from gsenv.solver.core.trig import atan2
+from gsenv.solver.core.trig import sin_cos
 from gsenv.solver.jit import njit
 from gsenv.solver.records.bundle import select_world
 from gsenv.solver.spatial.math import quaternion, sub, turned, vec
 
 TASK_STATE_FIELDS: list[tuple[Any, ...]] = [
     ("kinds", "i8", (KINDS,)),  # obstacle of each slot, -1: none; of the rest of the deck, -1
-    ("path", "f8", (n.NODES, 3)),  # m, centre line of the road at equally spaced x: y, z, length from the start
-    ("at", "f8"),  # m, x of the nearest point of the centre line
-    ("aside", "f8"),  # m, distance to the left of the centre line
-    ("place", "f8"),  # m, length of the centre line up to there
-    ("best", "f8"),  # m, the largest it was
+    ("places", "f8", (n.SLOTS,)),  # m along the centre line, of the obstacles
+    ("path", "f8", (n.NODES, COLUMNS)),  # m and rad, centre line of the road: x, y, z, heading
+    ("place", "f8"),  # m along the centre line, of the nearest point
+    ("aside", "f8"),  # m, distance to the left of it
+    ("best", "f8"),  # m, the largest place
+    ("steps", "i8"),  # control steps since the start
     ("action", "f8", (2,)),
     ("change", "f8"),  # mean square change of the last action
     ("steering", "f8"),  # rad, the target of the front wheels
@@ -39,7 +38,7 @@ TASK_STATE_FIELDS: list[tuple[Any, ...]] = [
     ("flight", "i8"),  # control steps since a wheel touched something
     ("slot", "i8"),  # of the next gate; SLOTS: none
     ("gates", "i8"),  # that were passed
-    ("below", "i8"),  # 1 once a wheel has touched something below the next gate
+    ("below", "f8", (2,)),  # 1 once a wheel of the rear and of the front axle has touched something at the next gate
     ("gaze", "f8", (4,)),  # m, point (x, y, z) that the camera follows, and rad, its heading
 ]
 
@@ -55,14 +54,13 @@ FAILURE_REWARD = -1.0
 SMOOTH_WEIGHT = -0.005
 
 _CHASSIS, _WHEEL, _CABIN = n.CHASSIS_BODY, n.FIRST_WHEEL, n.CABIN_BODY
-_SLOTS, _FINISH_X = n.SLOTS, n.FINISH_X
+_SLOTS, _FINISH = n.SLOTS, n.FINISH
 _AXLES = n.AXLE_JOINTS
 _STEER = n.FIRST_STEERING
 _TOP_SPEED, _REVERSE_SPEED, _BRAKE_SHARE = n.TOP_SPEED, n.REVERSE_SPEED, n.BRAKE_TORQUE / n.TORQUE
 _STEERING, _STEERING_STEP = n.STEERING, n.STEERING_RATE * CONTROL_TIME
 _GATE_HALF, _GATE_WIDTH, _OFF_ROAD = n.GATE_HALF, n.GATE_WIDTH, n.OFF_ROAD
 _RED, _GREEN = n.FIRST_RED, n.FIRST_GREEN
-_S = 2  # column of the path
 
 
 # ---------------------------------------------------------------- initialize
@@ -168,8 +166,8 @@ def _update_task(world):  # type: ignore[no-untyped-def]
     _feel(active_contacts(world), task.touch)
     on_ground = task.touch[0] + task.touch[1] + task.touch[2] + task.touch[3] > 0.0
     task.flight = 0 if on_ground else task.flight + 1
-    task.at, task.aside = nearest(task.path, chassis.position[0], chassis.position[1])
-    place = path_at(task.path, task.at, _S)
+    task.steps += 1
+    place, task.aside = nearest(task.path, task.place, chassis.position[0], chassis.position[1])
     progress = place - task.place
     task.place = place
     task.best = max(task.best, place)
@@ -178,21 +176,27 @@ def _update_task(world):  # type: ignore[no-untyped-def]
 
 @njit
 def _pass_gates(world):  # type: ignore[no-untyped-def]
-    """Turn the next gate green once a wheel has touched something below it; return whether the car has missed it."""
-    task = world.task.state
+    """Note axles whose wheels touch something at the next gate; return whether one has passed it without."""
+    task, bodies = world.task.state, world.state.bodies
     if task.slot >= _SLOTS:
         return False
-    ahead = task.at - slot_x(task.slot)
-    if abs(ahead) <= _GATE_HALF and abs(task.aside) <= _GATE_WIDTH and task.flight == 0:
-        task.below = 1
-    if ahead <= _GATE_HALF:
-        return False
-    if task.below == 0:
-        return True
-    _turn_green(world, task.slot)
-    task.gates += 1
-    task.slot = _next_gate(task.kinds, task.slot + 1)
-    task.below = 0
+    cosine, sine = sin_cos(path_at(task.path, task.place, HEADING))
+    middle = bodies[_CHASSIS].position
+    for axle in range(2):
+        ahead = task.place - gate_place(task, task.slot)
+        for k in range(2 * axle, 2 * axle + 2):
+            wheel = bodies[_WHEEL + k].position
+            ahead += 0.5 * (cosine * (wheel[0] - middle[0]) + sine * (wheel[1] - middle[1]))
+        touches = task.touch[2 * axle] + task.touch[2 * axle + 1] > 0.0
+        if touches and abs(ahead) <= _GATE_HALF and abs(task.aside) <= _GATE_WIDTH:
+            task.below[axle] = 1.0
+        if ahead > _GATE_HALF and task.below[axle] == 0.0:
+            return True
+    if task.below[0] != 0.0 and task.below[1] != 0.0:
+        _turn_green(world, task.slot)
+        task.gates += 1
+        task.slot = _next_gate(task.kinds, task.slot + 1)
+        task.below[0] = task.below[1] = 0.0
     return False
 
 
@@ -213,8 +217,7 @@ def _follow(world):  # type: ignore[no-untyped-def]
     task, chassis = world.task.state, world.state.bodies[_CHASSIS]
     for d in range(3):
         task.gaze[d] += (0.35 if d < 2 else 0.12) * (chassis.position[d] - task.gaze[d])
-    heading = atan2(path_slope(task.path, task.at + 3.0, 0), 1.0)
-    task.gaze[3] += 0.08 * (heading - task.gaze[3])
+    task.gaze[3] += 0.1 * (path_at(task.path, task.place + 4.0, HEADING) - task.gaze[3])
     place_thing(world, _CABIN, vec(chassis.position), quaternion(chassis.rotation))
 
 
@@ -226,9 +229,9 @@ def evaluate_world(world):  # type: ignore[no-untyped-def]
     missed = _pass_gates(world)
     up = turned(quaternion(world.state.bodies[_CHASSIS].rotation), (0.0, 0.0, 1.0))
     rolled = up[2] < LEAST_UP
-    off = abs(task.aside) > _OFF_ROAD or task.at < -5.0
+    off = abs(task.aside) > _OFF_ROAD or task.place < -5.0
     failed = missed or rolled or off
-    success = task.at >= _FINISH_X and not failed
+    success = task.place >= _FINISH and not failed
     _follow(world)
     term.progress = PROGRESS_WEIGHT * progress
     term.time = TIME_REWARD

@@ -6,23 +6,32 @@ import math
 
 # Ground: a heightfield of square cells, whose heights each episode sets anew
 CELL = 1.0  # m
-FIRST_X, LAST_X = -10.0, 112.0  # m
-HALF_DEPTH = 17.0  # m
+FIRST_X, LAST_X = -10.0, 144.0  # m
+HALF_DEPTH = 19.0  # m
 COLUMNS = round((LAST_X - FIRST_X) / CELL) + 1
 ROWS = round(2.0 * HALF_DEPTH / CELL) + 1
 
-# Road: its centre line is y(x), given at equally spaced x
+# Road: nodes of its centre line are equally spaced along it; lengths along it are horizontal
 STEP = 0.5  # m, between the nodes of the centre line
 NODES = round((LAST_X - FIRST_X) / STEP) + 1
-FINISH_X = 90.0  # m
+CHICANES = 3  # pairs of opposite bends
+FIRST_CHICANE = 22.0  # m along the centre line, of its middle
+CHICANE_SPACING = 36.0  # m
+FINISH = 122.0  # m
 ROAD_HALF = 2.2  # m, of the drawn road
-SHOULDER = 3.5  # m from the centre line, up to where the ground is level across
+SHOULDER = 3.2  # m from the centre line, up to where the ground is level across
 VERGE = 5.0  # m beyond that, over which it turns into hills
-OFF_ROAD = 4.5  # m from the centre line, where the ride ends
-STRIP = 2.0  # m, length of a drawn strip of the road
-STRIPS = 60
-DASH_SPACING = 3  # strips
-DASHES = STRIPS // DASH_SPACING
+OFF_ROAD = ROAD_HALF  # m from the centre line, where the ride ends: the middle of the car is beside the road
+FIRST_STRIP = -4.0  # m, where the drawn road begins
+STRIP = 1.25  # m, length of a drawn strip of the road
+STRIP_HALF = 0.95  # m, half of its length, so that no gaps show at the outside of bends
+STRIPS = round((FINISH + 8.0 - FIRST_STRIP) / STRIP)
+EDGE = 0.16  # m, width of the lines along the road
+DASH_SPACING = 4  # strips
+DASHES = -(-STRIPS // DASH_SPACING)
+KERBS = 32  # red strips below every other strip of sharp bends
+KERB_BEND = 0.08  # 1/m, curvature from which on there are kerbs
+KERB = 0.4  # m, their width
 LIFT = 0.035  # m, of the drawn road over the ground
 
 # Car
@@ -45,37 +54,39 @@ TOP_SPEED = 36.0  # rad/s: 13 m/s
 REVERSE_SPEED = 6.0  # rad/s: 2.2 m/s
 STEERING = 0.5  # rad
 STEERING_RATE = 2.0  # rad/s
-FRICTION = 1.0
+FRICTION = 0.7
 GRAVITY = 9.81
 
-# Obstacles: two of each kind, of which four stand
-SLOTS = 4
-FIRST_SLOT = 20.0  # m
-SLOT_SPACING = 18.0  # m
+# Obstacles: three drawn from two of each kind, on the straights behind the chicanes
+SLOTS = 3
+FIRST_SLOT = 40.0  # m along the centre line
+SLOT_SPACING = CHICANE_SPACING  # m
 RAMPS = 2
 RAMP_BASE, RAMP_TOP = 2.6, 0.9  # m, half lengths
-RAMP_HEIGHT = 0.45  # m
+RAMP_HEIGHT = 0.6  # m
 RAMP_HALF = 1.25  # m, half width
 BUMPS = 2  # groups
 BUMP_SPACING = 1.3  # m
 GROUP_BUMPS = 3
 BUMP_RADIUS = 0.3  # m
-BUMP_HEIGHT = 0.11  # m, over the road
-BOX_GROUPS = 2
-GROUP_BOXES = 3
-BOX_HALF = 0.25  # m
-BOX_MASS = 12.0  # kg
+BUMP_HEIGHT = 0.13  # m, over the road
+BALL_GROUPS = 2
+GROUP_BALLS = 3
+BALL_RADIUS = 0.45  # m: too high to get below the chassis
+BALL_MASS = 5.0  # kg
 
-# Gates, one over each obstacle
-GATE_HALF = 1.0  # m, before and behind the arch, where a wheel must touch something
+# Gates, one at each obstacle
+GATE_AHEAD = (0.3, 1.3, 0.0)  # m from the middle of ramps, bumps and balls to the gate
+GATE_HALF = 0.4  # m, before and behind the arch, where a wheel of each axle must touch something
 GATE_WIDTH = 2.0  # m from the centre line, within which the car must pass
 GATE_HEIGHT = 2.7  # m
 FINISH_HEIGHT = 3.4  # m
 FINISH_REACH = 2.9  # m, of its posts
 CHECK = 0.28  # m, half, of the banner's fields
 
-GROUND_BODY, ROAD_BODY, DASH_BODY, FINISH_BODY = 0, 1, 2, 3  # posts, dark and light fields
-FIRST_ARCH = 6
+ROAD_BODIES = 4  # edge lines, kerbs, asphalt, dashes; the ground is body 0
+FINISH_BODY = 1 + ROAD_BODIES  # posts, dark and light fields
+FIRST_ARCH = FINISH_BODY + 3
 FIRST_RED = FIRST_ARCH + SLOTS
 FIRST_GREEN = FIRST_RED + SLOTS
 FIRST_RAMP = FIRST_GREEN + SLOTS
@@ -83,9 +94,11 @@ FIRST_BUMPS = FIRST_RAMP + RAMPS
 CHASSIS_BODY = FIRST_BUMPS + BUMPS
 FIRST_WHEEL = CHASSIS_BODY + 1  # rear left, rear right, front left, front right
 CABIN_BODY = FIRST_WHEEL + 4
-FIRST_BOX = CABIN_BODY + 1
-LAST_BODY = FIRST_BOX + BOX_GROUPS * GROUP_BOXES
-FIRST_STRIP_SHAPE = 1
+FIRST_BALL = CABIN_BODY + 1
+LAST_BODY = FIRST_BALL + BALL_GROUPS * GROUP_BALLS
+FIRST_EDGE_SHAPE = 1
+FIRST_KERB_SHAPE = FIRST_EDGE_SHAPE + STRIPS
+FIRST_STRIP_SHAPE = FIRST_KERB_SHAPE + KERBS
 FIRST_DASH_SHAPE = FIRST_STRIP_SHAPE + STRIPS
 AXLE_JOINTS = (0, 2, 4, 7)  # of the suspensions; the spins and steerings lie between
 FIRST_STEERING = 4  # of the controls
