@@ -19,7 +19,8 @@ survival = partial(standing_time, RagdollVectorEnv)
 
 def random_legs(count: int) -> tuple[Any, Any, Any]:
     generator = np.random.default_rng(0)
-    return tuple(generator.uniform(low, high, count) for low, high in ((-0.4, 0.8), (-0.6, 1.2), (-1.8, -0.25)))
+    spread, hip, knee = (generator.uniform(low, high, count) for low, high in ((-0.4, 0.8), (-0.6, 1.2), (-1.8, -0.25)))
+    return spread, hip, knee
 
 
 @pytest.mark.parametrize("side", ["left", "right"])
