@@ -373,9 +373,9 @@ def test_reset(mask: Any, chosen: list[int]) -> None:
 def test_options_may_change_between_steps() -> None:
     world = full_world(crate(linear_velocity=(1, 0, 0)))
     world.step()
-    world.options = Options(timestep=0.1)
+    world.options = Options(timestep=0.05)
     world.step()
-    assert world.position[0, 0, 0] == pytest.approx(1 / 60 + 0.1, rel=1e-13)
+    assert world.position[0, 0, 0] == pytest.approx(1 / 60 + 0.05, rel=1e-13)
     with pytest.raises(ValueError, match="solver newton exists in 2D only"):
         world.options = Options(solver="newton")
-    assert world.timestep == 0.1
+    assert world.timestep == 0.05
