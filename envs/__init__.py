@@ -67,7 +67,7 @@ ENVS = (
         "GCar3D-v0",
         "car3d.env:Car3DEnv",
         "car3d.env:Car3DVectorEnv",
-        580,
+        585,
         11.0,
         "3D: drive a car along a winding road over hills and obstacles",
         "car3d.policy:pursue",

@@ -222,7 +222,7 @@ class Car3DEnv(TaskEnv, Env[Any, Any]):
       the gate, no farther than 2 m from the centre line, none of its wheels has touched anything. Gates
       stand shortly behind the middle of ramps, at the last of three bumps and in the row of balls.
       A gate's bar turns from red to green when both axles have passed.
-    - Truncation: after 580 steps (19.3 s), by `gymnasium.make`, `gymnasium.make_vec` and the vector environment.
+    - Truncation: after 585 steps (19.5 s), by `gymnasium.make`, `gymnasium.make_vec` and the vector environment.
 
     `info` has `success` and `is_success` (bool), `distance` (m, the largest along the centre line),
     `gates` (number passed), `missed_gate`, `rolled_over` and `off_road` (bool).

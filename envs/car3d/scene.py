@@ -7,7 +7,7 @@ import math
 # Ground: a heightfield of square cells, whose heights each episode sets anew
 CELL = 1.0  # m
 FIRST_X, LAST_X = -10.0, 144.0  # m
-HALF_DEPTH = 19.0  # m
+HALF_DEPTH = 21.0  # m
 COLUMNS = round((LAST_X - FIRST_X) / CELL) + 1
 ROWS = round(2.0 * HALF_DEPTH / CELL) + 1
 
