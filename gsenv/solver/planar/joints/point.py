@@ -55,23 +55,34 @@ def set_point_rows(
     bx, by = arm(bodies[j], body_parameters[j], parameters.anchor_b)
     cx = bodies[j].position[0] + bx - bodies[i].position[0] - ax
     cy = bodies[j].position[1] + by - bodies[i].position[1] - ay
-    va = substep_bodies[i].start_velocity
-    vb = substep_bodies[j].start_velocity
-    wa = va[2]
-    wb = vb[2]
-    ux = vb[0] - wb * by - va[0] + wa * ay
-    uy = vb[1] + wb * bx - va[1] - wa * ax
-    if abs(ux) + abs(uy) > JUMP * (abs(wa) * (abs(ax) + abs(ay)) + abs(wb) * (abs(bx) + abs(by))):
-        wa = 0.0  # then the pose of the start conserves the momentum
+    wa = substep_bodies[i].start_velocity[2]
+    wb = substep_bodies[j].start_velocity[2]
+    begin = ax, ay, bx, by
+    ahead = (*turned(ax, ay, 0.5 * h * wa), *turned(bx, by, 0.5 * h * wb))
+    # in joint coordinates, the velocities are those of the pose half a substep ahead
+    gap = min(
+        _parting(substep_bodies[i], substep_bodies[j], begin), _parting(substep_bodies[i], substep_bodies[j], ahead)
+    )
+    ax, ay, bx, by = ahead
+    if gap > JUMP * (abs(wa) * (abs(ax) + abs(ay)) + abs(wb) * (abs(bx) + abs(by))):
+        ax, ay, bx, by = begin  # then the pose of the start conserves the momentum
+        wa = 0.0
         wb = 0.0
-    ax, ay = turned(ax, ay, 0.5 * h * wa)
-    bx, by = turned(bx, by, 0.5 * h * wb)
     set_direction(rows[row], 1.0, 0.0, ay, -by)
     set_direction(rows[row + 1], 0.0, 1.0, -ax, bx)
     finish_row(rows[row], 0, cx, substep_bodies)
     finish_row(rows[row + 1], 1, cy, substep_bodies)
     rows[row].bias = 0.5 * h * (wa * wa * ax - wb * wb * bx)
     rows[row + 1].bias = 0.5 * h * (wa * wa * ay - wb * wb * by)
+
+
+@njit
+def _parting(a: Any, b: Any, arms: Any) -> Any:
+    """Return the speed at which two anchors part, the sum of the sizes of its components, m/s."""
+    ax, ay, bx, by = arms
+    va = a.start_velocity
+    vb = b.start_velocity
+    return abs(vb[0] - vb[2] * by - va[0] + va[2] * ay) + abs(vb[1] + vb[2] * bx - va[1] - va[2] * ax)
 
 
 @njit

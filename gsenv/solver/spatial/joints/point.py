@@ -92,20 +92,31 @@ def set_point_rows(
     c = sub(add(vec(bodies[j].position), b), add(vec(bodies[i].position), a))
     wa = start_spin(substep_bodies[i])
     wb = start_spin(substep_bodies[j])
-    ua = cross(wa, a)
-    ub = cross(wb, b)
-    separation = sub(add(vec(substep_bodies[j].start_velocity), ub), add(vec(substep_bodies[i].start_velocity), ua))
+    a_ahead = arm_ahead(bodies[i], body_parameters[i], substep_bodies[i], parameters.anchor_a, h, 0.5 * h)
+    b_ahead = arm_ahead(bodies[j], body_parameters[j], substep_bodies[j], parameters.anchor_b, h, 0.5 * h)
+    # in joint coordinates, the velocities are those of the pose half a substep ahead
+    gap = min(
+        _parting(substep_bodies[i], substep_bodies[j], a, b),
+        _parting(substep_bodies[i], substep_bodies[j], a_ahead, b_ahead),
+    )
     bend = (0.0, 0.0, 0.0)
     # otherwise the pose of the start conserves the momentum
-    if norm(separation) <= JUMP * (norm(wa) * norm(a) + norm(wb) * norm(b)):
-        a = arm_ahead(bodies[i], body_parameters[i], substep_bodies[i], parameters.anchor_a, h, 0.5 * h)
-        b = arm_ahead(bodies[j], body_parameters[j], substep_bodies[j], parameters.anchor_b, h, 0.5 * h)
+    if gap <= JUMP * (norm(wa) * norm(a) + norm(wb) * norm(b)):
+        a = a_ahead
+        b = b_ahead
         bend = sub(bending(substep_bodies[j], body_parameters[j], b), bending(substep_bodies[i], body_parameters[i], a))
     for k in range(3):
         u = unit_axis(k)
         set_point_direction(rows[row + k], substep_bodies, u, a, b)
         finish_row(rows[row + k], k, c[k], substep_bodies)
         rows[row + k].bias = 0.5 * h * bend[k]
+
+
+@njit
+def _parting(a: Any, b: Any, arm_a: Vec, arm_b: Vec) -> Any:
+    """Return the speed at which two anchors part, m/s."""
+    va = add(vec(a.start_velocity), cross(start_spin(a), arm_a))
+    return norm(sub(add(vec(b.start_velocity), cross(start_spin(b), arm_b)), va))
 
 
 @njit
