@@ -1,6 +1,10 @@
-"""What `gsenv warmup` runs to fill the kernel cache: all environments, all 2D scenes and one 3D scene."""
+"""Compilation ahead of time: what `gsenv warmup` and `gsenv pack` run, and how they share it among processes."""
 
-from collections.abc import Callable
+from __future__ import annotations
+
+import multiprocessing
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from importlib import import_module
 from importlib.util import find_spec
@@ -10,28 +14,76 @@ import numpy as np
 
 from gsenv.envs import ENVS, PARALLEL_ENVS
 
+LONGEST = ("GRagdoll", "GCar3D", "GStack3D", "GRagdoll2D")  # to compile; these come first, so that no core waits
 
-def warmup_targets() -> list[tuple[str, Callable[[], None]]]:
-    """Return pairs of a label and a function that compiles its kernels, or loads them from the cache."""
+
+def warmup_targets() -> dict[str, Callable[[], None]]:
+    """Return functions that compile kernels, or load them from the cache, by what the kernels are for."""
     from gsenv.scenes import SCENES
 
-    targets: list[tuple[str, Callable[[], None]]] = []
+    targets: dict[str, Callable[[], None]] = {}
     for entry in ENVS:
-        targets.append((entry.id, partial(_run_env, entry.id)))
-        targets.append((f"{entry.id} (vector)", partial(_run_vector_env, entry.id)))
+        targets[entry.id] = partial(_run_env, entry.id)
+    targets = {name: targets[name] for name in sorted(targets, key=_by_length)}
     if find_spec("pettingzoo") is not None:
-        targets += [(entry.name, partial(_run_parallel_env, entry.name)) for entry in PARALLEL_ENVS]
-    targets.append(("Problem and solve", _solve_problem))
-    targets.append(("many bodies", _run_many_bodies))
-    targets.append(("continuous collision", _run_continuous_collision))
-    targets.append(("joints and terrain", _run_jointed_terrain))
+        targets |= {entry.name: partial(_run_parallel_env, entry.name) for entry in PARALLEL_ENVS}
     # one 3D scene only: kernels of the others take a minute each to compile and are compiled when first used
-    targets += [
-        (f"scene:{name}", partial(_run_scene, name))
+    targets |= {
+        f"scene:{name}": partial(_run_scene, name)
         for name, spec in SCENES.items()
         if spec.dim == 2 or name == "cube_stack"
-    ]
+    }
+    targets["Problem and solve"] = _solve_problem
+    targets["many bodies"] = _run_many_bodies
+    targets["continuous collision"] = _run_continuous_collision
+    targets["joints and terrain"] = _run_jointed_terrain
     return targets
+
+
+def compile_targets(
+    names: Sequence[str], processes: int, environment: Mapping[str, str] | None = None
+) -> Iterator[str]:
+    """Run these targets in several processes; yields the name of each when it is done.
+
+    ``environment``: variables of the processes that differ from those of this one.
+
+    Raises:
+        the error of a target that failed.
+    """
+    if processes == 1 and environment is None:
+        targets = warmup_targets()
+        for name in names:
+            targets[name]()
+            yield name
+        return
+    before = dict(os.environ)
+    os.environ.update(environment or {})  # new processes inherit it
+    try:
+        with multiprocessing.get_context("spawn").Pool(min(processes, len(names))) as pool:
+            yield from pool.imap_unordered(_run_target, names)
+    finally:
+        os.environ.clear()
+        os.environ.update(before)
+
+
+def core_count() -> int:
+    """Return the number of cores that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def _by_length(name: str) -> int:
+    family = name.removesuffix("-v0").removesuffix("-hardcore")
+    return LONGEST.index(family) if family in LONGEST else len(LONGEST)
+
+
+def _run_target(name: str) -> str:
+    from gsenv.solver import jit
+
+    jit.mute_compile_notice()
+    warmup_targets()[name]()
+    return name
 
 
 def _run_env(env_id: str) -> None:
@@ -40,9 +92,6 @@ def _run_env(env_id: str) -> None:
     env.step(np.zeros_like(env.action_space.sample()))
     env.render()
     env.close()
-
-
-def _run_vector_env(env_id: str) -> None:
     envs = gymnasium.make_vec(env_id, num_envs=2)
     envs.reset(seed=0)
     envs.step(np.zeros_like(envs.action_space.sample()))

@@ -297,21 +297,23 @@ def test_scene_is_recorded_at_its_own_pace(
 def test_warmup_runs_every_target(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     calls = itertools.count()
     monkeypatch.setattr(jit, "mute_compile_notice", lambda: None)  # would mute it for all tests of this process
-    monkeypatch.setattr(warmup, "warmup_targets", lambda: [("one", lambda: next(calls)), ("two", lambda: next(calls))])
-    assert cli.main(["warmup"]) == 0
+    monkeypatch.setattr(warmup, "warmup_targets", lambda: {"one": lambda: next(calls), "two": lambda: next(calls)})
+    assert cli.main(["warmup", "--processes", "1"]) == 0
     assert next(calls) == 2
     assert re.fullmatch(r"all kernels are ready \(\d+\.\d s\)\n", capsys.readouterr().out)
 
 
 @pytest.mark.parametrize(
-    ("run", "notice"), [("kernel(1.0)", True), ("cli.main(['warmup'])", False)], ids=["alone", "in a warmup"]
+    ("run", "notice"),
+    [("kernel(1.0)", True), ("cli.main(['warmup', '--processes', '1'])", False)],
+    ids=["alone", "in a warmup"],
 )
 def test_the_progress_bar_of_warmup_replaces_the_compile_notice(run: str, notice: bool) -> None:
     code = (
         "from gsenv import cli, warmup\n"
         "from gsenv.solver import jit; jit.QUIET_SECONDS = 0\n"
         "kernel = jit.njit(eval('lambda x: x + 1.0'))\n"  # has no source, so it is compiled in each process
-        "warmup.warmup_targets = lambda: [('a kernel', lambda: kernel(1.0))]\n"
+        "warmup.warmup_targets = lambda: {'a kernel': lambda: kernel(1.0)}\n"
         f"{run}\n"
         "assert kernel.signatures, 'it was compiled'"
     )
@@ -321,9 +323,8 @@ def test_the_progress_bar_of_warmup_replaces_the_compile_notice(run: str, notice
 
 
 def test_warmup_covers_every_environment_and_planar_scene() -> None:
-    labels = {label for label, _ in warmup.warmup_targets()}
-    for entry in envs.ENVS:
-        assert {entry.id, f"{entry.id} (vector)"} <= labels
+    labels = set(warmup.warmup_targets())
+    assert {entry.id for entry in envs.ENVS} <= labels
     assert {entry.name for entry in envs.PARALLEL_ENVS} <= labels
     planar = {f"scene:{name}" for name, spec in scenes.SCENES.items() if spec.dim == 2}
     assert planar | {"scene:cube_stack"} <= labels

@@ -8,7 +8,6 @@ Needs Stable-Baselines3 only for its own policy files (policy.zip).
 from __future__ import annotations
 
 import argparse
-import ast
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -18,9 +17,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gsenv.envs import ENVS, PARALLEL_ENVS
 from gsenv.envs.core.policies import make_batch
 from gsenv.envs.core.spec_tables import box_of
+from gsenv.train.arguments import add_set_option, check_env_id, not_negative, positive
 
 SPLIT = "test"  # of all evaluations; training has the other one
 TEST_SEED = 0  # first seed of the test after training
@@ -160,47 +159,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"evaluate: {error}", file=sys.stderr)
         return 1
     return 0
-
-
-# ---------------------------------------------------------------- shared by the command lines
-
-
-def add_set_option(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--set",
-        type=_assignment,
-        action="append",
-        default=[],
-        metavar="NAME=VALUE",
-        help="set an argument of the environment, such as blocks=3; may be repeated",
-    )
-
-
-def check_env_id(parser: argparse.ArgumentParser, env_id: str) -> None:
-    if env_id.rpartition(":")[2] not in {*(entry.id for entry in ENVS), *(entry.name for entry in PARALLEL_ENVS)}:
-        parser.error(f"there is no environment {env_id!r}")
-
-
-def positive(text: str) -> int:
-    if not text.isdecimal() or int(text) == 0:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a positive whole number")
-    return int(text)
-
-
-def not_negative(text: str) -> int:
-    if not text.isdecimal():
-        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number of at least 0")
-    return int(text)
-
-
-def _assignment(text: str) -> tuple[str, Any]:
-    name, equals, value = text.partition("=")
-    if not equals or not name.isidentifier():
-        raise argparse.ArgumentTypeError(f"{text!r} is not of the form NAME=VALUE")
-    try:
-        return name, ast.literal_eval(value)
-    except (SyntaxError, ValueError):
-        return name, value  # not a literal: a string
 
 
 if __name__ == "__main__":

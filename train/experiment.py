@@ -20,17 +20,8 @@ from time import perf_counter, process_time
 from typing import TYPE_CHECKING, Any
 
 from gsenv.envs import PARALLEL_ENVS
-from gsenv.train.evaluate import (
-    TEST_SEED,
-    VALIDATION_SEED,
-    PolicyError,
-    add_set_option,
-    check_env_id,
-    evaluate,
-    make_actor,
-    not_negative,
-    positive,
-)
+from gsenv.train.arguments import add_set_option, check_env_id, not_negative, positive
+from gsenv.train.evaluate import TEST_SEED, VALIDATION_SEED, PolicyError, evaluate, make_actor
 from gsenv.train.files import read_rows, write_json, write_rows, write_whole
 
 if TYPE_CHECKING:

@@ -159,7 +159,11 @@ def make_model(settings: Settings, envs: VecNormalize) -> PPO:
         gae_lambda=settings.gae_lambda,
         clip_range=settings.clip,
         ent_coef=settings.entropy_weight,
-        policy_kwargs={"net_arch": list(settings.layers), "log_std_init": settings.log_std},
+        policy_kwargs={
+            "net_arch": list(settings.layers),
+            "log_std_init": settings.log_std,
+            "optimizer_kwargs": {"eps": 1e-5, "fused": True},  # fused: less Python in each update
+        },
         seed=settings.seed,
         device="cpu",
         **others,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from gsenv.envs.car import scene
-from gsenv.envs.core.kernels import active_contacts
+from gsenv.envs.core.kernels import active_contacts, smooth
 from gsenv.solver.core.edit import enable_body, enable_joint, place_body, set_box, set_inertia, set_mass, sleep_body
 from gsenv.solver.core.trig import sin_cos
 from gsenv.solver.jit import njit
@@ -64,13 +64,6 @@ _TWO_PI = 2.0 * math.pi
 
 
 @njit
-def _smooth(x):  # type: ignore[no-untyped-def]
-    """Return a smooth step: 0 below 0, 1 above 1, and a cubic with level ends in between."""
-    x = min(max(x, 0.0), 1.0)
-    return x * x * (3.0 - 2.0 * x)
-
-
-@njit
 def _slope(x, difficulty, draws):  # type: ignore[no-untyped-def]
     """Return the slope at x (m) of the hills without obstacles."""
     slope = 0.0
@@ -90,10 +83,10 @@ def slot_x(slot):  # type: ignore[no-untyped-def]
 @njit
 def _hilliness(x, kinds):  # type: ignore[no-untyped-def]
     """Return the factor of the slope at x: 1 in the hills, 0 on the flat ground of the start and of obstacles."""
-    share = _smooth((x - FLAT_START) / BLEND)
+    share = smooth((x - FLAT_START) / BLEND)
     slot = math.floor((x - _FIRST_SLOT) / _SLOT_SPACING + 0.5)
     if 0 <= slot < _SLOTS and kinds[slot] >= 0:
-        share *= _smooth((abs(x - slot_x(slot)) - FLAT_HALF) / BLEND)
+        share *= smooth((abs(x - slot_x(slot)) - FLAT_HALF) / BLEND)
     return share
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 
 from gsenv.envs.car3d import scene as n
-from gsenv.envs.core.kernels import between
+from gsenv.envs.core.kernels import between, smooth
 from gsenv.solver.core.trig import atan2, sin_cos
 from gsenv.solver.jit import njit
 from gsenv.solver.spatial.math import multiply, turn_about
@@ -49,13 +49,6 @@ _HX, _HY = HILL_LENGTHS
 _TWO_PI = 2.0 * math.pi
 _UP = (0.0, 0.0, 1.0)
 _LEFT = (0.0, 1.0, 0.0)
-
-
-@njit
-def smooth(x):  # type: ignore[no-untyped-def]
-    """Return a smooth step: 0 below 0, 1 above 1, and a cubic with level ends in between."""
-    x = min(max(x, 0.0), 1.0)
-    return x * x * (3.0 - 2.0 * x)
 
 
 # ---------------------------------------------------------------- reading the centre line

@@ -14,6 +14,13 @@ def between(low, high, draw):  # type: ignore[no-untyped-def]
 
 
 @njit
+def smooth(x):  # type: ignore[no-untyped-def]
+    """Return a smooth step: 0 below 0, 1 above 1, and a cubic with level ends in between."""
+    x = min(max(x, 0.0), 1.0)
+    return x * x * (3.0 - 2.0 * x)
+
+
+@njit
 def clip(out, low, high):  # type: ignore[no-untyped-def]
     """Clip numbers (entry,) to their bounds, in place."""
     for i in range(len(out)):

@@ -1,9 +1,8 @@
-"""`gsenv list`, `train`, `evaluate`, `dataset` and `warmup`."""
+"""`gsenv list`, `train`, `evaluate` and `dataset`."""
 
 import argparse
 import importlib
 from pathlib import Path
-from time import perf_counter
 
 from gsenv.envs import ENVS, PARALLEL_ENVS
 
@@ -37,13 +36,12 @@ def run_train(options: argparse.Namespace) -> int:
 
 
 def run_evaluate(options: argparse.Namespace) -> int:
-    from gsenv.train.evaluate import TEST_SEED, evaluate
+    from gsenv.train.evaluate import evaluate
 
     check_env(options.env)
-    seed = TEST_SEED if options.seed is None else options.seed
-    actor = find_actor(options.policy, options.env, seed)
+    actor = find_actor(options.policy, options.env, options.seed)
     try:
-        print(evaluate(actor, options.env, options.episodes, seed, dict(options.set)))
+        print(evaluate(actor, options.env, options.episodes, options.seed, dict(options.set)))
     except (TypeError, ValueError) as error:  # a bad --set
         raise CliError(str(error), WRONG_USAGE) from error
     return OK
@@ -77,21 +75,4 @@ def run_dataset(options: argparse.Namespace) -> int:
     except OSError as error:
         raise CliError(f"cannot write the dataset: {error.strerror or error}", FAILED) from error
     print(f"{dataset.spec.dataset_id}: {dataset.total_episodes} episodes, {dataset.total_steps} steps")
-    return OK
-
-
-def run_warmup(options: argparse.Namespace) -> int:
-    from gsenv.solver import jit
-    from gsenv.warmup import warmup_targets
-
-    jit.mute_compile_notice()  # the progress bar replaces it
-    began = perf_counter()
-    targets = warmup_targets()
-    with make_progress() as progress:
-        task = progress.add_task("compiling", total=len(targets))
-        for label, run in targets:
-            progress.update(task, description=f"compiling for {label}")
-            run()
-            progress.advance(task)
-    print(f"all kernels are ready ({perf_counter() - began:.1f} s)")
     return OK

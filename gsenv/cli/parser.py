@@ -1,13 +1,14 @@
 """The command line: commands and their options."""
 
 import argparse
-import ast
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import NoReturn
 
 from gsenv import __version__
+from gsenv.train.arguments import add_set_option, not_negative, positive
 
-from .commands import run_dataset, run_evaluate, run_list, run_train, run_warmup
+from .commands import run_dataset, run_evaluate, run_list, run_train
+from .compilation import run_pack, run_warmup
 from .errors import WRONG_USAGE, CliError
 from .recording import run_record
 
@@ -59,11 +60,11 @@ def make_parser() -> argparse.ArgumentParser:
     record.add_argument(
         "--policy", type=_policy_name, metavar="POLICY", help=f"policy: {POLICY_HELP} (default: random)"
     )
-    _add_set(record)
-    record.add_argument("--seed", type=_seed, default=0, help="seed of episode and random policy (default: 0)")
+    add_set_option(record)
+    record.add_argument("--seed", type=not_negative, default=0, help="seed of episode and random policy (default: 0)")
     record.add_argument(
         "--steps",
-        type=_positive,
+        type=positive,
         help="number of control steps; new episodes begin as needed (default: one episode, or the scene's duration)",
     )
     record.add_argument("--size", type=_size, metavar="WxH", help="frame size in pixels (default: 640x480)")
@@ -79,11 +80,11 @@ def make_parser() -> argparse.ArgumentParser:
     )
     train.add_argument("env", metavar="ENV", help="a name from `gsenv list`")
     train.add_argument("--algorithm", choices=("ppo", "sac"), default="ppo", help="learning algorithm (default: ppo)")
-    train.add_argument("--steps", type=_positive, help="steps, summed over all worlds (default: the environment's)")
-    train.add_argument("--seeds", type=_seed, nargs="+", default=[0], help="seeds, one run each (default: 0)")
+    train.add_argument("--steps", type=positive, help="steps, summed over all worlds (default: the environment's)")
+    train.add_argument("--seeds", type=not_negative, nargs="+", default=[0], help="seeds, one run each (default: 0)")
     train.add_argument("--resume", action="store_true", help="continue the runs in the output folder")
     train.add_argument("--out", type=Path, metavar="FOLDER", help="output folder (default: runs/ALGORITHM/ENV)")
-    _add_set(train)
+    add_set_option(train)
     train.set_defaults(run=run_train)
 
     evaluate = commands.add_parser(
@@ -95,12 +96,8 @@ def make_parser() -> argparse.ArgumentParser:
         formatter_class=style,
     )
     evaluate.add_argument("env", metavar="ENV", help="a name from `gsenv list`")
-    evaluate.add_argument(
-        "--policy", type=_policy_name, default="trained", metavar="POLICY", help=f"{POLICY_HELP} (default: trained)"
-    )
-    evaluate.add_argument("--episodes", type=_positive, default=100, help="number of episodes (default: 100)")
-    evaluate.add_argument("--seed", type=_seed, help="seed of the first episode (default: 0)")
-    _add_set(evaluate)
+    _add_episodes(evaluate)
+    add_set_option(evaluate)
     evaluate.set_defaults(run=run_evaluate)
 
     dataset = commands.add_parser(
@@ -112,16 +109,12 @@ def make_parser() -> argparse.ArgumentParser:
         formatter_class=style,
     )
     dataset.add_argument("env", metavar="ENV", help="a name from `gsenv list`")
-    dataset.add_argument(
-        "--policy", type=_policy_name, default="trained", metavar="POLICY", help=f"{POLICY_HELP} (default: trained)"
-    )
-    dataset.add_argument("--episodes", type=_positive, default=100, help="number of episodes (default: 100)")
-    dataset.add_argument("--seed", type=_seed, default=0, help="seed of the first episode (default: 0)")
+    _add_episodes(dataset)
     dataset.add_argument(
         "--noise", type=_noise, default=0.0, help="standard deviation of noise added to the actions (default: 0)"
     )
     dataset.add_argument("--name", help="id of the dataset (default: gsenv/ENV/POLICY-v0)")
-    _add_set(dataset)
+    add_set_option(dataset)
     dataset.set_defaults(run=run_dataset)
 
     warmup = commands.add_parser(
@@ -130,47 +123,40 @@ def make_parser() -> argparse.ArgumentParser:
         description="Compile the kernels of all environments and 2D scenes, and of one 3D scene, into the cache, so "
         "that later runs start without compiling.",
     )
+    warmup.add_argument("names", nargs="*", metavar="NAME", help="environments or scenes (default: all)")
+    _add_processes(warmup)
     warmup.set_defaults(run=run_warmup)
+
+    pack = commands.add_parser(
+        "pack",
+        help="compile kernels for all CPUs of this kind",
+        description="Compile the kernels that `gsenv warmup` compiles for a baseline CPU, into one file for this\n"
+        "system, Python and numba, which is part of the package: with it, environments start without compiling.",
+        formatter_class=style,
+    )
+    pack.add_argument("--out", type=Path, metavar="FOLDER", help="output folder (default: that of the package)")
+    _add_processes(pack)
+    pack.set_defaults(run=run_pack)
     return parser
 
 
-def _add_set(parser: argparse.ArgumentParser) -> None:
+def _add_processes(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--processes", type=positive, metavar="N", help="compile in N processes (default: all cores)")
+
+
+def _add_episodes(parser: argparse.ArgumentParser) -> None:
+    """Add the options that choose a policy and the seeds of its episodes."""
     parser.add_argument(
-        "--set",
-        type=_assignment,
-        action="append",
-        default=[],
-        metavar="NAME=VALUE",
-        help="set an argument of the environment, such as blocks=3; may be repeated",
+        "--policy", type=_policy_name, default="trained", metavar="POLICY", help=f"{POLICY_HELP} (default: trained)"
     )
-
-
-def _assignment(text: str) -> tuple[str, Any]:
-    name, equals, value = text.partition("=")
-    if not equals or not name.isidentifier():
-        raise argparse.ArgumentTypeError(f"{text!r} is not of the form NAME=VALUE")
-    try:
-        return name, ast.literal_eval(value)
-    except (SyntaxError, ValueError):
-        return name, value  # not a literal: a string
+    parser.add_argument("--episodes", type=positive, default=100, help="number of episodes (default: 100)")
+    parser.add_argument("--seed", type=not_negative, default=0, help="seed of the first episode (default: 0)")
 
 
 def _policy_name(text: str) -> str:
     if text not in ("random", "scripted", "trained") and not text.endswith((".npz", ".zip")):
         raise argparse.ArgumentTypeError(f"invalid choice: {text!r}; it is {POLICY_HELP}")
     return text
-
-
-def _positive(text: str) -> int:
-    if not text.isdecimal() or int(text) == 0:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a positive whole number")
-    return int(text)
-
-
-def _seed(text: str) -> int:
-    if not text.isdecimal():
-        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number of at least 0")
-    return int(text)
 
 
 def _noise(text: str) -> float:
@@ -186,6 +172,6 @@ def _noise(text: str) -> float:
 def _size(text: str) -> tuple[int, int]:
     width, _, height = text.lower().partition("x")
     try:
-        return _positive(width), _positive(height)
+        return positive(width), positive(height)
     except argparse.ArgumentTypeError:
         raise argparse.ArgumentTypeError(f"{text!r} is not a size such as 640x480") from None

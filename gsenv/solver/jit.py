@@ -7,11 +7,11 @@ Cache. numba keeps compiled code on disk, but it checks only the caller's own fi
 callee of another file the cached caller runs the OLD code. So the name of a cache entry holds a digest
 of the files that the kernel's file imports, directly or through others (`kernel_sources`), and the
 signature, the CPU and numba's version: one entry, one file, written to a temporary name and then
-renamed. An edit of a file that a kernel cannot reach leaves its entry valid. There is no index to
-update, so concurrent cold starts cannot mix up entries; they only compile the same kernel twice.
-(numba's own index numbers the data files, and two processes that compile different signatures of one
-kernel can both take number 1.) Files lie where numba would put them: `$NUMBA_CACHE_DIR`,
-`__pycache__` beside the source, or the user's cache folder.
+renamed. An edit of a file that a kernel cannot reach leaves its entry valid. What is not there may be
+in the set of precompiled kernels (`precompiled`). There is no index to update, so concurrent cold starts
+cannot mix up entries; they only compile the same kernel twice. (numba's own index numbers the data files,
+and two processes that compile different signatures of one kernel can both take number 1.) Files lie where
+numba would put them: `$NUMBA_CACHE_DIR`, `__pycache__` beside the source, or the user's cache folder.
 
 `NUMBA_DISABLE_JIT=1` leaves plain Python functions (for coverage and debuggers).
 """
@@ -34,6 +34,7 @@ from numba.core.caching import FunctionCache
 from numba.core.options import DefaultOptions
 from numba.core.serialize import dumps
 
+from . import precompiled
 from .deferred_library import StaleEntryError
 from .inner_kernels import KernelDispatcher, symbol_ids
 from .kernel_sources import kernel_sources
@@ -148,12 +149,22 @@ class _EntryFiles:
         self._digest = digest[:16]
 
     def load(self, key: Any) -> Any:
-        """Return the entry stored under `key`, or None."""
+        """Return the entry stored under `key`, or that of the set of precompiled kernels, or None."""
         try:
-            stored_key, data = pickle.loads(self._path(key).read_bytes())
-        except Exception:  # missing or unreadable for any reason: compile again
+            return _entry(self._path(key).read_bytes(), key)
+        except Exception:  # missing or unreadable for any reason
+            return self._load_precompiled(key)
+
+    def _load_precompiled(self, key: Any) -> Any:
+        signature, target, codes, inner = key
+        if inner or precompiled.machine() not in precompiled.BASELINES:
             return None
-        return data if stored_key == key else None
+        key = (signature, precompiled.baseline_target(target), codes, inner)
+        data = precompiled.find(self._path(key).name)
+        try:
+            return None if data is None else _entry(data, key)
+        except Exception:  # unreadable: compile again
+            return None
 
     def save(self, key: Any, data: Any) -> None:
         """Store `data` under `key`, atomically."""
@@ -175,19 +186,32 @@ class _EntryFiles:
         config = numba.config
         code_settings = (config.OPT, config.BOUNDSCHECK, config.LOOP_VECTORIZE, config.SLP_VECTORIZE)
         name = hashlib.sha256(repr((numba.__version__, code_settings, key)).encode()).hexdigest()
-        return Path(self._folder) / f"{self._base}.{self._digest}.{name[:24]}.nbc"
+        kind = "nbi" if key[-1] else "nbc"  # inner kernels, and those that Python calls
+        return Path(self._folder) / f"{self._base}.{self._digest}.{name[:24]}.{kind}"
 
     def _siblings(self) -> list[Path]:
         # A kernel's line changes with edits above it, so its stale files are found by any line.
         name, _, python = self._base.rpartition(".")
         function = name.rpartition("-")[0]
-        pattern = re.compile(rf"{re.escape(function)}-\d+\.{re.escape(python)}\.[0-9a-f]{{16}}\.[0-9a-f]{{24}}\.nbc")
+        pattern = re.compile(rf"{re.escape(function)}-\d+\.{re.escape(python)}\.[0-9a-f]{{16}}\.[0-9a-f]{{24}}\.nb[ci]")
         return [path for path in Path(self._folder).iterdir() if pattern.fullmatch(path.name)]
 
     def _remove_stale(self) -> None:
         for path in self._siblings():
             if f".{self._digest}." not in path.name:
                 path.unlink(missing_ok=True)
+
+
+def _entry(data: bytes, key: Any) -> Any:
+    """Return what a file holds under `key`.
+
+    Raises:
+        LookupError: it holds something else; others where the file is broken.
+    """
+    stored_key, entry = pickle.loads(data)
+    if stored_key != key:
+        raise LookupError(key)
+    return entry
 
 
 class _KernelCache(FunctionCache):
@@ -307,7 +331,7 @@ class _CompileNotice(event.Listener):
         if self._spent + elapsed >= QUIET_SECONDS:
             _say_once(
                 "compile",
-                "gsenv: compiling kernels for this machine, a minute or more, once "
+                f"gsenv: compiling kernels, a minute or more, once: {precompiled.why_not()} "
                 "(run `gsenv warmup` to do it ahead of time)",
             )
 

@@ -1,11 +1,9 @@
 """The kernel decorator: what reaches the cache, what leaves it, what the user is told."""
 
-import os
 import re
 import subprocess
 import sys
 import warnings
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -15,80 +13,14 @@ import pytest
 from numba.core.caching import FunctionCache
 from numba.core.registry import CPUDispatcher
 
-from gsenv.solver import deferred_library, inner_kernels, jit, kernel_sources
+from gsenv.solver import deferred_library, inner_kernels, jit
 from gsenv.solver.jit import inline_njit, njit
-
-CALLEE = """
-from .constants import FACTOR
-from .jit import inline_njit
-
-@inline_njit
-def callee(x):
-    return FACTOR * x + {}
-"""
-CALLER = """
-from gsenv.solver.callee import callee
-from gsenv.solver.jit import njit
-
-@njit
-def caller(x):
-    return 10 * callee(x)
-"""
-RUN = """
-import sys
-import warnings
-from gsenv.solver import jit
-jit.QUIET_SECONDS = {quiet}
-from gsenv.solver.caller import caller
-print(*[caller(eval(argument)) for argument in sys.argv[1:]])
-print(*jit.compiled_kernels())
-"""
-
-Run = Callable[..., subprocess.CompletedProcess[str]]
+from tests.solver.mini_package import CALLEE, CALLER, entries, make_package, run, start
 
 
 @pytest.fixture
 def package(tmp_path: Path) -> Path:
-    """A package gsenv with this jit.py, a caller, its callee in another file, and a scene that uses them.
-
-    Returns the folder in which the package lies.
-    """
-    solver = tmp_path / "gsenv" / "solver"
-    solver.mkdir(parents=True)
-    (solver.parent / "__init__.py").touch()
-    (solver / "__init__.py").write_text("from .scene import scene\n")
-    for source in (jit.__file__, inner_kernels.__file__, deferred_library.__file__, kernel_sources.__file__):
-        (solver / Path(source).name).write_bytes(Path(source).read_bytes())
-    (solver / "constants.py").write_text("FACTOR = 1\n")
-    (solver / "callee.py").write_text(CALLEE.format(1))
-    (solver / "caller.py").write_text(CALLER)
-    (solver / "scene.py").write_text("from .caller import caller\n\nscene = caller\n")
-    return tmp_path
-
-
-def start(package: Path, *arguments: str, quiet: float = 1e9, **environment: str) -> subprocess.Popen[str]:
-    inherited = {name: value for name, value in os.environ.items() if not name.startswith("NUMBA_")}
-    return subprocess.Popen(
-        [sys.executable, "-c", RUN.format(quiet=quiet), *arguments],
-        cwd=package,
-        env=inherited | environment,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-
-
-def run(package: Path, *arguments: str, quiet: float = 1e9, **environment: str) -> tuple[str, str, str]:
-    """Result line, line of compiled kernels, and stderr of a fresh process that calls `caller`."""
-    process = start(package, *arguments, quiet=quiet, **environment)
-    out, err = process.communicate(timeout=120)
-    assert process.returncode == 0, err
-    result, kernels = out.splitlines()
-    return result, kernels, err
-
-
-def entries(package: Path) -> list[str]:
-    return sorted(path.name for path in (package / "gsenv/solver/__pycache__").glob("*.nbc"))
+    return make_package(tmp_path)
 
 
 def test_edit_in_a_callee_of_another_file_reaches_the_cached_caller(package: Path) -> None:

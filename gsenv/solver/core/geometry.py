@@ -137,7 +137,7 @@ def update_geometry(world: Any) -> None:
     for k in range(len(models)):
         b = models[k].body
         kind = body_models[b].kind
-        if mark_shape(geometry[k], parameters[k], bodies[b], kind, body_parameters[b]):
+        if mark_shape(geometry[k], models[k], parameters[k], bodies[b], kind, body_parameters[b]):
             pose = place_shape(geometry[k], bodies[b], body_parameters[b], parameters[k])
             lower, upper = bounding_box(models[k], parameters[k], vertices, pose)
             reach = reach_of(bodies[b], kind, body_parameters[b], gravity, timestep)
@@ -146,9 +146,9 @@ def update_geometry(world: Any) -> None:
 
 
 @njit
-def mark_shape(entry: Any, parameter: Any, body: Any, kind: int, body_parameter: Any) -> bool:
-    """Write whether the shape is active, dynamic and awake; returns whether it is active."""
-    active = parameter.enabled != 0 and body_parameter.enabled != 0
+def mark_shape(entry: Any, model: Any, parameter: Any, body: Any, kind: int, body_parameter: Any) -> bool:
+    """Write whether the shape is active (it may touch others), dynamic and awake; returns whether it is active."""
+    active = parameter.enabled != 0 and body_parameter.enabled != 0 and model.category != 0 and model.mask != 0
     entry.active = 1 if active else 0
     entry.dynamic = 1 if active and kind == DYNAMIC else 0
     awake = kind == DYNAMIC and body.asleep == 0

@@ -295,8 +295,11 @@ def solve(
     contradictory rows end with converged=False and are among `unsolved_rows`. `Solution.reason` says why.
     Problems with friction may have several solutions or none; each method returns one.
 
-    ValueError for an unknown method, one that can't solve a problem of this kind, a bad tolerance, max_sweeps or start.
+    TypeError for anything but a Problem; ValueError for an unknown method, one that can't solve a problem of this kind,
+    a bad tolerance, max_sweeps or start.
     """
+    if not isinstance(problem, Problem):
+        raise TypeError(f"solve takes a Problem, not {type(problem).__name__}: Problem.from_rows makes one.")
     if method not in METHODS:
         raise ValueError(f"Unknown method {method!r}, expected one of {', '.join(METHODS)}.")
     if not tolerance >= 0.0:

@@ -131,6 +131,23 @@ def test_disabled_and_static_things_make_no_pairs(dim: int) -> None:
 
 
 @BOTH
+def test_shapes_that_are_only_drawn_are_not_placed(dim: int) -> None:
+    half = (0.5,) * dim
+    box = planar.Box if dim == 2 else spatial.Box
+    drawn = [box(half_extents=half, mask=0), box(half_extents=half, category=0)]
+    worlds = []
+    for others in ([], drawn):
+        scene = Scene(dim=dim)
+        scene.add_body("floor", "static", shapes=[ground(dim)])
+        scene.add_body("block", shapes=[box(half_extents=half)], position=at(dim, 0.0, 0.6), mass=1.0)
+        scene.add_body("wall", "static", shapes=others)
+        worlds.append(World(scene))
+        worlds[-1].step(40)
+    np.testing.assert_array_equal(worlds[0].state.bodies["position"], worlds[1].state.bodies["position"])
+    assert worlds[1]._scratches[0].geometry["active"].tolist() == [1, 1, 0, 0]
+
+
+@BOTH
 def test_disabled_joints_make_no_rows(dim: int) -> None:
     scene = Scene(dim=dim, gravity=(0.0,) * dim)
     for k in range(2):

@@ -110,6 +110,11 @@ def test_solve(change: dict[str, Any], message: str) -> None:
         solve(problem, **change)
 
 
+def test_solve_takes_a_problem() -> None:
+    with pytest.raises(TypeError, match=r"solve takes a Problem, not int: Problem\.from_rows makes one"):
+        solve(3)  # type: ignore[arg-type]
+
+
 @pytest.mark.parametrize("method", ["pgs", "nncg", "apgd"])
 def test_sweeps_need_symmetry(method: str) -> None:
     problem = Problem.from_delassus([[1.0, 0.5], [0.0, 1.0]], [-1.0, -1.0], lower=0)

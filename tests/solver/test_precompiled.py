@@ -1,0 +1,113 @@
+"""Precompiled kernels: found by any process whose sources are the same, never used for others."""
+
+from __future__ import annotations
+
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from gsenv import pack
+from gsenv.solver import precompiled
+from tests.solver.mini_package import CALLEE, entries, make_package, run
+
+BASELINE = precompiled.BASELINES.get(precompiled.machine())
+pytestmark = pytest.mark.skipif(BASELINE is None, reason=f"no baseline CPU for {precompiled.machine()}")
+
+
+@pytest.fixture
+def package(tmp_path: Path) -> Path:
+    """The small package with a set of its kernels for one float, and an empty cache."""
+    made = make_package(tmp_path)
+    assert BASELINE is not None
+    cache = tmp_path / "cache"
+    result, _, _ = run(made, "2.5", NUMBA_CACHE_DIR=str(cache), NUMBA_CPU_NAME=BASELINE.name, NUMBA_CPU_FEATURES="")
+    assert result == "35.0"
+    pack.write_set(cache, made / "gsenv/assets/kernels")
+    return made
+
+
+def only_file(package: Path) -> Path:
+    (file,) = (package / "gsenv/assets/kernels").iterdir()
+    return file
+
+
+def test_the_set_has_what_python_calls_and_nothing_else(package: Path) -> None:
+    names = zipfile.ZipFile(only_file(package)).namelist()
+    assert [precompiled.function_of(name) for name in names] == ["caller.caller"]
+
+
+def test_a_fresh_process_compiles_nothing(package: Path) -> None:
+    assert run(package, "2.5", quiet=0.0) == ("35.0", "gsenv.solver.caller.caller", "")
+    assert entries(package) == []
+
+
+def test_other_arguments_are_compiled(package: Path) -> None:
+    result, _, err = run(package, "2", quiet=0.0)
+    assert result == "30"
+    assert "the precompiled caller.caller is for other sources or another set of features" in err
+    assert len(entries(package)) == 2
+
+
+@pytest.mark.parametrize("name", ["callee", "constants"])
+def test_old_code_is_never_served(package: Path, name: str) -> None:
+    text = CALLEE.format(2) if name == "callee" else "FACTOR = 2\n"
+    (package / f"gsenv/solver/{name}.py").write_text(text)
+    result, _, err = run(package, "2.5", quiet=0.0)
+    assert result == ("45.0" if name == "callee" else "60.0")
+    assert "is for other sources" in err
+    assert err.count("\n") == 1
+
+
+def test_an_edit_elsewhere_leaves_the_set_valid(package: Path) -> None:
+    (package / "gsenv/solver/scene.py").write_text("from .caller import caller\n\nscene = 3\n")
+    assert run(package, "2.5", quiet=0.0)[2] == ""
+
+
+def test_the_cache_comes_first(package: Path) -> None:
+    assert run(package, "2.5", quiet=0.0, GSENV_PRECOMPILED="0")[2].count("GSENV_PRECOMPILED is 0") == 1
+    assert len(entries(package)) == 2
+    only_file(package).unlink()
+    assert run(package, "2.5", quiet=0.0)[2] == ""
+
+
+@pytest.mark.parametrize(
+    ("what", "reason"),
+    [
+        ("gone", "there are no precompiled kernels for"),
+        ("broken", "the precompiled kernels cannot be read"),
+        ("cut", "the precompiled kernels cannot be read"),
+    ],
+)
+def test_without_a_set_kernels_are_compiled(package: Path, what: str, reason: str) -> None:
+    file = only_file(package)
+    if what == "gone":
+        file.rename(file.with_name("other-system.zip"))
+    else:
+        file.write_bytes(b"no zip" if what == "broken" else file.read_bytes()[:-100])
+    result, _, err = run(package, "2.5", quiet=0.0)
+    assert result == "35.0"
+    assert reason in err
+    assert err.count("\n") == 1
+
+
+def test_a_broken_entry_is_compiled(package: Path) -> None:
+    file = only_file(package)
+    (name,) = zipfile.ZipFile(file).namelist()
+    with zipfile.ZipFile(file, "w") as archive:
+        archive.writestr(name, b"no pickle")
+    assert run(package, "2.5")[0] == "35.0"
+    assert len(entries(package)) == 2
+
+
+def test_a_cpu_without_a_feature_compiles(monkeypatch: pytest.MonkeyPatch, package: Path) -> None:
+    monkeypatch.setattr(precompiled, "FOLDER", package / "gsenv/assets/kernels")
+    host = precompiled.binding.get_host_cpu_features()
+    assert isinstance(precompiled.open_set.__wrapped__(), precompiled.KernelSet)
+    monkeypatch.setattr(precompiled.binding, "get_host_cpu_features", lambda: {**host, "avx2": False})
+    assert precompiled.open_set.__wrapped__() == "this CPU lacks avx2, which the precompiled kernels use"
+
+
+def test_a_chosen_cpu_compiles(package: Path) -> None:
+    _, _, err = run(package, "2.5", quiet=0.0, NUMBA_CPU_NAME="generic")
+    assert "NUMBA_CPU_NAME or NUMBA_CPU_FEATURES is set" in err
