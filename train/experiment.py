@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any
 
 from gsenv.envs import PARALLEL_ENVS
 from gsenv.train.arguments import add_set_option, check_env_id, not_negative, positive
+from gsenv.train.curriculum import Curriculum
 from gsenv.train.evaluate import TEST_SEED, VALIDATION_SEED, PolicyError, evaluate, make_actor
 from gsenv.train.files import read_rows, write_json, write_rows, write_whole
 
@@ -48,16 +49,11 @@ class Settings:
     watched_episodes: int = 50  # episodes of an evaluation during training
     test_episodes: int = 100  # episodes of the test after training
     tests: tuple[dict[str, Any], ...] = ({},)  # environment arguments of each test
-    curriculum: tuple[tuple[float, dict[str, Any]], ...] = ()  # (up to this fraction of the steps, these arguments)
+    lessons: tuple[dict[str, Any], ...] = ()  # of the curriculum: what differs from `arguments`, easiest first
+    pass_mark: float = 0.7  # share of successes with which the next lesson begins
 
-    def lesson(self, steps: int) -> dict[str, Any]:
-        """Return the arguments that the curriculum sets for episodes that begin after `steps` steps."""
-        named = {name for _, lesson in self.curriculum for name in lesson}
-        arguments = {name: self.arguments[name] for name in named}
-        for share, lesson in self.curriculum:
-            if steps < share * self.steps:
-                return arguments | lesson
-        return arguments
+    def curriculum(self, lesson: int) -> Curriculum:
+        return Curriculum(self.lessons, self.arguments, self.pass_mark, 2 * self.world_count, lesson)
 
 
 @dataclass(frozen=True)
@@ -301,13 +297,20 @@ def _watcher(run: Run, progress: Any) -> BaseCallback:
             self.began_cpu = process_time() - (run.rows[-1].get("cpu_seconds", 0.0) if run.rows else 0.0)
             self.logged = self.num_timesteps
             self.evaluated = self.num_timesteps
+            self.curriculum = settings.curriculum(int(run.rows[-1].get("lesson", 0)) if run.rows else 0)
+            self.begin_lesson()
+
+        def begin_lesson(self) -> None:
+            for name, value in self.curriculum.current().items():
+                run.normalize.set_attr(name, value)
 
         def _on_step(self) -> bool:
+            self.curriculum.ended += int(np.sum(self.locals["dones"]))
             return True
 
         def _on_rollout_start(self) -> None:
-            for name, value in settings.lesson(self.num_timesteps).items():
-                run.normalize.set_attr(name, value)
+            if self.curriculum.advance(_mean(list(self.model.ep_success_buffer or ()))):
+                self.begin_lesson()
 
         def _on_rollout_end(self) -> None:
             if self.num_timesteps - self.logged < settings.log_every:
@@ -335,6 +338,7 @@ def _watcher(run: Run, progress: Any) -> BaseCallback:
                 "return": _mean([episode["r"] for episode in episodes]),
                 "length": _mean([episode["l"] for episode in episodes]),
                 "success": _mean(list(self.model.ep_success_buffer or ())),
+                "lesson": self.curriculum.lesson,
                 "evaluated_return": "",
                 "evaluated_success": "",
             }

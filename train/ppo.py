@@ -51,17 +51,17 @@ STACK = replace(
 )
 
 
-def _frailer(few: int, more: int) -> tuple[tuple[float, dict[str, float]], ...]:
-    """Return a curriculum of towers of `few`, then `more` blocks, which crack more and more easily.
+def _frailer(few: int, more: int) -> tuple[dict[str, float], ...]:
+    """Return lessons of towers of `few`, then `more` blocks, which crack more and more easily.
 
     Blocks that crack at once are never released, and blocks that never crack are dropped at once.
     """
     return (
-        (0.07, {"blocks": few, "crack_speed": 2.0}),
-        (0.14, {"blocks": more, "crack_speed": 1.4}),
-        (0.21, {"blocks": more, "crack_speed": 1.0}),
-        (0.28, {"crack_speed": 0.7}),
-        (0.35, {"crack_speed": 0.5}),
+        {"blocks": few, "crack_speed": 2.0},
+        {"blocks": more, "crack_speed": 1.4},
+        {"blocks": more, "crack_speed": 1.0},
+        {"crack_speed": 0.7},
+        {"crack_speed": 0.5},
     )
 
 
@@ -74,7 +74,7 @@ RAGDOLL = replace(
     learning_rate=1e-3,
     log_std=-1.0,
     arguments={"push": 0.8},  # more than the environment's own, so that it learns to step
-    curriculum=((0.12, {"push": 0.3}), (0.3, {"push": 0.5})),
+    lessons=({"push": 0.3}, {"push": 0.5}),
     tests=({"push": 0.3}, {"push": 0.6}, {"push": 1.0}),
 )
 CAR = replace(
@@ -100,21 +100,21 @@ RAGDOLL3D = replace(
     wanted_kl=0.012,
     mirrored=True,
     arguments={"push": 0.7},
-    curriculum=((0.08, {"push": 0.1}), (0.16, {"push": 0.3}), (0.35, {"push": 0.5})),
+    lessons=({"push": 0.1}, {"push": 0.3}, {"push": 0.5}),
 )
 SETTINGS = {
     "GStack-v0": replace(
         STACK,
         steps=2_500_000,
         arguments={"blocks": 5, "crack_speed": 0.4},
-        curriculum=_frailer(2, 3),
+        lessons=_frailer(2, 3),
         tests=({},),
     ),
     "GStack3D-v0": replace(
         STACK,
         steps=3_000_000,
         arguments={"blocks": 3, "crack_speed": 0.4},
-        curriculum=_frailer(2, 2),
+        lessons=_frailer(2, 2),
         tests=({},),
     ),
     "tower_v0": replace(
@@ -122,13 +122,13 @@ SETTINGS = {
         steps=8_000_000,
         world_count=128,
         arguments={"blocks": 4, "crack_speed": 0.4},
-        curriculum=_frailer(2, 2),
+        lessons=_frailer(2, 2),
         tests=({},),
     ),
     "GCar-v0": replace(
         CAR,
         arguments={"difficulty": 0.5},
-        curriculum=((0.15, {"difficulty": 0.2}), (0.3, {"difficulty": 0.35})),
+        lessons=({"difficulty": 0.2}, {"difficulty": 0.35}),
         tests=({"difficulty": 0.3}, {"difficulty": 0.5}),
     ),
     "GCar-hardcore-v0": CAR,
@@ -159,6 +159,7 @@ def make_model(settings: Settings, envs: VecNormalize) -> PPO:
         gae_lambda=settings.gae_lambda,
         clip_range=settings.clip,
         ent_coef=settings.entropy_weight,
+        stats_window_size=settings.world_count,
         policy_kwargs={
             "net_arch": list(settings.layers),
             "log_std_init": settings.log_std,

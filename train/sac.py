@@ -61,6 +61,7 @@ def make_model(settings: Settings, envs: VecNormalize) -> SAC:
         gamma=settings.discount,
         train_freq=1,
         gradient_steps=settings.gradient_steps,
+        stats_window_size=max(settings.world_count, 100),
         policy_kwargs={"net_arch": list(settings.layers), "optimizer_kwargs": {"fused": True}},
         seed=settings.seed,
         device="cpu",

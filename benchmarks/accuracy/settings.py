@@ -26,6 +26,7 @@ GSENV_JOINTED = (
     *((solver, 60, n, tol) for solver in SOLVERS if solver != "subspace" for n in (2, 4, 8) for tol in (1e-3, 1e-5)),
 )
 GSENV = {"standing": GSENV_STANDING, "moving": GSENV_MOVING, "spring": GSENV_MOVING, "jointed": GSENV_JOINTED}
+LINKAGES = ("jointed", "cradle")
 GSENV_QUICK = (("subspace", 30, 1, 1e-4), ("subspace", 60, 1, 1e-4))
 SWEEPS = {1e-3: 20, 1e-4: 30, 1e-5: 60}  # most sweeps, by tolerance
 
@@ -75,7 +76,10 @@ def gsenv_settings(case: Case, quick: bool) -> Iterable[Setting]:
 
 
 def gsenv_sweep(case: Case, grid: Iterable[tuple[str, int, int, float]]) -> Iterator[Setting]:
-    """Yield the fidelities, then settings of (solver, steps per s, substeps, tolerance)."""
+    """Yield the fidelities, then settings of (solver, steps per s, substeps, tolerance).
+
+    Linkages are also measured in joint coordinates, with the solver "subspace".
+    """
     for mark, values in FIDELITIES.items():
         yield Setting("gsenv", mark, 1.0 / 60.0, {**values, "sleep": case.sleep}, mark)
     for solver, rate, substeps, tolerance in grid:
@@ -85,6 +89,8 @@ def gsenv_sweep(case: Case, grid: Iterable[tuple[str, int, int, float]]) -> Iter
             "sleep": case.sleep,
         }  # fmt: skip
         yield Setting("gsenv", label, 1.0 / rate, values)
+        if case.kind in LINKAGES and solver == "subspace":
+            yield Setting("gsenv", f"{label}, joint coordinates", 1.0 / rate, {**values, "articulated": True})
 
 
 def box2d_settings(case: Case, quick: bool) -> Iterable[Setting]:

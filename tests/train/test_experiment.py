@@ -133,10 +133,40 @@ def test_tensorboard_gets_events_where_it_is_installed(tmp_path: Path) -> None:
     assert list((tmp_path / "tensorboard").glob("events.*"))
 
 
-def test_curriculum_sets_arguments_by_the_share_of_the_steps() -> None:
+def test_a_lesson_begins_when_the_one_before_is_passed() -> None:
     settings = experiment.Settings(
-        arguments={"blocks": 5}, steps=1000, curriculum=((0.1, {"blocks": 2}), (0.3, {"blocks": 3}))
+        arguments={"blocks": 5, "crack_speed": 0.4},
+        world_count=4,
+        pass_mark=0.5,
+        lessons=({"blocks": 2}, {"blocks": 3}),
     )
-    lessons = [settings.lesson(steps)["blocks"] for steps in (0, 99, 100, 299, 300, 1000)]
-    assert lessons == [2, 2, 3, 3, 5, 5]
-    assert experiment.Settings(arguments={"blocks": 5}).lesson(0) == {}
+    course = settings.curriculum(0)
+    assert course.current() == {"blocks": 2}
+    assert not course.advance(1.0)  # of episodes of before
+    course.ended = 8
+    assert not course.advance(0.49)
+    assert not course.advance(float("nan"))
+    assert course.advance(0.5)
+    assert course.current() == {"blocks": 3}
+    assert not course.advance(1.0)
+    course.ended = 8
+    assert course.advance(1.0)
+    assert course.current() == {"blocks": 5}
+    course.ended = 8
+    assert not course.advance(1.0)
+    assert experiment.Settings(arguments={"blocks": 5}).curriculum(0).current() == {}
+
+
+@pytest.mark.parametrize(("kind", "settings"), EXPERIMENTS)
+def test_training_goes_through_the_lessons_and_resumes_in_the_last(kind: Any, settings: Any, tmp_path: Path) -> None:
+    lessons = ({"blocks": 2}, {"blocks": 3})
+    easy = replace(settings, lessons=lessons, pass_mark=0.0, arguments={"blocks": 1, "crack_speed": 2.0}, steps=2048)
+    run = experiment.prepare(kind, easy, tmp_path)
+    assert experiment.train(run)
+    seen = [row["lesson"] for row in run.rows]
+    assert seen == sorted(seen)
+    assert seen[-1] == 2
+    again = experiment.prepare(kind, replace(easy, steps=2048 + 256), tmp_path, resume=True)
+    assert experiment.train(again)
+    assert {row["lesson"] for row in again.rows[len(run.rows) :]} == {2}
+    assert again.normalize.get_attr("blocks") == [1] * easy.world_count
