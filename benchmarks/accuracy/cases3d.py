@@ -88,7 +88,6 @@ def towers() -> list[Case]:
         tower("mass_ratio:100", "100 kg on 1 kg", partial(cube_mass_ratio, 100.0), 5.0),
         tower("mass_ratio:1000", "1000 kg on 1 kg", partial(cube_mass_ratio, 1000.0), 5.0),
         tower("pyramid:10", "pyramid, base 10", partial(cube_pyramid, 10), 10.0, quick=False),
-        tower("pyramid:20", "pyramid, base 20", partial(cube_pyramid, 20), 10.0, quick=False),
     ]
 
 

@@ -59,10 +59,9 @@ def measure_heap(quick: bool) -> dict[str, Any]:
         one = machine(engine, text, TIMESTEP)
         start = one.state()
         one.step(5)
-        one.place(*start)
         idle = np.zeros((20 if quick else 200, 0))
-        found["falling"][engine] = run_of(one, idle)
-        found["lying"][engine] = run_of(one, idle[: len(idle) // 3])
+        found["falling"][engine] = run_of(one, start, idle)
+        found["lying"][engine] = run_of(one, one.state(), idle[: len(idle) // 3])
     return found
 
 
