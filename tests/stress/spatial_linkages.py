@@ -34,19 +34,21 @@ from .cases import Array, Case, Rng, log_uniform, random_options
 from .spatial import SpatialBuild, ground, random_turn
 
 CATEGORIES = (
-    "free", "hung", "spinning", "heavy end", "limits", "bouncing limits", "soft limits", "springs", "rotors",
-    "friction", "rings", "twice", "falling", "motors", "drives",
+    "free", "hung", "spinning", "heavy end", "limits", "bouncing limits", "springs", "rotors", "friction", "rings",
+    "doors", "falling", "motors", "drives",
 )  # fmt: skip
+OPEN = ("soft limits", "contradictory")  # of these, some scenes break the promises
 DRIVEN = ("motors", "drives")
 STEPS = 200
+FASTEST_TURN = 0.5  # rad in a timestep
 SPREAD = 30.0  # sizes between linkages
 
 
 def random_linkage_case(seed: int, category: str | None = None) -> Case:
-    """The case of a seed; its category follows from the seed unless it is given. Half are in joint coordinates."""
+    """The case of a seed, in joint coordinates; its category follows from the seed unless it is given."""
     rng = np.random.default_rng([seed, 7])
     category = CATEGORIES[seed % len(CATEGORIES)] if category is None else category
-    options = replace(random_options(rng), articulated=[True, True, False, None][int(rng.integers(4))])
+    options = replace(random_options(rng), articulated=True)
     pull = 0.0 if category in ("free", "spinning") else float(rng.choice([9.81, 9.81, 9.81, 50.0]))
     build = SpatialBuild(
         rng,
@@ -61,19 +63,19 @@ def random_linkage_case(seed: int, category: str | None = None) -> Case:
         ground(build, 40.0 * build.size, walls=False)
     drive = 0.0
     for k in range(int(rng.integers(1, 3))):
-        drive = max(drive, _add_linkage(build, category, k))
-    # bodies that no joint connects may begin inside each other
-    return Case(seed, category, complete(build.scene), options, category in DRIVEN, True, drive)
+        drive = max(drive, _add_linkage(build, category, k, FASTEST_TURN / options.timestep))
+    return Case(seed, category, complete(build.scene), options, category in DRIVEN, False, drive)
 
 
-def _add_linkage(build: SpatialBuild, category: str, k: int) -> float:
-    """Add a tree of links; returns the speed in m/s of what drives it."""
+def _add_linkage(build: SpatialBuild, category: str, k: int, fastest: float) -> float:
+    """Add a tree of links that turns with at most `fastest` rad/s; returns the speed in m/s of what drives it."""
     rng, size = build.rng, build.size
     count = int(rng.integers(2, 9))
     root = np.array([SPREAD * size * k, 0.0, size * (2.0 + 2.0 * count * float(rng.uniform(0.3, 1.2)))])
     motion = rng.normal(0.0, 1.0, (2, 3)) * (log_uniform(rng, 0.1, 3.0) if category in ("free", "falling") else 0.0)
     if category == "spinning":
-        motion[1] = rng.normal(0.0, log_uniform(rng, 1.0, 50.0), 3)
+        spin = rng.normal(0.0, log_uniform(rng, 1.0, 50.0), 3)
+        motion[1] = spin * min(1.0, fastest / float(np.hypot.reduce(spin)))
     hung = category not in ("free", "spinning", "falling", "drives") and rng.random() < 0.7
     names, places = [], []
     for i in range(count):
@@ -92,17 +94,20 @@ def _add_linkage(build: SpatialBuild, category: str, k: int) -> float:
             linear_velocity=(motion[0] + np.cross(motion[1], arm)).tolist(),
             angular_velocity=motion[1].tolist(),
         )
-        if i or hung:
+        if category == "doors" and i == 1:
+            _hang_door(build, k, names[0], names[1], anchor)
+        elif i or hung:
             if not i:
                 build.scene.add_body(f"hook_{k}", "static", position=root.tolist())
             _add_joint(build, f"joint_{k}_{i}", names[branch] if i else f"hook_{k}", names[-1], anchor, category)
     _close(build, category, k, names, places)
-    return size * 10.0 * count
+    return size * 20.0 * count
 
 
 def _link(build: SpatialBuild, **given: Any) -> Any:
     rng, size = build.rng, build.size
-    common = {**build.material(), "density": log_uniform(rng, *build.density), **given}
+    # links meet the ground only: else many would begin inside each other
+    common = {**build.material(), "density": log_uniform(rng, *build.density), "category": 2, "mask": 1, **given}
     kind = str(rng.choice(build.kinds))
     half, radius = size * rng.uniform(0.2, 0.6), size * rng.uniform(0.05, 0.3)
     if kind == "capsule":
@@ -218,25 +223,27 @@ def _six_axis(build: SpatialBuild, a: str, b: str, common: dict[str, Any], categ
     return SixAxis(a, b, orientation=random_turn(rng), **axes, **common)
 
 
+def _hang_door(build: SpatialBuild, k: int, a: str, b: str, anchor: Array) -> None:
+    """Connect two bodies by two hinges on one axis."""
+    axis = _two_axes(build.rng)[0]
+    for number in range(2):
+        point = anchor + number * 0.3 * build.size * np.array(axis)
+        build.scene.add_joint(f"pin_{k}_{number}", Hinge(a, b, axis=axis, anchor=point.tolist()))
+
+
 def _close(build: SpatialBuild, category: str, k: int, names: list[str], places: list[Array]) -> None:
-    """Close rings, join twice, add gears."""
+    """Close rings, add joints that contradict others, add gears."""
     rng = build.rng
-    if category == "rings" and len(names) > 2:
-        kind = str(rng.choice(["ball", "rod", "hinge"]))
+    if category == "rings" and len(names) > 4:  # shorter ones cannot move
+        kind = str(rng.choice(["ball", "rod"]))
         middle = (0.5 * (places[0] + places[-1])).tolist()
         joints: dict[str, Any] = {
             "ball": lambda: Ball(names[0], names[-1], anchor=middle),
             "rod": lambda: Distance(names[0], names[-1]),
-            "hinge": lambda: Hinge(names[0], names[-1], axis=_two_axes(rng)[0], anchor=middle),
         }
         build.scene.add_joint(f"ring_{k}", joints[kind]())
-    elif category == "twice":
-        a, b = names[0], names[1]
-        axis = _two_axes(rng)[0]
-        place = build.scene.bodies[b].position
-        for number in range(2):
-            anchor = np.asarray(place) + number * 0.3 * build.size * np.array(axis)
-            build.scene.add_joint(f"pin_{k}_{number}", Hinge(a, b, axis=axis, anchor=anchor.tolist()))
+    elif category == "contradictory":
+        _hang_door(build, k, names[0], names[1], places[1])
     elif category == "motors" and rng.random() < 0.5:
         hinges = [name for name, joint in build.scene.joints.items() if isinstance(joint, Hinge)]
         if len(hinges) > 1:

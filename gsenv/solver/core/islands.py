@@ -15,12 +15,9 @@ from typing import Any
 from numba import int64
 
 from ..jit import njit
-
-# activities of islands
-ALL_ASLEEP = 0
-AWAKE = 1
-DRIVEN = 2  # by a target joint, an actuator or an update function: awake, and may not fall asleep
-KINEMATIC_CONTACT = 3  # touched by a moving kinematic body, whose rows may contradict others
+from .activity import ALL_ASLEEP, AWAKE, DRIVEN, KINEMATIC_CONTACT
+from .joint_rows import has_armature, has_friction, has_limit, has_motor
+from .springs import has_spring
 
 # labels of bodies outside all islands, and of all bodies before the islands are numbered
 FIXED = -1
@@ -166,10 +163,24 @@ def _count_contacts(contacts: Any, listed: Any, listed_count: Any, islands: Any)
 
 
 @njit
+def _acts(joint_models: Any, joint_parameters: Any, j: Any) -> Any:
+    """Whether a joint needs rows: it is enabled, and no other one holds all that it holds."""
+    model = joint_models[j]
+    parameters = joint_parameters[j]
+    if parameters.enabled == 0:
+        return False
+    if model.repeats < 0 or joint_parameters[model.repeats].enabled == 0 or model.driven:
+        return True
+    if has_limit(parameters) or has_motor(parameters) or has_friction(parameters) or has_armature(parameters):
+        return True
+    return has_spring(parameters)
+
+
+@njit
 def _count_joints(joint_models: Any, joint_parameters: Any, islands: Any) -> None:
     for j in range(len(joint_models)):
         i = _island_of(islands[joint_models[j].body_a], islands[joint_models[j].body_b])
-        if joint_parameters[j].enabled and i >= 0:
+        if i >= 0 and _acts(joint_models, joint_parameters, j):
             islands[i].joint_count += 1
 
 
@@ -222,7 +233,7 @@ def _fill_joints(joint_models: Any, joint_parameters: Any, islands: Any, island_
         a = islands[joint_models[j].body_a]
         b = islands[joint_models[j].body_b]
         i = _island_of(a, b)
-        if joint_parameters[j].enabled == 0 or i < 0:
+        if i < 0 or not _acts(joint_models, joint_parameters, j):
             continue
         island = islands[i]
         island_joints[island.joint_first + island.joint_count] = j

@@ -405,7 +405,8 @@ def slow_swings(world: Any, island: Any, joints: Any) -> None:
 
     Explicit steps need omega h < 2, and the number of substeps is limited.  Mass scaling keeps such a body stable: it
     does not change its weight, nor the tension.  The mass that it adds is about T h^2 / L, which is small compared
-    with the load T / g wherever g h^2 is small compared with L.
+    with the load T / g wherever g h^2 is small compared with L.  Where nothing holds the island, T is no load: there
+    the added mass falls as all mass does.
     Source: L. Olovsson, K. Simonsson, M. Unosson, "Selective mass scaling for explicit finite element analyses",
     Int. J. Numer. Meth. Engng 63 (2005).
     """
@@ -419,6 +420,7 @@ def slow_swings(world: Any, island: Any, joints: Any) -> None:
     for k in range(len(island_bodies)):
         substep_bodies[island_bodies[k]].swing = 0.0
     sum_swings(world, island_joints, joints, world.options.timestep)
+    first = 0 if _is_held(world, island) else len(world.state.bodies[0].position)  # degree of freedom that is slowed
     for k in range(len(island_bodies)):
         body = substep_bodies[island_bodies[k]]
         factor = 2.0 * body.swing / most
@@ -426,7 +428,27 @@ def slow_swings(world: Any, island: Any, joints: Any) -> None:
             continue
         for d in range(len(body.inverse)):
             body.inverse[d] /= factor
-            body.acceleration[d] /= factor
+            if d >= first:
+                body.acceleration[d] /= factor
             body.constrained_acceleration[d] = body.acceleration[d]
             body.mass_matrix[d, d] *= factor
             solver_bodies[island_bodies[k]].inverse[d] = body.inverse[d]
+
+
+@njit
+def _is_held(world: Any, island: Any) -> Any:
+    """Whether a contact or a joint connects the island to a body that is not dynamic."""
+    parameters = world.parameters.bodies
+    contacts = world.state.contacts
+    joint_models = world.model.joints
+    island_contacts = part(world.scratch.island_contacts, island.contact_first, island.contact_count)
+    for k in range(len(island_contacts)):
+        contact = contacts[island_contacts[k]]
+        if parameters[contact.body_a].inv_mass == 0.0 or parameters[contact.body_b].inv_mass == 0.0:
+            return True
+    island_joints = part(world.scratch.island_joints, island.joint_first, island.joint_count)
+    for k in range(len(island_joints)):
+        model = joint_models[island_joints[k]]
+        if parameters[model.body_a].inv_mass == 0.0 or parameters[model.body_b].inv_mass == 0.0:
+            return True
+    return False

@@ -9,6 +9,7 @@ from numba import int64
 
 from ..jit import njit
 from ..records.bundle import select_world
+from .activity import ALL_ASLEEP, AWAKE
 from .contact_cache import update_contacts
 from .continuous_collision import keep_start, resolve_continuous_collisions
 from .detection import find_contacts
@@ -27,7 +28,7 @@ from .division import (
 )
 from .geometry import gravity_norm, update_geometry
 from .integrate import any_kinematic, clear_forces, hold_disabled, move_kinematic, release_disabled, start_bodies
-from .islands import ALL_ASLEEP, AWAKE, build_islands, start_counters
+from .islands import build_islands, start_counters
 from .joints import drive_joints, start_joints
 from .sleep import any_awake, update_sleep
 from .slices import part

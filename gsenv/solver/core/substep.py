@@ -12,6 +12,7 @@ from ..methods import solve_rows
 from ..methods.cholesky import forget_factor
 from ..methods.joint_factor import factorise_equations
 from ..methods.soft import keep_pseudo_velocities, solve_biased
+from .activity import AWAKE, KINEMATIC_CONTACT
 from .articulation.step import step_articulated
 from .contact_rows import (
     add_contact_rows,
@@ -25,7 +26,6 @@ from .dispatch import by_dimension, never, nothing
 from .energy import apply_warm_start, clear_equation_biases, gains_energy, guard_energy, natural_residual
 from .impacts import resolve_impacts, set_constrained_accelerations
 from .integrate import copy_velocities, integrate_positions, integrate_velocities, keep_velocities, move_kinematic
-from .islands import AWAKE, KINEMATIC_CONTACT
 from .joint_closing import close_joints
 from .joints import (
     add_joint_rows,

@@ -6,7 +6,7 @@ from typing import Any
 
 from numba import int64
 
-from ..core.islands import KINEMATIC_CONTACT
+from ..core.activity import KINEMATIC_CONTACT
 from ..core.slices import part
 from ..jit import njit
 from ..records.options import SolverKind

@@ -224,6 +224,7 @@ def joint_model_dtype() -> np.dtype[Any]:
             ("driven", "i4"),  # 1: a target, actuated or with an update function, so its island never sleeps
             ("effort_controlled", "i4"),  # 1: an actuator sets the effort of the motor instead of its speed
             ("frame", "i4"),  # of user constraints: 1 = directions fixed in body_a
+            ("repeats", "i4"),  # the joint that holds all that this one holds, so that it needs no rows; -1: none
             ("locked", "i4"),  # 3D: bits of the locked axes, 0 to 2 translations, 3 to 5 rotations
             ("coordinate", "i4"),  # 3D: number of the coordinate of limit and spring (spatial/joints/axes.py); -1: none
             ("motor_coordinate", "i4"),  # 3D: of motor and friction

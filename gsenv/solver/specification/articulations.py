@@ -89,14 +89,15 @@ def coordinates_of(kind: int, locked: int, dim: int) -> tuple[int, ...] | None:
 
 
 def _neighbours(body_count: int, joints: Array, parameters: Array, dim: int) -> list[list[tuple[int, int]]]:
-    """Return (joint, other body) of each body's rigid joints, enabled ones first."""
+    """Return (joint, other body) of each body's rigid joints: enabled ones first, those that repeat others last."""
     neighbours: list[list[tuple[int, int]]] = [[] for _ in range(body_count)]
     kinds = zip(joints["kind"].tolist(), joints["locked"].tolist(), strict=True)
     rigid = np.array([coordinates_of(kind, locked, dim) is not None for kind, locked in kinds], bool)
     weld = joints["kind"] == JointKind.WELD
     soft = (parameters["frequency"] > 0.0) | (parameters["stiffness"] > 0.0) | (parameters["damping"] > 0.0)
     rigid &= ~(weld & soft)
-    for j in np.argsort(parameters["enabled"] == 0, kind="stable").tolist():
+    late = 2 * (parameters["enabled"] == 0) + (joints["repeats"] >= 0)
+    for j in np.argsort(late, kind="stable").tolist():
         if rigid[j]:
             a, b = int(joints["body_a"][j]), int(joints["body_b"][j])
             neighbours[a].append((j, b))

@@ -31,6 +31,7 @@ from ..records.sensors import SensorKind, sensor_dtype
 from . import check
 from .articulations import trees_of
 from .placement import anchor_of, to_local, to_world
+from .repeats import repeats_of
 from .solids import mass_of
 from .specs import BodySpec, JointSpec, SceneSpec, SensorSpec
 
@@ -170,6 +171,7 @@ def _compile_joints(scene: SceneSpec, bodies: list[BodySpec]) -> tuple[Array, Ar
                 rows[first][name] = value
             first += 1
         _fill_joint(spec, bodies, parameters[j], states[j])
+    models["repeats"] = repeats_of(specs, bodies)
     for j, spec in enumerate(specs):
         if spec.kind == "gear":
             coordinates = [_start_coordinate(specs[k], bodies, parameters[k]) for k in (spec.joint_a, spec.joint_b)]

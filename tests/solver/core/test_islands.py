@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gsenv.solver.core.islands import ASLEEP, AWAKE, DRIVEN, KINEMATIC_CONTACT, build_islands
+from gsenv.solver.core.activity import AWAKE, DRIVEN, KINEMATIC_CONTACT
+from gsenv.solver.core.islands import ASLEEP, build_islands
 from gsenv.solver.jit import njit
 from gsenv.solver.records.bundle import Bundle
 from gsenv.solver.records.model import (

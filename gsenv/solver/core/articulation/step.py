@@ -7,6 +7,7 @@ from typing import Any
 from numba import int64
 
 from ...jit import njit
+from ..activity import AWAKE, KINEMATIC_CONTACT
 from ..contact_rows import (
     add_contact_rows,
     forget_contact_impulses,
@@ -17,7 +18,6 @@ from ..dispatch import by_dimension, nothing
 from ..energy import natural_residual
 from ..impacts import expects_impact
 from ..integrate import move_kinematic
-from ..islands import AWAKE, KINEMATIC_CONTACT
 from ..joints import any_driven, clear_totals
 from ..slices import part
 from ..springs import any_sprung
