@@ -105,7 +105,7 @@ RAGDOLL3D = replace(
 SETTINGS = {
     "GStack-v0": replace(
         STACK,
-        steps=2_500_000,
+        steps=3_500_000,
         arguments={"blocks": 5, "crack_speed": 0.4},
         lessons=_frailer(2, 3),
         tests=({},),
