@@ -8,9 +8,14 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from gsenv.solver import precompiled
-from gsenv.warmup import compile_targets
+from gsenv.warmup import compile_targets, warmup_targets
 
 _ZIP_TIME = (1980, 1, 1, 0, 0, 0)  # of each entry: equal kernels make equal files
+
+
+def pack_targets() -> list[str]:
+    """Return the names of the targets of `gsenv.warmup` that a set is for: all environments, each alone and batched."""
+    return [name for name in warmup_targets() if not name.startswith("scene:")]
 
 
 def compile_for_baseline(names: list[str], processes: int, cache: Path) -> Iterator[str]:

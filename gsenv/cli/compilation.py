@@ -35,7 +35,7 @@ def run_pack(options: argparse.Namespace) -> int:
 
     if precompiled.machine() not in precompiled.BASELINES:
         raise CliError(f"there is no baseline CPU for {precompiled.machine()}, so kernels cannot be shared", FAILED)
-    names = list(warmup.warmup_targets())
+    names = pack.pack_targets()
     folder = options.out or precompiled.FOLDER
     try:
         with tempfile.TemporaryDirectory() as cache:

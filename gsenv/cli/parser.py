@@ -130,8 +130,8 @@ def make_parser() -> argparse.ArgumentParser:
     pack = commands.add_parser(
         "pack",
         help="compile kernels for all CPUs of this kind",
-        description="Compile the kernels that `gsenv warmup` compiles for a baseline CPU, into one file for this\n"
-        "system, Python and numba, which is part of the package: with it, environments start without compiling.",
+        description="Compile the kernels of all environments for a baseline CPU, into one file for this system,\n"
+        "Python and numba, which is part of the package: with it, environments start without compiling.",
         formatter_class=style,
     )
     pack.add_argument("--out", type=Path, metavar="FOLDER", help="output folder (default: that of the package)")

@@ -40,9 +40,7 @@ def test_a_free_linkage_on_stiff_springs_falls_with_gravity(articulated: bool) -
     assert np.isfinite(world.position).all()
 
 
-@pytest.mark.xfail(
-    reason="light links on drives that hit the ground; rings; soft limits; contradictory joints"
-)
+@pytest.mark.xfail(reason="light links on drives that hit the ground; rings; soft limits; contradictory joints")
 @pytest.mark.parametrize(("seed", "category"), OPEN_CASES)
 def test_open_cases(seed: int, category: str) -> None:
     broken = problems(run_case(random_linkage_case(seed, category), STEPS))
