@@ -41,8 +41,8 @@ def write_set(cache: Path, folder: Path = precompiled.FOLDER) -> Path:
     kernels = sorted(cache.rglob("*.nbc"), key=lambda file: file.name)
     with tempfile.TemporaryDirectory(dir=folder, prefix=".") as temporary:
         partial = Path(temporary) / path.name
-        with zipfile.ZipFile(partial, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
+        with zipfile.ZipFile(partial, "w") as archive:
             for file in kernels:
-                archive.writestr(zipfile.ZipInfo(file.name, _ZIP_TIME), file.read_bytes(), zipfile.ZIP_DEFLATED, 9)
+                archive.writestr(zipfile.ZipInfo(file.name, _ZIP_TIME), file.read_bytes(), zipfile.ZIP_LZMA)
         partial.replace(path)
     return path

@@ -160,10 +160,10 @@ class _EntryFiles:
         if inner or precompiled.machine() not in precompiled.BASELINES:
             return None
         key = (signature, precompiled.baseline_target(target), codes, inner)
-        data = precompiled.find(self._path(key).name)
         try:
+            data = precompiled.find(self._path(key).name)
             return None if data is None else _entry(data, key)
-        except Exception:  # unreadable: compile again
+        except Exception:  # unreadable, or a Python without lzma: compile again
             return None
 
     def save(self, key: Any, data: Any) -> None:
