@@ -7,6 +7,7 @@ import zipfile
 from collections.abc import Iterator
 from pathlib import Path
 
+from gsenv.envs import ENVS, PARALLEL_ENVS
 from gsenv.solver import precompiled
 from gsenv.warmup import compile_targets, warmup_targets
 
@@ -15,7 +16,8 @@ _ZIP_TIME = (1980, 1, 1, 0, 0, 0)  # of each entry: equal kernels make equal fil
 
 def pack_targets() -> list[str]:
     """Return the names of the targets of `gsenv.warmup` that a set is for: all environments, each alone and batched."""
-    return [name for name in warmup_targets() if not name.startswith("scene:")]
+    environments = {entry.id for entry in ENVS} | {entry.name for entry in PARALLEL_ENVS}
+    return [name for name in warmup_targets() if name in environments]
 
 
 def compile_for_baseline(names: list[str], processes: int, cache: Path) -> Iterator[str]:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 import zipfile
 from pathlib import Path
 
@@ -11,6 +14,7 @@ from gsenv import pack
 from gsenv.solver import precompiled
 from tests.solver.mini_package import CALLEE, entries, make_package, run
 
+ROOT = Path(__file__).parents[2]
 BASELINE = precompiled.BASELINES.get(precompiled.machine())
 pytestmark = pytest.mark.skipif(BASELINE is None, reason=f"no baseline CPU for {precompiled.machine()}")
 
@@ -111,3 +115,33 @@ def test_a_cpu_without_a_feature_compiles(monkeypatch: pytest.MonkeyPatch, packa
 def test_a_chosen_cpu_compiles(package: Path) -> None:
     _, _, err = run(package, "2.5", quiet=0.0, NUMBA_CPU_NAME="generic")
     assert "NUMBA_CPU_NAME or NUMBA_CPU_FEATURES is set" in err
+
+
+EPISODE = """
+import gymnasium, gsenv, numpy as np
+env = gymnasium.make("GStack-v0")
+env.reset(seed=0)
+total = np.zeros(env.observation_space.shape)
+for k in range(60):
+    total += env.step(np.sin(np.arange(4) + 0.1 * k).astype(np.float32))[0]
+print(total.tobytes().hex())
+"""
+
+
+def test_the_set_of_the_package_gives_the_bits_of_this_cpu(tmp_path: Path) -> None:
+    found = precompiled.open_set()
+    if isinstance(found, str):
+        pytest.skip(found)
+    environment = {name: value for name, value in os.environ.items() if not name.startswith(("NUMBA_", "GSENV_"))}
+    outputs = []
+    for changes in ({"NUMBA_CACHE_DIR": str(tmp_path)}, {precompiled.SWITCH: "0"}):
+        command = [sys.executable, "-c", EPISODE]
+        result = subprocess.run(
+            command, env=environment | changes, cwd=ROOT, capture_output=True, text=True, timeout=600
+        )
+        assert result.returncode == 0, result.stderr
+        if "is for other sources" in result.stderr:
+            pytest.skip("the sources have changed since `gsenv pack`")
+        outputs.append(result.stdout)
+    assert outputs[0] == outputs[1]
+    assert not list(tmp_path.rglob("*.nb[ci]"))
