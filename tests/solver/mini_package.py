@@ -49,7 +49,8 @@ def make_package(folder: Path) -> Path:
     (solver.parent / "__init__.py").touch()
     (solver / "__init__.py").write_text("from .scene import scene\n")
     for source in (jit, inner_kernels, deferred_library, kernel_sources, precompiled):
-        (solver / Path(source.__file__).name).write_bytes(Path(source.__file__).read_bytes())
+        file = Path(str(source.__file__))
+        (solver / file.name).write_bytes(file.read_bytes())
     (solver / "constants.py").write_text("FACTOR = 1\n")
     (solver / "callee.py").write_text(CALLEE.format(1))
     (solver / "caller.py").write_text(CALLER)

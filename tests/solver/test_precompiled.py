@@ -9,6 +9,7 @@ import zipfile
 from pathlib import Path
 
 import pytest
+from llvmlite import binding
 
 from gsenv import pack
 from gsenv.solver import precompiled
@@ -106,9 +107,9 @@ def test_a_broken_entry_is_compiled(package: Path) -> None:
 
 def test_a_cpu_without_a_feature_compiles(monkeypatch: pytest.MonkeyPatch, package: Path) -> None:
     monkeypatch.setattr(precompiled, "FOLDER", package / "gsenv/assets/kernels")
-    host = precompiled.binding.get_host_cpu_features()
+    host = binding.get_host_cpu_features()
     assert isinstance(precompiled.open_set.__wrapped__(), precompiled.KernelSet)
-    monkeypatch.setattr(precompiled.binding, "get_host_cpu_features", lambda: {**host, "avx2": False})
+    monkeypatch.setattr(binding, "get_host_cpu_features", lambda: {**host, "avx2": False})
     assert precompiled.open_set.__wrapped__() == "this CPU lacks avx2, which the precompiled kernels use"
 
 

@@ -77,7 +77,8 @@ def _add_linkage(build: SpatialBuild, category: str, k: int, fastest: float) -> 
         spin = rng.normal(0.0, log_uniform(rng, 1.0, 50.0), 3)
         motion[1] = spin * min(1.0, fastest / float(np.hypot.reduce(spin)))
     hung = category not in ("free", "spinning", "falling", "drives") and rng.random() < 0.7
-    names, places = [], []
+    names: list[str] = []
+    places: list[Array] = []
     for i in range(count):
         branch = int(rng.integers(max(0, i - 2), i)) if i else -1
         start = places[branch] if i else root
@@ -216,7 +217,7 @@ def _ball(
 def _six_axis(build: SpatialBuild, a: str, b: str, common: dict[str, Any], category: str) -> SixAxis:
     """Two free rotations or translations, or one of each."""
     rng = build.rng
-    axes: dict[str, Axis] = {}
+    axes: dict[str, Any] = {}
     for name in rng.choice(["x", "y", "z", "turn_x", "turn_y", "turn_z"], 2, replace=False):
         servo = _servo(build, category)
         axes[str(name)] = Axis(**(servo if "turn" in name else _in_metres(servo, build.size)))
