@@ -142,10 +142,8 @@ def test_a_free_tree_that_turns_fast_keeps_momentum_and_energy(dim: int) -> None
 
 @pytest.mark.parametrize("rate", [0.0, 12.0])
 def test_a_joint_that_is_there_twice_carries_nothing(rate: float) -> None:
-    """Its rows move nothing; their impulses were rounding over compliance, and looked like tension.
-
-    At 12 rad/s the rows were those of the start of the step, and the links those of its middle.
-    """
+    """It has no rows. They moved nothing, and their impulses looked like tension: rounding over compliance, at 12 rad/s
+    the difference between the start of the step and its middle."""
     scene = rods(4, 60.0)
     for k in range(4):
         pair = ("hook" if k == 0 else f"rod_{k - 1}", f"rod_{k}")
@@ -158,7 +156,7 @@ def test_a_joint_that_is_there_twice_carries_nothing(rate: float) -> None:
         world.set_velocity(f"rod_{k}", linear=(-rate * y, rate * x), angular=rate)
     for _ in range(120):
         world.step()
-        assert world.diagnostics().rows[0] == 8  # in joint coordinates
+        assert world.diagnostics().rows[0] == 0  # in joint coordinates
         for k in range(4):
             assert_allclose(world.joint_reaction(f"again_{k}"), 0.0, atol=1e-9)
         assert abs(world.joint_reaction("joint_0")).max() < 500.0 + 8.0 * rate**2 * 4.0
@@ -177,7 +175,7 @@ def test_a_3d_joint_that_is_there_twice_carries_nothing() -> None:
     for _ in range(60):
         world.step()
         turned = max(turned, abs(world.angular_velocity).max() / 20.0)
-        assert world.diagnostics().rows[0] == 3 * len(again)  # in joint coordinates
+        assert world.diagnostics().rows[0] == 0  # in joint coordinates
         for joint in again:
             assert_allclose(world.joint_reaction(joint), 0.0, atol=1e-9)
     assert turned > 0.2
