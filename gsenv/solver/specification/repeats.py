@@ -3,9 +3,9 @@
 Their rows depend on those of the other joint, exactly at the poses of one time and almost at all others, and almost
 dependent equations have solutions of any size.  So they are left out while the other joint is enabled.
 
-The motions that a weld, hinge, slider or ball allows form a group; a joint repeats another one where its group contains
+The motions that a hinge, slider or ball allows form a group; a joint repeats another one where its group contains
 that of the other (J. Herve, "Analyse structurelle des mecanismes par groupe des deplacements", Mechanism and Machine
-Theory 13, 1978).
+Theory 13, 1978).  Welds stay out of this: `Parameters.set` may make them soft.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from .specs import BodySpec, JointSpec
 NONE = -1
 _ROTATIONS = {"revolute", "hinge"}
 _SLIDES = {"prismatic", "slider"}
-_GROUPS = {"weld", "ball"} | _ROTATIONS | _SLIDES
+_GROUPS = {"ball"} | _ROTATIONS | _SLIDES
 _OFF = 1e-6  # of the distance of the bodies, and sine of an angle: what counts as the same point or direction
 
 
@@ -33,7 +33,7 @@ def repeats_of(specs: Sequence[JointSpec], bodies: Sequence[BodySpec]) -> Array:
     repeats = np.full(len(specs), NONE, np.int32)
     pairs: dict[tuple[int, int], list[int]] = {}
     for j, spec in enumerate(specs):
-        if spec.kind in _GROUPS and not (spec.kind == "weld" and spec.has_spring):
+        if spec.kind in _GROUPS:
             pairs.setdefault((min(spec.body_a, spec.body_b), max(spec.body_a, spec.body_b)), []).append(j)
     for group in pairs.values():
         kept: list[int] = []
@@ -48,7 +48,7 @@ def repeats_of(specs: Sequence[JointSpec], bodies: Sequence[BodySpec]) -> Array:
 
 def _freedom(spec: JointSpec) -> int:
     """Return the number of degrees of freedom of a joint."""
-    return {"weld": 0, "ball": 3}.get(spec.kind, 1)
+    return 3 if spec.kind == "ball" else 1
 
 
 def _serves(spec: JointSpec) -> bool:
@@ -60,11 +60,9 @@ def _serves(spec: JointSpec) -> bool:
 
 def _contains(joint: JointSpec, other: JointSpec, bodies: Sequence[BodySpec]) -> bool:
     """Whether a joint allows all that another one between the same bodies allows."""
-    if other.kind == "weld":
-        return True
     if joint.kind in _SLIDES or other.kind in _SLIDES:
         return joint.kind in _SLIDES and other.kind in _SLIDES and _parallel(joint, other)
-    if joint.kind == "weld" or (other.kind == "ball" and joint.kind != "ball"):
+    if other.kind == "ball" and joint.kind != "ball":
         return False
     apart = anchor_of(joint, bodies) - anchor_of(other, bodies)
     if other.kind == "hinge":
