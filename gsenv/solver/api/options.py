@@ -68,7 +68,7 @@ class Options:
     slop: float = 1e-4
     push_speed: float = 3.0
     correction_rate: float = 0.2
-    articulated: bool | None = None
+    articulated: bool | None = True
 
     def __post_init__(self) -> None:
         check.positive(self.timestep, "Options: timestep")

@@ -104,11 +104,12 @@ def set_spring_row(row: Any, slot: Any, error: Any, curve: Any, parameters: Any,
 
 @njit
 def set_limit_row(
-    row: Any, slot: Any, coordinate: Any, curve: Any, parameters: Any, substep_bodies: Any, h: Any
+    row: Any, slot: Any, coordinate: Any, curve: Any, parameters: Any, substep_bodies: Any, h: Any, side: Any = 0
 ) -> None:
-    """Make a row whose Jacobian is set the nearer of the two limits of a coordinate.
+    """Make a row whose Jacobian is set one of the two limits of a coordinate.
 
     ``curve``, m/s or rad/s: the change of J v by the end of the substep, h/2 dJ/dt v.
+    ``side``: -1 for the lower limit, 1 for the upper one, 0 for the one that the coordinate comes nearer to.
     """
     below = coordinate - parameters.lower
     above = parameters.upper - coordinate
@@ -118,7 +119,7 @@ def set_limit_row(
         return
     gap = below
     ahead = h * start_rate(row, substep_bodies)  # a narrow range may be crossed within the substep
-    if above - ahead < below + ahead:
+    if side > 0 or (side == 0 and above - ahead < below + ahead):
         gap = above
         curve = -curve
         slot = -1 - slot

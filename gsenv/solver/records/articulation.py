@@ -131,11 +131,15 @@ SERVO_DTYPE = np.dtype(
         ("driven", "i4"),  # the same of the coordinate of motor, friction and armature
         ("number", "i4"),  # of the coordinate
         ("turning", "i4"),  # of that of the motor
-        ("limited", "i4"),  # 1: it may come to a limit in this step
+        ("limited", "i4"),  # 1: it has limits
         ("reached", "i4"),  # 1: it may do so in this substep, so that its limit needs a row
+        ("side", "i4"),  # -1 or 1: the row is that of its lower or upper limit, 0: of the nearer one
+        ("turned", "i4"),  # 1: the row was that of the other limit before
+        ("row", "i4"),  # of the limit that is reached
         ("isotropic", "i4"),  # 1: of a ball without rotors whose springs are equal about all axes
         ("direction", "f8", (3,)),  # of these, outward: the axis that the coordinate is about
         ("begin", "f8"),  # rad or m, coordinate at the start of the substep
+        ("curve", "f8"),  # rad/s or m/s, change of the rate of the limit's row by the end of the substep
         ("stiffness", "f8"),  # kg or kg m^2, part of the spring in that of the degree of freedom
         ("pull", "f8"),  # N s or N m s, the same
     ],

@@ -60,6 +60,8 @@ def list_links(world: Any, island: Any, articulation: Any) -> Any:
             return False
         count += links[k].count
     island.freedoms = count
+    if count == 0:  # welds on fixed bodies: their rows know the reactions
+        return False
     if not _fits(island, articulation, len(world.scratch.rows[0].jacobian_a)):
         return False
     return _enter(world, island, articulation)

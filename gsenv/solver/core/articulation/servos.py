@@ -11,7 +11,7 @@ from typing import Any
 from numba import int64
 
 from ...jit import njit
-from ...records.articulation import SLIDES, LinkKind
+from ...records.articulation import LinkKind
 from ...records.model import JointKind
 from ..dispatch import by_dimension
 from ..joint_rows import (
@@ -27,9 +27,10 @@ from ..joint_rows import (
     speeds_within,
 )
 from ..joints import Joint, start_impulse
-from ..rows import IDLE, LIMIT_SLOP, NO_CORRECTION
+from ..rows import IDLE, LIMIT_SLOP, NO_CORRECTION, UNILATERAL
 from ..slices import part
 from ..springs import has_spring, is_slow, mean_reach
+from .equations import dot_with
 from .other_joints import main_joint
 
 
@@ -51,15 +52,11 @@ _WHEEL = int(JointKind.WHEEL)
 _INFINITY = float("inf")
 # slots of the impulses after those of locked axes
 LIMIT, MOTOR, SPRING, FRICTION = 0, 1, 2, 3
-AHEAD = 0.2  # rad, or radii of the body: limits farther away than this and twice the way of the step have no row
 
 
 @njit
 def list_servos(world: Any, island: Any, articulation: Any, joints: Any) -> Any:
-    """List the coordinates of the joints of the island, and set the rotors; returns the number of their rows.
-
-    A limit that is far from its coordinate has no row in this step.
-    """
+    """List the coordinates of the joints of the island, and set the rotors; returns the number of their rows."""
     trees = world.model.trees
     joint_models = world.model.joints
     joint_parameters = world.parameters.joints
@@ -90,9 +87,7 @@ def list_servos(world: Any, island: Any, articulation: Any, joints: Any) -> Any:
         servo.place = _place_of(links[k], number)
         servo.driven = _place_of(links[k], turning)
         joint = Joint(joint_models[j], joint_parameters[j], joints[j])
-        servo.limited = int(has_limit(joint.parameters) and _limit_is_near(world, articulation, servo, joint))
-        if servo.limited == 0:
-            joint.state.impulse[slot_of(joint, LIMIT)] = 0.0
+        servo.limited = int(has_limit(joint.parameters))
         servo.isotropic = int(servo.place < 0 and is_isotropic(joint_models, joint_parameters, j))
         rows += _count_rows(servo, joint.model, joint.parameters)
         if _acts(joint_parameters[j]):
@@ -100,19 +95,6 @@ def list_servos(world: Any, island: Any, articulation: Any, joints: Any) -> Any:
         if servo.driven >= 0:
             articulation.freedoms[links[k].first + servo.driven].armature += joint_parameters[j].armature
     return rows
-
-
-@njit
-def _limit_is_near(world: Any, articulation: Any, servo: Any, joint: Any) -> Any:
-    """Whether a coordinate may come to a limit in this step."""
-    if servo.place < 0:
-        return True
-    link = articulation.links[servo.link]
-    q = coordinate_of(link, servo, world.state.bodies, joint)
-    ahead = 2.0 * world.options.timestep * abs(articulation.start[link.first + servo.place])
-    size = 1.0 if servo.number >= SLIDES else world.parameters.bodies[link.body].radius
-    ahead += AHEAD * size
-    return q - joint.parameters.lower < ahead or joint.parameters.upper - q < ahead
 
 
 @njit
@@ -160,6 +142,8 @@ def keep_coordinates(world: Any, island: Any, articulation: Any, joints: Any) ->
         j = servo.joint
         joint = Joint(joint_models[j], joint_parameters[j], joints[j])
         servo.begin = coordinate_of(links[servo.link], servo, bodies, joint)
+        servo.side = 0
+        servo.turned = 0
         servo.reached = int(servo.limited != 0 and not _may_wait(servo, joint))
 
 
@@ -193,8 +177,38 @@ def reach_limits(world: Any, island: Any, articulation: Any, rates: Any) -> Any:
         above = parameters.upper - max(servo.begin, end)
         if not min(below, above) > LIMIT_SLOP:
             servo.reached = 1
+            servo.side = 1 if above < below else -1
             new = True
     return new
+
+
+@njit
+def turn_limits(world: Any, island: Any, articulation: Any) -> Any:
+    """Let the row of a limit be that of the other one where the solution passes that; returns whether any was.
+
+    A narrow range, or a strong motor: the limit that is nearer at the start need not be the one that is reached.
+    """
+    rows = world.scratch.rows
+    spans = articulation.spans
+    servos = articulation.servos
+    joint_parameters = world.parameters.joints
+    turned = False
+    for s in range(island.coordinates):
+        servo = servos[s]
+        if servo.limited == 0 or servo.reached == 0 or servo.turned != 0:
+            continue
+        row = rows[servo.row]
+        span = spans[servo.row]
+        if row.correction != UNILATERAL or row.impulse > 0.0:
+            continue
+        rate = span.free - row.bias + dot_with(span, articulation.ways, articulation.values, articulation.whitened)
+        gap = row.error + island.h * (rate + servo.curve)
+        parameters = joint_parameters[servo.joint]
+        if gap - (parameters.upper - parameters.lower) > LIMIT_SLOP:
+            servo.side = 1 if row.slot >= 0 else -1
+            servo.turned = 1
+            turned = True
+    return turned
 
 
 @njit
@@ -327,7 +341,9 @@ def _add_coordinate_rows(world: Any, island: Any, articulation: Any, servo: Any,
     elif servo.limited != 0:
         weighed = parameters.limit_frequency > 0.0
         curve = _start_row(world, rows[row], articulation, servo, servo.place, servo.number, weighed, h)
-        set_limit_row(rows[row], slot_of(joint, LIMIT), servo.begin, curve, parameters, substep_bodies, h)
+        set_limit_row(rows[row], slot_of(joint, LIMIT), servo.begin, curve, parameters, substep_bodies, h, servo.side)
+        servo.row = row
+        servo.curve = curve if rows[row].slot >= 0 else -curve
         row += 1
     return row
 

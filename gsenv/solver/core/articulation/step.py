@@ -56,6 +56,7 @@ from .servos import (
     list_servos,
     reach_limits,
     store_servo_impulses,
+    turn_limits,
 )
 from .solve import add_all_impulses, correct_overlaps, limit_energy, start_solve, sweep_rows
 from .tension import is_taut, set_tension
@@ -282,7 +283,7 @@ def _solve_rows(world: Any, island: Any, articulation: Any, last: Any) -> None:
     move_links(island, articulation, articulation.free)
     _keep_free_velocities(world, island, articulation)
     _solve_reached(world, island, articulation)
-    while reach_limits(world, island, articulation, articulation.rate):  # other rows push joints to further limits
+    while _finds_limits(world, island, articulation):
         _solve_reached(world, island, articulation)
     counters.residual = max(counters.residual, island.residual)
     if island.residual > world.options.tolerance:
@@ -292,6 +293,13 @@ def _solve_rows(world: Any, island: Any, articulation: Any, last: Any) -> None:
     if last:
         island.error_sum, island.velocity_sum, island.impulse_sum = natural_residual(world, island)
     island.smooth = smooth_with_others(world, island, articulation.others)
+
+
+@njit
+def _finds_limits(world: Any, island: Any, articulation: Any) -> Any:
+    """Whether the solution pushes joints to further limits, or past the other limit than that of the row."""
+    new = reach_limits(world, island, articulation, articulation.rate)
+    return turn_limits(world, island, articulation) or new
 
 
 @njit
