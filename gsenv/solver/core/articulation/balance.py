@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from ...jit import njit
+from ...records.articulation import LinkKind
 from ..dispatch import by_dimension
 from .dynamics import respond
 from .energy import keep_energy
@@ -14,6 +15,7 @@ keep_momentum = by_dimension("articulation", "keep_momentum")
 carry = by_dimension("articulation", "carry")
 resist = by_dimension("tension", "resist")
 
+_FREE = int(LinkKind.FREE)
 MOST_ITERATIONS = 25  # of the balance of momentum
 ENOUGH = 1e-8  # the same after the most iterations
 RELAXED = 0.6  # factor of the corrections where taut links would make them oscillate
@@ -26,6 +28,14 @@ SLOWEST = 0.25  # ratio of the energies of two corrections above which they are 
 
 @njit
 def settle_rates(world: Any, island: Any, articulation: Any) -> Any:
+    """Balance the momenta of a substep without rows; returns whether the corrections converged."""
+    settled = _settle(world, island, articulation)
+    _restore_paths(world, island, articulation)
+    return settled
+
+
+@njit
+def _settle(world: Any, island: Any, articulation: Any) -> Any:
     """Correct the rates of a substep without rows until the momentum at its end is the one that it must be.
 
     The momenta of all bodies and rotors at the end pose, less those at the start and what forces add, do no work on
@@ -114,6 +124,68 @@ def set_imbalance(world: Any, island: Any, articulation: Any, touched: Any) -> A
             resist(link, -1.0)
         carry(link)
     return energy
+
+
+@njit
+def _restore_paths(world: Any, island: Any, articulation: Any) -> None:
+    """Move each tree that nothing holds as a whole, so that its centre of mass moves by its mean momentum."""
+    links = articulation.links
+    body_parameters = world.parameters.bodies
+    bodies = world.state.bodies
+    gravity = world.parameters.world.gravity
+    dim = len(gravity)
+    for k in range(island.body_count):
+        link = links[k]
+        root = links[link.tree]
+        if root.kind != _FREE:
+            continue
+        parameters = body_parameters[link.body]
+        if link.tree == k:
+            for d in range(dim + 1):
+                root.response[d] = 0.0
+        for d in range(dim):
+            force = bodies[link.body].force[d] + parameters.mass * parameters.gravity_scale * gravity[d]
+            momenta = link.push[d] - island.h * force + parameters.mass * link.velocity[d]
+            root.response[d] += 0.5 * island.h * momenta - parameters.mass * (link.position[d] - link.start[d])
+        root.response[dim] += parameters.mass
+    for k in range(island.body_count):
+        root = links[links[k].tree]
+        if root.kind == _FREE:
+            for d in range(dim):
+                links[k].position[d] += root.response[d] / root.response[dim]
+
+
+@njit
+def restore_momenta(world: Any, island: Any, articulation: Any) -> None:
+    """Move each tree that nothing holds as a whole, by rounding, so that its momentum is the one that it must be.
+
+    The corrections of the rates end before their momenta are exact; sums over many steps would show that.
+    """
+    links = articulation.links
+    body_parameters = world.parameters.bodies
+    dim = len(world.parameters.world.gravity)
+    for k in range(island.body_count):
+        link = links[k]
+        root = links[link.tree]
+        if root.kind != _FREE:
+            continue
+        mass = body_parameters[link.body].mass * (1.0 + island.h * body_parameters[link.body].linear_damping)
+        if link.tree == k:
+            for d in range(dim + 1):
+                root.response[d] = 0.0
+        for d in range(dim):
+            root.response[d] += link.push[d] + link.contact[d] - mass * link.velocity[d]
+        root.response[dim] += mass
+    for k in range(island.body_count):
+        link = links[k]
+        root = links[link.tree]
+        if root.kind != _FREE:
+            continue
+        for d in range(dim):
+            change = root.response[d] / root.response[dim]
+            link.velocity[d] += change
+            if link.tree == k:
+                articulation.rate[link.first + d] += change
 
 
 @njit

@@ -242,6 +242,20 @@ def clear_biases(world: Any, island: Any, articulation: Any, others: Any) -> Any
 
 
 @njit
+def only_closes(world: Any, island: Any, others: Any) -> Any:
+    """Whether the rows that act only close loops, without a jump of velocities, so that they do no work."""
+    if others is None or island.other_rows == 0 or island.smooth != 1.0:
+        return False
+    rows = world.scratch.rows
+    for r in range(island.rows):
+        row = rows[r]
+        closes = r < island.other_rows and row.correction == BILATERAL and row.softness == 0.0 and row.drive == 0.0
+        if not closes and row.impulse != 0.0:
+            return False
+    return True
+
+
+@njit
 def smooth_with_others(world: Any, island: Any, others: Any) -> Any:
     """Return position_pass.smooth_fraction; a taut rope of which the links turn is smooth.
 

@@ -13,6 +13,7 @@ from ...jit import njit
 from ..dispatch import by_dimension
 from .dynamics import factorise_links, respond, set_inertias
 from .links import move_links
+from .reactions import add_reactions
 
 keep_momentum = by_dimension("articulation", "keep_momentum")
 carry = by_dimension("articulation", "carry")
@@ -22,8 +23,11 @@ ROUNDING = 1e-20  # of the kinetic energy: energy of differences by rounding
 
 
 @njit
-def join_velocities(world: Any, island: Any, articulation: Any) -> None:
-    """Add to the rates ``start`` what the momenta of the bodies ask for beyond those of the links."""
+def join_velocities(world: Any, island: Any, articulation: Any, joints: Any) -> None:
+    """Add to the rates ``start`` what the momenta of the bodies ask for beyond those of the links.
+
+    The impulses in the joints that bring this about are added to their reactions.
+    """
     links = articulation.links
     freedoms = articulation.freedoms
     change = articulation.change
@@ -42,6 +46,12 @@ def join_velocities(world: Any, island: Any, articulation: Any) -> None:
     for f in range(island.freedoms):
         articulation.start[f] += change[f]
     move_links(island, articulation, articulation.start)
+    _set_differences(world, island, articulation)
+    for k in range(island.body_count):
+        for d in range(len(links[k].response)):
+            links[k].response[d] = -links[k].response[d]
+        carry(links[k])
+    add_reactions(island, articulation, joints, True)
 
 
 @njit

@@ -127,9 +127,8 @@ def substeps_of_others(world: Any, island: Any, joints: Any, others: Any) -> Any
             b = arm_over_inertia(body_parameters[model.body_b], parameters.anchor_b)
             fastest = max(fastest, tension_of(joints[j]) / dt * (a + b))
     needed = dt * fastest**0.5 / SWING_PER_SUBSTEP
-    if needed > max(world.options.max_substeps, world.options.substeps):
-        return 0
-    return max(island.substeps, int(np.ceil(needed)))
+    most = max(world.options.max_substeps, world.options.substeps)
+    return max(island.substeps, int(min(np.ceil(needed), most)))
 
 
 @njit

@@ -55,6 +55,20 @@ def store_reactions(world: Any, island: Any, articulation: Any, joints: Any) -> 
         if island.taut:
             resist(link, 1.0)
         carry(link)
+    add_reactions(island, articulation, joints, not island.servos)
+    for k in range(island.body_count):
+        link = links[k]
+        if link.joint >= 0:
+            _store_locked(link, joints[link.joint], dim, island.stored_scale)
+
+
+@njit
+def add_reactions(island: Any, articulation: Any, joints: Any, idle: Any) -> None:
+    """Add to the reactions what the joints transmit; ``link.force`` has the impulse that each link takes, of itself.
+
+    ``idle``: no motor, spring, limit or friction acts in a joint.
+    """
+    links = articulation.links
     for k in range(island.body_count - 1, -1, -1):
         link = links[k]
         if link.joint < 0:
@@ -62,9 +76,7 @@ def store_reactions(world: Any, island: Any, articulation: Any, joints: Any) -> 
         if link.parent >= 0:
             for d in range(len(link.force)):
                 links[link.parent].force[d] += link.force[d]
-        state = joints[link.joint]
-        _store_locked(link, state, dim, island.stored_scale)
-        add_reaction(link, state.reaction)
+        add_reaction(link, joints[link.joint].reaction, idle)
 
 
 @njit

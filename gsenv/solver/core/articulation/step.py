@@ -21,11 +21,19 @@ from ..integrate import move_kinematic
 from ..joints import any_driven, clear_totals
 from ..slices import part
 from ..springs import any_sprung
-from .balance import limit_speed, settle_rates
+from .balance import limit_speed, restore_momenta, settle_rates
 from .closing import close_others
 from .contact_balance import change_of_rows, correct_forces, end_with_rows, rates_of_rows, settle_rows
 from .dynamics import factorise_links, set_free_rates, set_middle
-from .equations import clear_biases, contradiction, factorise_equations, is_apart, smooth_with_others
+from .energy import keep_energy
+from .equations import (
+    clear_biases,
+    contradiction,
+    factorise_equations,
+    is_apart,
+    only_closes,
+    smooth_with_others,
+)
 from .joining import join_velocities
 from .links import (
     largest_share,
@@ -128,7 +136,7 @@ def _start(world: Any, island: Any, joints: Any, articulation: Any) -> None:
     island.joint_rows = island.other_rows + list_servos(world, island, articulation, joints)
     island.rows = add_contact_rows(world, island)
     world.state.world.row_count += island.rows
-    join_velocities(world, island, articulation)
+    join_velocities(world, island, articulation, joints)
 
 
 @njit
@@ -163,8 +171,11 @@ def _substep(world: Any, island: Any, s: Any, joints: Any, articulation: Any) ->
             end_with_rows(world, island, articulation)
         elif not settle_rows(world, island, articulation):
             limit_speed(world, island, articulation)
+        elif only_closes(world, island, articulation.others):
+            keep_energy(world, island, articulation)
     elif not settle_rates(world, island, articulation):
         _divide(world, island, joints, articulation)
+    add_impulses(world, island, articulation, island.joint_rows)
     _leave(world, island, articulation)
     _store(world, island, last, joints, articulation)
     return True
@@ -208,11 +219,11 @@ def _divide(world: Any, island: Any, joints: Any, articulation: Any) -> None:
         limit_speed(world, island, articulation)
         return
     whole = island.h
-    add_impulses(world, island, articulation, island.joint_rows)
     _place_at_start(world, island, articulation)
     island.h = whole / PARTS
     for part_number in range(PARTS):
         if part_number > 0:
+            add_impulses(world, island, articulation, island.joint_rows)
             _leave(world, island, articulation)
             store_reactions(world, island, articulation, joints)
             _continue(island, articulation)
@@ -349,6 +360,7 @@ def _keep_velocities(world: Any, island: Any, articulation: Any) -> None:
 @njit
 def _leave(world: Any, island: Any, articulation: Any) -> None:
     """Move the bodies to their links at the end of the substep."""
+    restore_momenta(world, island, articulation)
     links = articulation.links
     bodies = world.state.bodies
     substep_bodies = world.scratch.substep_bodies
@@ -361,7 +373,6 @@ def _leave(world: Any, island: Any, articulation: Any) -> None:
 @njit
 def _store(world: Any, island: Any, last: Any, joints: Any, articulation: Any) -> None:
     """Store impulses and reactions."""
-    add_impulses(world, island, articulation, island.joint_rows)
     store_reactions(world, island, articulation, joints)
     store_other_impulses(world, island, joints, articulation.others)
     store_contact_impulses(world, island, last)

@@ -183,12 +183,17 @@ def carry(link: Any) -> None:
 
 
 @njit
-def add_reaction(link: Any, reaction: Any) -> None:
-    """Add the impulse of a joint on its body b, which ``link.force`` has about the origin, about b's anchor."""
+def add_reaction(link: Any, reaction: Any, idle: bool) -> None:
+    """Add the impulse of a joint on its body b, which ``link.force`` has about the origin, about b's anchor.
+
+    ``idle``: no motor, spring, limit or friction acts, so that a pin has no torque but that of rounding and truncation.
+    """
     x, y = link.anchor[0], link.anchor[1]
     sign = -1.0 if link.flipped else 1.0
     reaction[0] += sign * link.force[0]
     reaction[1] += sign * link.force[1]
+    if idle and link.count > 0 and link.numbers[link.count - 1] == TURN:
+        return
     reaction[2] += sign * (link.force[2] - cross(x, y, link.force[0], link.force[1]))
 
 

@@ -251,14 +251,18 @@ def carry(link: Any) -> None:
 
 
 @njit
-def add_reaction(link: Any, reaction: Any) -> None:
-    """Add the impulse of a joint on its body b, which ``link.force`` has about the origin, about b's anchor."""
+def add_reaction(link: Any, reaction: Any, idle: bool) -> None:
+    """Add the impulse of a joint on its body b, which ``link.force`` has about the origin, about b's anchor.
+
+    ``idle``: no motor, spring, limit or friction acts, so that a ball has no torque but that of truncation.
+    """
     sign = -1.0 if link.flipped else 1.0
     force, torque = scaled(vec(link.force), sign), scaled(spin_of(link.force), sign)
     torque = sub(torque, cross(vec(link.anchor), force))
     for d in range(3):
         reaction[d] += force[d]
-        reaction[3 + d] += torque[d]
+        if not (idle and link.kind == _PIVOT):
+            reaction[3 + d] += torque[d]
 
 
 @njit
