@@ -16,7 +16,7 @@ from gsenv.envs.core.env import TaskEnv
 from gsenv.envs.core.spec_tables import Entry, RewardTerm
 from gsenv.envs.core.task import Array, Task, documented
 from gsenv.envs.core.vector import TaskVectorEnv
-from gsenv.solver import Scene
+from gsenv.solver import Options, Scene
 
 
 def check_difficulty(difficulty: Any) -> float:
@@ -105,6 +105,10 @@ class CarTask(Task):
 
     def build_scene(self) -> Scene:
         return build_scene()
+
+    def solver_options(self) -> Options:
+        """The policies were trained by rows."""
+        return Options.preset(self.fidelity, articulated=False)
 
     def initialize_episode(self, worlds: Array, draws: Array, options: Mapping[str, Any]) -> None:
         rules.initialize_worlds(self.kernel_world, worlds, options["difficulty"], draws)

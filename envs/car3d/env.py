@@ -130,7 +130,7 @@ class Car3DTask(Task):
         return build_scene()
 
     def solver_options(self) -> Options:
-        options = Options.preset(self.fidelity, articulated=True, halvings=HALVINGS[self.fidelity])
+        options = Options.preset(self.fidelity, halvings=HALVINGS[self.fidelity])
         return replace(options, tolerance=max(options.tolerance, TOLERANCE)) if self.fidelity == "balanced" else options
 
     def initialize_episode(self, worlds: Array, draws: Array, options: Mapping[str, Any]) -> None:

@@ -89,7 +89,7 @@ class BalanceTask(Task):
     balanced_substeps: ClassVar[int] = 2
 
     def solver_options(self) -> Options:
-        options = Options.preset(self.fidelity, articulated=True)
+        options = Options.preset(self.fidelity)
         if self.fidelity != "balanced":
             return options
         return replace(options, substeps=self.balanced_substeps, tolerance=max(options.tolerance, TOLERANCE))

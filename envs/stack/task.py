@@ -12,6 +12,7 @@ from gsenv.envs.core.task import Array, Task
 from gsenv.envs.stack.crack_lines import crack_lines
 from gsenv.envs.stack.domain_randomization import QUANTITIES
 from gsenv.envs.stack.settings import write_settings
+from gsenv.solver import Options
 from gsenv.solver.records.plain import as_records
 
 if TYPE_CHECKING:
@@ -34,6 +35,10 @@ class BlocksTask(Task):
     )
     quantities = QUANTITIES
     _before: Array | None = None  # bodies at the start of a step of the engine
+
+    def solver_options(self) -> Options:
+        """The grip is a weld that switches; without it no bodies are linked, so that joint coordinates save nothing."""
+        return Options.preset(self.fidelity, articulated=False)
 
     def initialize_episode(self, worlds: Array, draws: Array, options: Mapping[str, Any]) -> None:
         write_settings(self.task_state, worlds, options)

@@ -45,9 +45,8 @@ class Options:
         push_speed: extents per second, largest speed at which an overlap is corrected.
         correction_rate: fraction of a position error that is corrected per substep, 0 to 1.
         articulated: solve islands with rigid joints that form trees in joint coordinates, where these joints cost no
-            rows and hold to rounding. Made for robots and ragdolls; docs/articulation.md has times and errors. None,
-            the default: only islands with a joint that has an armature, whose rows need many sweeps. The first run
-            compiles for longer with it; ignored by soft.
+            rows and hold to rounding; docs/articulation.md has times and errors. False: by rows, as all other
+            constraints, which compiles faster. Ignored by soft.
 
     Raises:
         ValueError: an option that is out of its range.
@@ -68,7 +67,7 @@ class Options:
     slop: float = 1e-4
     push_speed: float = 3.0
     correction_rate: float = 0.2
-    articulated: bool | None = True
+    articulated: bool = True
 
     def __post_init__(self) -> None:
         check.positive(self.timestep, "Options: timestep")
@@ -82,10 +81,8 @@ class Options:
             check.whole(getattr(self, name), 0, f"Options: {name}")
         if self.halvings > MAX_HALVINGS:
             raise ValueError(f"Options: halvings must not exceed {MAX_HALVINGS}, got {self.halvings!r}.")
-        for name in ("warm_start", "sleep"):
+        for name in ("warm_start", "sleep", "articulated"):
             check.flag(getattr(self, name), f"Options: {name}")
-        if self.articulated is not None and not isinstance(self.articulated, (bool, np.bool_)):
-            raise ValueError(f"Options: articulated must be True, False or None, got {self.articulated!r}.")
         if not isinstance(self.solver, str) or self.solver not in SOLVERS:
             names = ", ".join(SOLVERS)
             raise ValueError(f"Options: unknown solver {self.solver!r}; known are {names}.")

@@ -248,11 +248,8 @@ class World(Actions):
             self._calls = []
 
     def _in_joint_coordinates(self) -> bool:
-        """Whether the kernel has the code for joint coordinates: the option, or None and a joint with an armature."""
-        chosen = self._options.articulated
-        if chosen is None:
-            chosen = bool((self.parameters.joints["armature"] > 0.0).any())
-        return bool(chosen) and self.model.has_trees and self._options.solver != "soft"
+        """Whether the kernel has the code for joint coordinates."""
+        return self._options.articulated and self.model.has_trees and self._options.solver != "soft"
 
     def reset(self, worlds: Any = None, *, parameters: bool = True) -> None:
         """Set the chosen worlds to the initial state.

@@ -34,7 +34,6 @@ OPTIONS_DTYPE = np.dtype(
         ("position_sweeps", "i4"),
         ("warm_start", "i4"),
         ("sleep", "i4"),
-        ("articulated", "i4"),  # 1: all islands with joints in trees, 0: of these the ones with an armature
     ],
     align=True,
 )

@@ -58,11 +58,11 @@ def test_only_rigid_joints_make_trees() -> None:
     assert scene.compile().has_trees
 
 
-def test_the_option_is_off_by_default_and_adds_no_part() -> None:
+def test_only_the_option_adds_the_part() -> None:
     scene = boxes(2)
     scene.add_joint("pin", Revolute("box_0", "box_1"))
     world = World(scene)
-    assert not Options().articulated
+    assert Options().articulated
     scratch = Scratch(world.model, kernel_variant_of(world.model), 16)
     off: Any = scratch.bundle()
     on: Any = scratch.bundle(True)

@@ -13,7 +13,7 @@ import numpy as np
 from ...jit import njit
 from ...records.model import JointKind
 from ..dispatch import by_dimension, nothing
-from ..joint_rows import has_armature, has_limit
+from ..joint_rows import has_limit
 from ..joints import (
     arm_over_inertia,
     forget_joint_impulses,
@@ -38,19 +38,6 @@ _GEAR = int(JointKind.GEAR)
 _AXIS = int(JointKind.AXIS)
 SWING_PER_SUBSTEP = 1.5  # rad: largest swing of a taut rod, rope or loop in a substep
 CONTRADICTED = 0.1  # residual above which the rows contradict each other; their impulses would grow in each step
-
-
-@njit
-def is_chosen(world: Any, island: Any) -> Any:
-    """Whether the island is to be solved in joint coordinates: by the option, or because a joint has an armature."""
-    if world.options.articulated:
-        return True
-    joint_parameters = world.parameters.joints
-    island_joints = part(world.scratch.island_joints, island.joint_first, island.joint_count)
-    for k in range(len(island_joints)):
-        if has_armature(joint_parameters[island_joints[k]]):
-            return True
-    return False
 
 
 @njit

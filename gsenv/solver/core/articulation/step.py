@@ -47,7 +47,6 @@ from .links import (
 )
 from .other_joints import (
     CONTRADICTED,
-    is_chosen,
     keep_other_velocities,
     store_other_impulses,
     substeps_of_others,
@@ -89,7 +88,7 @@ def step_articulated(world: Any, island: Any, joints: Any, articulation: Any) ->
         return False
     if world.variant.soft is not None:
         return False
-    if not (is_chosen(world, island) and list_links(world, island, articulation)):
+    if not list_links(world, island, articulation):
         return False
     measure_motion(world, island, joints, articulation)
     island.taut = 0

@@ -189,7 +189,8 @@ def test_limits_and_motor_set_at_run_time() -> None:
 def test_energy_and_order_of_a_double_pendulum() -> None:
     # a chaotic double pendulum keeps its energy; its pose after 1 s converges with the square of dt
     def after(steps: int) -> tuple[np.ndarray, float]:
-        world = chain(2, options=Options(timestep=1.0 / steps, substeps=1, max_substeps=1, sleep=False, tolerance=1e-9))
+        step = {"timestep": 1.0 / steps, "substeps": 1, "max_substeps": 1}
+        world = chain(2, options=Options(**step, sleep=False, tolerance=1e-9, articulated=False))
         start = world.diagnostics().energy[0]
         world.step(steps)
         return world.angle[0, 1:], abs(world.diagnostics().energy[0] - start) / (2.0 * G)

@@ -15,7 +15,9 @@ from gsenv.solver.spatial import Axis, Ball, Box, Hinge, SixAxis, Slider, Univer
 from tests.solver.spatial.joints.rigs import Array, matrix, multiplied, quaternion
 from tests.solver.spatial.one_kernel import full_world, space
 
-TINY = Options(timestep=1e-7, substeps=1, sleep=False)  # the pose half a substep ahead is the present one
+TINY = Options(
+    timestep=1e-7, substeps=1, sleep=False, articulated=False
+)  # the pose half a substep ahead is the present one
 SPRING = Axis(stiffness=3.0)
 AXIS = (0.48, 0.6, -0.64)
 ACROSS = (0.8, 0.0, 0.6)  # perpendicular to AXIS
@@ -199,7 +201,7 @@ def test_rates_are_changes_of_coordinates(name: str) -> None:
     """Central differences of what is read, on bodies that tumble freely with the joint disabled."""
     random = np.random.default_rng(7)
     world = linked(name)
-    world.options = Options(timestep=1e-4, substeps=1, sleep=False)
+    world.options = Options(timestep=1e-4, substeps=1, sleep=False, articulated=False)
     readable = [n for n, k in zip(world.model.joint_names, world.model.joints["coordinate"], strict=True) if 0 <= k < 8]
     assert readable
     for _ in range(3):
