@@ -76,7 +76,7 @@ def gsenv_settings(case: Case, quick: bool) -> Iterable[Setting]:
 
 
 def gsenv_sweep(case: Case, grid: Iterable[tuple[str, int, int, float]]) -> Iterator[Setting]:
-    """Yield the fidelities, then settings of (solver, steps per s, substeps, tolerance).
+    """Yield the fidelities, then settings of (solver, steps per s, substeps, tolerance) by rows.
 
     Linkages are also measured in joint coordinates, with the solver "subspace".
     """
@@ -86,7 +86,7 @@ def gsenv_sweep(case: Case, grid: Iterable[tuple[str, int, int, float]]) -> Iter
         label = f"{solver}, {rate} Hz x {substeps}, {tolerance:.0e}"
         values = {
             "solver": solver, "substeps": substeps, "tolerance": tolerance, "sweeps": SWEEPS[tolerance],
-            "sleep": case.sleep,
+            "sleep": case.sleep, "articulated": False,
         }  # fmt: skip
         yield Setting("gsenv", label, 1.0 / rate, values)
         if case.kind in LINKAGES and solver == "subspace":
