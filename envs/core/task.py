@@ -38,6 +38,7 @@ from gsenv.envs.core.spec_tables import (
     reward_table,
     table,
 )
+from gsenv.envs.core.steering import Control
 from gsenv.solver import Options, Scene, Snapshot, World
 from gsenv.solver.records.bundle import Bundle, per_world
 
@@ -97,6 +98,7 @@ class Task(ABC):
     arguments: ClassVar[tuple[Setting, ...]] = ()
     quantities: ClassVar[tuple[Quantity, ...]] = ()
     ranges: ClassVar[Mapping[str, tuple[float, float]]] = {}  # of quantities, where `randomize` is None
+    controls: ClassVar[Sequence[Sequence[Control]]] = ()  # keys of each agent in `gsenv play`; none: two for each entry
     max_episode_steps: ClassVar[int | None] = None  # after which a VectorEnv or ParallelEnv truncates; None: never
 
     def __init__(
@@ -367,7 +369,7 @@ SHARED_ARGUMENTS = """\
   judged with "test" on scenes that training never sees.
 - `observation`: "state" (default), "pixels": the picture of the world without captions,
   `Box(0, 255, (height, width, 3), uint8)`, or "state+pixels": a Dict of both.
-- `render_mode`: None, "rgb_array", or "human" (a window, needs pygame).
+- `render_mode`: None, "rgb_array", or "human" (a window, needs pygame-ce).
 - `width`, `height`: of frames and of observed pixels, multiples of 16 px; 640 x 480 for frames and 84 x 84 for
   observed pixels where they are not given.
 - `fidelity`: "fast", "balanced" (default) or "accurate", the accuracy of the solver."""
