@@ -52,6 +52,9 @@ class TaskSimulation:
         self._results = [""] * count
         self._returns = np.zeros(task.reward.shape)
         env.reset(seed=seed)
+        start = task.save()
+        task.step(np.zeros(env.action_space.shape or (), np.float32))  # compiles kernels now, not in the window
+        task.restore(start)
 
     @property
     def task(self) -> Task:

@@ -26,13 +26,11 @@ def run_play(options: argparse.Namespace) -> int:
 def _show(options: argparse.Namespace, make: Any) -> int:
     """Open a window and show a simulation in it until the user quits."""
     from gsenv.view.loop import run
-    from gsenv.view.window import Window, WindowError, default_size
+    from gsenv.view.window import WindowError, default_size
 
     try:
-        size = options.size or default_size()
-        simulation = make(options)  # before the window opens: this may take a while where kernels compile
-        with Window(simulation.title, size) as window:
-            run(simulation, window, paused=options.paused)
+        size = default_size()  # fails at once where there is no display
+        run(make(options), options.size or size, paused=options.paused)
     except (ImportError, WindowError) as error:
         if isinstance(error, ImportError) and error.name != "pygame":
             raise

@@ -18,6 +18,8 @@ FloatArray = NDArray[np.float64]
 REACH = 6.0  # px: nearer to the mouse than this, thin bodies are picked
 DIRECTIONS = 12  # of the rays around the mouse
 FREQUENCY = 3.0  # 1/s, of the spring with a free body on it
+LEARNING = 0.1  # rate at which the spring learns its load, over the one at which it would begin to swing
+MOST_LOAD = 1.5  # over the weight of all connected bodies
 STRONGEST = 200.0  # m/s^2 times the mass of all connected bodies: the largest force
 
 
@@ -76,10 +78,10 @@ class Picker:
 class Spring:
     """A spring from a body's point to the mouse, critically damped and bounded in force.
 
-    The force is that of an implicit step over `period`, for the least inertia that the point can have: that of the
-    body alone, where it is lightest. What else hangs on it by joints only adds inertia, so the step is stable for
-    light bodies on heavy chains too. The stiffness grows with the mass of all that hangs on it, so that these can be
-    lifted.
+    It is made for the mass of all bodies that joints connect with this one, and its force is that of an implicit step
+    over `period` for the least inertia that the point can have: that of the body alone, in the direction in which it
+    is lightest. What hangs on the body only adds to that, so light bodies on heavy chains are stable too. The spring
+    learns to carry what it holds, within the weight of the connected bodies, so that these can be lifted.
 
     period: s, from one application of the force to the next; steps: steps of the engine in it. A force acts during
         the first of these alone and is larger accordingly.
@@ -95,8 +97,7 @@ class Spring:
         parameters = world.parameters.bodies[world_index]
         members = connected(world, world_index, picked.body)
         self._total = float(parameters["mass"][members].sum())
-        omega = 2.0 * math.pi * FREQUENCY
-        self._omega = omega
+        self._load = np.zeros(world.model.dim)  # N, what the spring has learnt to carry
 
     def move(self, target: FloatArray) -> None:
         """Set the point in m that the spring pulls to."""
@@ -127,17 +128,24 @@ class Spring:
         arm = rotate(state["rotation"], self.picked.local)
         velocity = state["velocity"][:dim] + turn_velocity(state["velocity"][dim:], arm)
         least = 1.0 / (parameters["inv_mass"] + _inverse_turning(parameters, dim) * float(arm @ arm))
-        stiffness = math.sqrt(least * self._total) * self._omega**2
-        damping = 2.0 * math.sqrt(stiffness * self._total)
-        h = self._period
+        h, omega = self._period, 2.0 * math.pi * FREQUENCY
+        stiffness, damping = self._total * omega**2, 2.0 * self._total * omega
         implicit = 1.0 + (damping * h + stiffness * h * h) / least
+        stiffness, damping = stiffness / implicit, (damping + stiffness * h) / implicit
         error = self.target - (state["position"] + arm)
-        force = (stiffness * error - (damping + stiffness * h) * velocity) / implicit
-        size = float(np.sqrt(force @ force))
-        bound = STRONGEST * self._total
-        if not math.isfinite(size):
-            return None
-        return np.asarray(force * min(1.0, bound / max(size, 1e-300)))
+        gravity = self._world.parameters.worlds["gravity"][self._index]
+        weight = self._total * float(np.sqrt(gravity @ gravity))
+        gain = LEARNING * damping * stiffness / self._total  # N/(m s), stable below LEARNING = 1 (Routh)
+        self._load = bounded(self._load + h * gain * error, MOST_LOAD * weight)
+        return bounded(stiffness * error - damping * velocity + self._load, STRONGEST * self._total)
+
+
+def bounded(force: FloatArray, bound: float) -> FloatArray:
+    """Return a force of at most `bound` N; zero for one that is not finite."""
+    size = float(np.sqrt(force @ force))
+    if not math.isfinite(size):
+        return np.zeros_like(force)
+    return np.asarray(force * min(1.0, bound / max(size, 1e-300)))
 
 
 def _inverse_turning(parameters: Any, dim: int) -> float:

@@ -7,15 +7,27 @@ import time
 from gsenv.view.pacing import Pacer
 from gsenv.view.session import Session
 from gsenv.view.simulation import Simulation
-from gsenv.view.window import Window
+from gsenv.view.window import Size, Window
 
 FPS = 60.0  # at most
 LONGEST_PAUSE = 0.1  # s: a longer time between two frames, such as that of a moved window, does not count in full
 
 
-def run(simulation: Simulation, window: Window, *, paused: bool = False) -> None:
-    """Show a simulation until the user quits or closes the window."""
-    session = Session(simulation, window.size, paused=paused)
+def run(simulation: Simulation, size: Size, *, paused: bool = False) -> None:
+    """Open a window of this size in px on a simulation, until the user quits or closes it.
+
+    Raises:
+        ImportError: pygame-ce is missing.
+        WindowError: there is no display.
+    """
+    session = Session(simulation, size, paused=paused)
+    session.picture()  # before the window opens, because kernels may have to be compiled
+    with Window(simulation.title, size) as window:
+        show(session, window)
+
+
+def show(session: Session, window: Window) -> None:
+    """Show a session in a window until the user quits or closes the window."""
     pacer = Pacer(FPS)
     last = time.perf_counter()
     while session.running:

@@ -107,6 +107,7 @@ class SceneSimulation:
         self.period = world.timestep
         self._view = view
         self._camera = camera
+        world.step(0)  # compiles the kernel now, not in the window
         self._follow = None if follow is None else FollowCamera([world.model.body_names.index(follow)])
 
     def advance(self) -> None:
