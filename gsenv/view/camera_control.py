@@ -1,7 +1,7 @@
 """Views that the mouse moves: changes on top of a camera, which may itself follow a body.
 
-Both classes have the same methods. `aim(base, size)` returns the camera for a picture; the other methods refer to the
-last camera that it returned, and pixels are those of its picture.
+Both classes have the same methods. `aim(base, size)` returns the camera for a picture; the other methods move it, or
+refer to its picture's pixels.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class PlanarControl:
     """Pan and zoom over a 2D camera."""
 
     def __init__(self) -> None:
-        self._camera = Camera()
+        self._base = Camera()
         self._size: Size = (1, 1)
         self.reset()
 
@@ -36,8 +36,11 @@ class PlanarControl:
         """Show what the base camera shows."""
         self._offset = np.zeros(2)
         self._zoom = 1.0
+        self.aim(self._base, self._size)
 
     def aim(self, base: Camera, size: Size) -> Camera:
+        """Return the camera for a picture of this size in px."""
+        self._base = base
         x, y = np.asarray(base.center) + self._offset
         self._camera = Camera((float(x), float(y)), base.height * self._zoom)
         self._size = size
@@ -56,6 +59,7 @@ class PlanarControl:
         """Move the picture by px."""
         scale = self._camera.scale(self._size[1])
         self._offset += np.array([-dx, dy]) / scale
+        self.aim(self._base, self._size)
 
     def zoom(self, notches: float, pixel: Pixel) -> None:
         """Magnify by notches of the wheel; what is at the pixel stays there."""
@@ -63,6 +67,7 @@ class PlanarControl:
         point = self._camera.to_world(pixel, *self._size)
         self._offset += (1.0 - zoom / self._zoom) * (point - self._camera.center)
         self._zoom = zoom
+        self.aim(self._base, self._size)
 
     def project(self, points: FloatArray) -> FloatArray:
         """Return pixels (..., 2) of points (..., 2) in m."""
@@ -86,7 +91,8 @@ class OrbitControl:
     """Orbit, pan and zoom over a 3D camera."""
 
     def __init__(self) -> None:
-        self._camera = SpatialCamera((0.0, -1.0, 0.0), (0.0, 0.0, 0.0))
+        self._base = SpatialCamera((0.0, -1.0, 0.0), (0.0, 0.0, 0.0))
+        self._size: Size = (1, 1)
         self.reset()
 
     def reset(self) -> None:
@@ -94,8 +100,11 @@ class OrbitControl:
         self._offset = np.zeros(3)
         self._azimuth = self._elevation = 0.0
         self._zoom = 1.0
+        self.aim(self._base, self._size)
 
     def aim(self, base: SpatialCamera, size: Size) -> SpatialCamera:
+        """Return the camera for a picture of this size in px."""
+        self._base, self._size = base, size
         target = np.asarray(base.target, float)
         away = np.asarray(base.eye, float) - target
         distance, azimuth, elevation = _spherical(away)
@@ -120,12 +129,14 @@ class OrbitControl:
         """Orbit about the target by px of the mouse: what is in front follows it."""
         self._azimuth -= TURN * dx
         self._elevation += TURN * dy
+        self.aim(self._base, self._size)
 
     def pan(self, dx: float, dy: float) -> None:
         """Move the picture by px, at the depth of the target."""
         right, up, _ = self._camera.axes()
         scale = self.view_height / self._camera.height
         self._offset += scale * (dy * up - dx * right)
+        self.aim(self._base, self._size)
 
     def zoom(self, notches: float, pixel: Pixel) -> None:
         """Magnify by notches of the wheel; what is at the pixel, at the depth of the target, stays there."""
@@ -134,6 +145,7 @@ class OrbitControl:
         point = self.on_plane(pixel, target)
         self._offset += (1.0 - zoom / self._zoom) * (point - target)
         self._zoom = zoom
+        self.aim(self._base, self._size)
 
     def project(self, points: FloatArray) -> FloatArray:
         """Return pixels (..., 2) of points (..., 3) in m; NaN behind the eye."""

@@ -52,10 +52,9 @@ def draw_panel(
     cap = letter
     margin = round(0.6 * cap)
     padding = round(PADDING * cap)
-    room = width - 2 * (margin + padding)
-    if room < 8 or not any(columns):
+    ink = _columns(columns, cap, width - 2 * (margin + padding))
+    if ink is None:
         return
-    ink = _columns(columns, cap, room)
     ink = np.pad(ink, ((padding // 2, padding // 2), (padding, padding)))
     ink = ink[: max(height - 2 * margin, 0), : width - 2 * margin]
     top = margin + round(y * (height - 2 * margin - ink.shape[0]))
@@ -92,18 +91,20 @@ def _write(bar: Frame, text: Coverage, left: int) -> None:
     _mix(bar[top : top + text.shape[0], left : left + text.shape[1]], text, INK_COLOR)
 
 
-def _columns(columns: Sequence[Sequence[str]], cap: float, room: int) -> Coverage:
-    """Return the coverage of columns of text side by side."""
+def _columns(columns: Sequence[Sequence[str]], cap: float, room: int) -> Coverage | None:
+    """Return the coverage of those columns of text that have room side by side, or None."""
     unit = cap / CAP_HEIGHT
     gap = round(GAP * cap)
     parts: list[Coverage] = []
     for lines in columns:
         used = sum(part.shape[1] + gap for part in parts)
-        if room - used < 4 * cap:
+        if room - used < 4 * cap or not lines:
             break
         texts = [text_coverage(line or " ", unit, room - used) for line in lines]
         widest = max((text.shape[1] for text in texts), default=0)
         parts.append(np.concatenate([np.pad(text, ((0, 0), (0, widest - text.shape[1]))) for text in texts]))
+    if not parts:
+        return None
     tallest = max(part.shape[0] for part in parts)
     padded = [np.pad(part, ((0, tallest - part.shape[0]), (0, gap))) for part in parts]
     return np.concatenate(padded, axis=1)[:, : -gap or None]

@@ -240,7 +240,7 @@ def help_rows(simulation: Simulation) -> list[tuple[str, str]]:
         ("tab", "next world"),
         ("f", "follow the selected body"),
         ("home", "first view"),
-        ("q", "quit"),
+        ("escape", "quit"),
         ("", ""),
         ("left mouse", "drag a body"),
         ("right mouse", "move the view" if planar else "turn the view"),

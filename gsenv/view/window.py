@@ -94,9 +94,8 @@ class _Screen:
                 pad = controller.Controller(number)
                 self._pads[pad.id] = pad
 
-    def release(self, number: int) -> None:
-        """Forget a window, and pygame's display with the last one."""
-        self.windows.pop(number, None)
+    def release(self) -> None:
+        """Close pygame's display if no window is open."""
         if not self.windows:
             self._quit()
 
@@ -242,7 +241,8 @@ class Window:
             window, self._window = self._window, None
             number = window.id
             window.destroy()
-            _SCREEN.release(number)
+            del _SCREEN.windows[number]
+            _SCREEN.release()
 
     def __enter__(self) -> Window:
         return self
@@ -258,8 +258,14 @@ def fit(picture: Size, room: Size) -> Size:
 
 
 def default_size() -> Size:
-    """Return the size in px of a window on this screen: 640 x 480, doubled on screens of about 2160 px in height."""
+    """Return the size in px of a window on this screen: 640 x 480, doubled on screens of about 2160 px in height.
+
+    Raises:
+        ImportError: pygame-ce is missing.
+        WindowError: there is no display.
+    """
     pygame = _SCREEN.open()
     heights = [height for _, height in pygame.display.get_desktop_sizes()]
+    _SCREEN.release()
     factor = max(1, round(heights[0] / 1080)) if heights else 1
     return 640 * factor, 480 * factor
