@@ -83,6 +83,8 @@ class TaskSimulation:
                 self.restart(int(world), None)
                 ended[world] = False
         self.task.step(self._actions(), ignored=ended)
+        for world in np.flatnonzero(ended):
+            self.task.stay(int(world))  # nothing is earned any more
         running = ~ended
         self._elapsed[running] += 1
         self._returns[running] += self.task.reward[running]

@@ -81,7 +81,9 @@ def make_parser() -> argparse.ArgumentParser:
         epilog=EXAMPLES,
         formatter_class=style,
     )
-    view.add_argument("target", metavar="ENV_OR_SCENE", help="a name from `gsenv list`")
+    view.add_argument(
+        "target", metavar="ENV_OR_SCENE", help="a name from `gsenv list`, or a MuJoCo (.xml) or URDF (.urdf) file"
+    )
     view.add_argument(
         "--policy",
         type=_viewed_policy,

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import argparse
+import sys
+import warnings
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gsenv.envs import ENVS, PARALLEL_ENVS
@@ -12,6 +15,9 @@ from .names import SCENE_PREFIX, check_env, find_actor, suggestion
 
 if TYPE_CHECKING:
     from gsenv.view.simulation import Simulation
+
+
+MODEL_FILES = (".xml", ".urdf")  # of MuJoCo and of ROS
 
 
 def run_view(options: argparse.Namespace) -> int:
@@ -42,10 +48,11 @@ def _find_simulation(options: argparse.Namespace) -> Simulation:
     envs = [entry.id for entry in ENVS] + [entry.name for entry in PARALLEL_ENVS]
     if options.target in envs:
         return _make_tasks(options)
+    is_file = options.target.endswith(MODEL_FILES)
     from gsenv.scenes import SCENES
 
     scenes = [f"{SCENE_PREFIX}{name}" for name in SCENES]
-    if options.target not in scenes:
+    if options.target not in scenes and not is_file:
         raise CliError(
             f"no environment or scene is called {options.target!r}; {suggestion(options.target, envs + scenes)}",
             WRONG_USAGE,
@@ -53,7 +60,29 @@ def _find_simulation(options: argparse.Namespace) -> Simulation:
     for name, given in (("--policy", options.policy is not None), ("--set", bool(options.set))):
         if given:
             raise CliError(f"{options.target} is a scene and takes no {name}", WRONG_USAGE)
-    return _make_scene(options)
+    return _make_model(options) if is_file else _make_scene(options)
+
+
+def _make_model(options: argparse.Namespace) -> Simulation:
+    """Return the simulation of a MuJoCo or URDF file."""
+    from gsenv.mjcf import MjcfError, load_mjcf, load_urdf
+    from gsenv.solver import World
+    from gsenv.view.simulation import SceneSimulation
+
+    path = Path(options.target)
+    try:
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            scene = load_urdf(path) if path.suffix == ".urdf" else load_mjcf(path)
+    except MjcfError as error:
+        raise CliError(str(error), FAILED) from error
+    except OSError as error:
+        raise CliError(f"cannot read {path}: {error.strerror or error}", FAILED) from error
+    except ImportError as error:
+        raise CliError(f"{error.name} is missing; pip install 'gsenv[urdf]' brings it", FAILED) from error
+    for warning in caught:
+        print(f"gsenv: {warning.message}", file=sys.stderr)
+    return SceneSimulation(World(scene, options.worlds), path.name)
 
 
 def _make_scene(options: argparse.Namespace) -> Simulation:

@@ -35,6 +35,7 @@ class JointPlaces(NamedTuple):
     centers: FloatArray  # (axis, dim)
     axes: FloatArray  # (axis, dim), unit
     slides: NDArray[np.bool_]  # (axis,), whether it is a direction of translation
+    radii: FloatArray  # (axis,) m, of body b
 
 
 def read_joints(world: World, index: int) -> JointPlaces:
@@ -52,7 +53,8 @@ def read_joints(world: World, index: int) -> JointPlaces:
     frames = _axes_2d if dim == 2 else _axes_3d
     numbers, axes, slides = frames(world, index, chosen)
     ends = np.stack([on_a[links], on_b[links]], axis=1)
-    return JointPlaces(on_b[~links], ends, on_b[numbers], axes, slides)
+    radii = world.parameters.bodies["radius"][index, body_b[chosen[numbers]]]
+    return JointPlaces(on_b[~links], ends, on_b[numbers], axes, slides, radii)
 
 
 def _places(world: World, index: int, chosen: NDArray[np.int64], side: str) -> FloatArray:

@@ -29,17 +29,19 @@ TURN_COLOR: Rgb = (92, 176, 255)  # of axes of rotation
 SLIDE_COLOR: Rgb = (120, 224, 112)  # of directions of translation
 LINK_COLOR: Rgb = (206, 211, 218)
 SELECTED_COLOR: Rgb = (255, 255, 255)
-SPRING_COLOR: Rgb = (255, 138, 60)
+SPRING_COLOR: Rgb = (255, 92, 208)
 RESULT_COLOR: Rgb = (255, 236, 190)
 
 LINE_SHARE, LINE_MIN = 0.0030, 1.0  # radius of lines over the picture's height, and px at least
 LONGEST_FORCE = 0.13  # length of the arrow of the largest force over the picture's height
 FORGETTING = 0.98  # the scale of the arrows follows a smaller largest force by this factor in each picture
-AXIS_LENGTH = 0.05  # half length of an axis over the picture's height
+AXIS_LENGTH = 0.05  # largest half length of an axis over the picture's height
+AXIS_REACH = 0.9  # and over the radius of the body on it
 RING_SIDES = 40
 
 SLOW = 0.030  # s: where 3D pictures take longer, they become simpler
 SLOWEST = 0.060
+PATIENCE = 0.25  # s: a still picture may take this long
 WEIGHT = 0.2  # of the last picture in the mean time of a picture
 QUALITIES = (("high", 1), ("fast", 1), ("fast", 2))  # quality, and px of the window for one of the picture
 
@@ -68,8 +70,6 @@ class Screen:
         self.control: Control = make_control(simulation.world.model.dim)
         self.size = size
         self._renderers: dict[tuple[int, Size], Any] = {}
-        self._quality = 0
-        self._mean = 0.0  # s, for a picture
         self._largest_force = 0.0
         self._own_camera: Any = None  # where the simulation has none: made from the first picture
 
@@ -83,7 +83,7 @@ class Screen:
         self._size = max(size[0], 1), max(size[1], 1)
         self.area = self._size[0], max(self._size[1] - status_height(self._size[1]), 1)
         self._renderers = {}
-        self._quality, self._mean = 0, 0.0
+        self._quality, self._mean, self._taken = 0, 0.0, [0.0, 0.0, 0.0]
 
     # ------------------------------------------------- the view
 
@@ -102,6 +102,10 @@ class Screen:
                 return camera._replace(center=(float(place[0]), float(place[1])))
             return camera.following(place)
         return camera
+
+    def aim(self, shown: Shown) -> Any:
+        """Point the view to what is to be shown now, and return its camera."""
+        return self.control.aim(self.base_camera(shown), self.area)
 
     def follow(self, shown: Shown, following: bool) -> None:
         """Begin or end following the selected body, without a jump of the view."""
@@ -129,7 +133,7 @@ class Screen:
         status: returns the left, middle and right part of the status bar; called once the world is drawn
         still: whether nothing moves, so that the picture may take its time
         """
-        camera = self.control.aim(self.base_camera(shown), self.area)
+        camera = self.aim(shown)
         image = self._draw_world(shown, camera, still)
         marks = Marks(max(LINE_SHARE * self.area[1], LINE_MIN))
         if shown.joints:
@@ -147,13 +151,16 @@ class Screen:
         return np.concatenate([image, draw_status(*self._size, *status())])[: self._size[1]]
 
     def _draw_world(self, shown: Shown, camera: Any, still: bool) -> Frame:
-        quality = 0 if still else self._quality
+        finest = next((q for q, taken in enumerate(self._taken) if taken < PATIENCE), self._quality)
+        quality = min(finest, self._quality) if still else self._quality
         renderer = self._renderer(quality)
         renderer.camera = camera
         began = time.perf_counter()
         frame: Frame = renderer.render(shown.world, lines=self._simulation.lines(shown.world))
-        if not still and self._simulation.world.model.dim == 3:
-            self._adapt(time.perf_counter() - began)
+        if self._simulation.world.model.dim == 3:
+            self._taken[quality] = time.perf_counter() - began
+            if not still:
+                self._adapt(self._taken[quality])
         coarseness = QUALITIES[quality][1]
         return enlarge(frame, coarseness, self.area) if coarseness > 1 else frame
 
@@ -182,7 +189,8 @@ class Screen:
 
     def _add_joints(self, marks: Marks, world: int) -> None:
         places = read_joints(self._simulation.world, world)
-        reach = AXIS_LENGTH * self.control.view_height * places.axes
+        length = np.minimum(AXIS_LENGTH * self.control.view_height, AXIS_REACH * places.radii)
+        reach = length[:, None] * places.axes
         starts, ends = self.control.project(places.centers - reach), self.control.project(places.centers + reach)
         links = self.control.project(places.links)
         marks.add_lines(links[:, 0], links[:, 1], LINK_COLOR, 0.7)
@@ -230,7 +238,7 @@ def help_rows(simulation: Simulation) -> list[tuple[str, str]]:
     rows = [*steering.help(), ("", "")] if steering is not None else []
     rows += [
         ("space", "pause or go on"),
-        (".", "single step"),
+        (". (dot)", "single step"),
         ("+  -", "faster, slower"),
         ("r", "restart this episode"),
         ("n", "next episode"),

@@ -51,6 +51,7 @@ class Session:
         self._rate = 1.0  # simulated over real time, a mean
         self._mouse = (0.0, 0.0)
         self._held: str | None = None  # what the pressed mouse button does
+        self.screen.aim(self.shown)
         self._changed = True  # since the last picture
         self._settled_for = 0.0  # s since the last change
         self._is_fine = False  # the last picture took its time

@@ -13,8 +13,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+import gsenv.view
 from gsenv.cli import main
 from gsenv.envs.core.window import Window as HumanWindow
+from gsenv.scenes import make_world
 from gsenv.view import loop
 from gsenv.view.events import (
     ButtonPressed,
@@ -253,8 +255,24 @@ def test_view_and_play_open_windows(quits: list[Session]) -> None:
     assert quits[-1].paused
     assert main(["view", "GStack-v0", "--policy", "scripted", "--seed", "3", "--set", "blocks=2"]) == 0
     assert quits[-1].simulation.seeds == [3]
+    assert main(["view", str(ROOT / "assets" / "ragdoll.xml"), "--size", "200x150"]) == 0
+    assert "torso" in quits[-1].simulation.world.model.body_names
     assert main(["play", "tower_v0"]) == 0
     assert quits[-1].simulation.steering is not None
+
+
+def test_show_opens_a_window_on_a_world(quits: list[Session]) -> None:
+    world = make_world("stack")
+    gsenv.view.show(world, "mine")
+    assert quits[-1].simulation.world is world
+    assert quits[-1].simulation.title == "mine"
+
+
+def test_a_file_that_cannot_be_read_is_one_sentence(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    assert main(["view", str(tmp_path / "robot.xml")]) == 1
+    error = capsys.readouterr().err
+    assert "robot.xml" in error
+    assert error.count("\n") == 1
 
 
 @pytest.mark.parametrize(
