@@ -16,6 +16,7 @@ Array = NDArray[Any]
 Actor = Callable[[NDArray[np.float32]], NDArray[np.float32]]
 
 SHOWN_RESULT = 1.5  # s, for which the end of an episode stays on the screen before the next one begins
+LONGEST_RESULT = 4.0  # s, for which it is shown where the physics go on
 SUCCESS = ("success", "is_success")
 
 
@@ -77,8 +78,8 @@ class TaskSimulation:
     def advance(self) -> None:
         """Advance all worlds by a control step."""
         ended = np.array([bool(result) for result in self._results])
+        self._ended_for[ended] += self.period
         if self._actor is not None or self.steering is not None:
-            self._ended_for[ended] += self.period
             for world in np.flatnonzero(self._ended_for >= SHOWN_RESULT):
                 self.restart(int(world), None)
                 ended[world] = False
@@ -134,8 +135,8 @@ class TaskSimulation:
         return self.task.captions(world)
 
     def result(self, world: int) -> str:
-        """Return how the episode has ended, "" if it has not."""
-        return self._results[world]
+        """Return how the episode has ended, "" if it has not; also "" where the physics have gone on for a while."""
+        return self._results[world] if self._ended_for[world] < LONGEST_RESULT else ""
 
     def score(self, world: int) -> Sequence[tuple[str, str]]:
         """Return (name, value) of the return, the reward and its terms, with a column for each agent."""

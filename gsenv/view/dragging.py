@@ -18,9 +18,11 @@ FloatArray = NDArray[np.float64]
 REACH = 6.0  # px: nearer to the mouse than this, thin bodies are picked
 DIRECTIONS = 12  # of the rays around the mouse
 FREQUENCY = 3.0  # 1/s, of the spring with a free body on it
+STIFFEST, MOST_DAMPING = 0.3, 0.8  # of what stops a point within a period: stable if STIFFEST + 2 MOST_DAMPING < 4
 LEARNING = 0.1  # rate at which the spring learns its load, over the one at which it would begin to swing
 MOST_LOAD = 1.5  # over the weight of all connected bodies
-STRONGEST = 200.0  # m/s^2 times the mass of all connected bodies: the largest force
+STRONGEST = 100.0  # m/s^2, times the least inertia of the point, and
+STRONGEST_LIFT = 20.0  # m/s^2, times the mass of all connected bodies: the largest force
 
 
 @dataclass(frozen=True)
@@ -78,10 +80,10 @@ class Picker:
 class Spring:
     """A spring from a body's point to the mouse, critically damped and bounded in force.
 
-    It is made for the mass of all bodies that joints connect with this one, and its force is that of an implicit step
-    over `period` for the least inertia that the point can have: that of the body alone, in the direction in which it
-    is lightest. What hangs on the body only adds to that, so light bodies on heavy chains are stable too. The spring
-    learns to carry what it holds, within the weight of the connected bodies, so that these can be lifted.
+    It is made for the mass of all bodies that joints connect with this one, but no stiffer than is stable for the least
+    inertia that the point can have: that of the body alone, in the direction in which it is lightest. What hangs on
+    the body only adds to that, so light bodies on heavy chains are stable too. The spring learns to carry what it
+    holds, within the weight of the connected bodies, so that these can be lifted.
 
     period: s, from one application of the force to the next; steps: steps of the engine in it. A force acts during
         the first of these alone and is larger accordingly.
@@ -129,15 +131,15 @@ class Spring:
         velocity = state["velocity"][:dim] + turn_velocity(state["velocity"][dim:], arm)
         least = 1.0 / (parameters["inv_mass"] + _inverse_turning(parameters, dim) * float(arm @ arm))
         h, omega = self._period, 2.0 * math.pi * FREQUENCY
-        stiffness, damping = self._total * omega**2, 2.0 * self._total * omega
-        implicit = 1.0 + (damping * h + stiffness * h * h) / least
-        stiffness, damping = stiffness / implicit, (damping + stiffness * h) / implicit
+        stiffness = min(self._total * omega**2, STIFFEST * least / (h * h))
+        damping = min(2.0 * self._total * omega, MOST_DAMPING * least / h)
         error = self.target - (state["position"] + arm)
         gravity = self._world.parameters.worlds["gravity"][self._index]
         weight = self._total * float(np.sqrt(gravity @ gravity))
         gain = LEARNING * damping * stiffness / self._total  # N/(m s), stable below LEARNING = 1 (Routh)
         self._load = bounded(self._load + h * gain * error, MOST_LOAD * weight)
-        return bounded(stiffness * error - damping * velocity + self._load, STRONGEST * self._total)
+        bound = STRONGEST * least + STRONGEST_LIFT * self._total
+        return bounded(stiffness * error - damping * velocity + self._load, bound)
 
 
 def bounded(force: FloatArray, bound: float) -> FloatArray:

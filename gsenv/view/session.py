@@ -202,11 +202,15 @@ class Session:
 
     def _press(self, key: str, text: str) -> None:
         if text in ("+", "=") or key == "[+]":
-            self._speed = min(self._speed + 1, len(SPEEDS) - 1)
+            self._set_speed(self._speed + 1)
         elif text in ("-", "_") or key == "[-]":
-            self._speed = max(self._speed - 1, 0)
+            self._set_speed(self._speed - 1)
         else:
             self._press_named(key)
+
+    def _set_speed(self, number: int) -> None:
+        self._speed = min(max(number, 0), len(SPEEDS) - 1)
+        self._rate = self.speed
 
     def _press_named(self, key: str) -> None:
         shown = self.shown

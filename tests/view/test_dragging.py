@@ -9,7 +9,7 @@ from gsenv.render.camera import Camera
 from gsenv.render.spatial import SpatialCamera
 from gsenv.solver import Scene, World, planar, spatial
 from gsenv.view.camera_control import OrbitControl, PlanarControl
-from gsenv.view.dragging import STRONGEST, Picked, Picker, Spring, connected
+from gsenv.view.dragging import STRONGEST, STRONGEST_LIFT, Picked, Picker, Spring, connected
 
 SIZE = (640, 480)
 
@@ -148,8 +148,8 @@ def test_a_light_body_at_the_end_of_a_heavy_chain_is_dragged_without_oscillation
         speeds.append(float(np.abs(world.linear_velocity).max()))
         points.append(spring.point)
     assert np.isfinite(world.state.bodies["position"]).all()
-    assert max(speeds) < 8.0
-    assert np.abs(np.diff(points[-60:], axis=0)).max() < 0.4 * world.timestep  # m: it hardly moves any more
+    assert max(speeds) < 12.0
+    assert np.abs(np.diff(points[-60:], axis=0)).max() < 0.6 * world.timestep  # m: it hardly moves any more
     error = np.abs(spring.point - goal).max()
     assert error < (0.01 if light == 1.0 else start)
     assert world.diagnostics().joint_error[0] < 2e-3
@@ -159,7 +159,8 @@ def test_a_light_body_at_the_end_of_a_heavy_chain_is_dragged_without_oscillation
 def test_no_mouse_can_make_nan(dim: int) -> None:
     world = chain(dim)
     spring = hold(world, "link_10", 0.08 * up(dim))
-    bound = STRONGEST * float(world.parameters.bodies["mass"][0].sum())
+    masses = world.parameters.bodies["mass"][0]
+    bound = STRONGEST * masses[-1] + STRONGEST_LIFT * masses.sum()
     generator = np.random.default_rng(0)
     for k in range(300):
         spring.move(generator.normal(size=dim) * 10.0 ** generator.integers(-2, 9))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from gsenv.envs import ENVS, PARALLEL_ENVS
-from gsenv.envs.core.interactive import SHOWN_RESULT, make_steering
+from gsenv.envs.core.interactive import LONGEST_RESULT, SHOWN_RESULT, make_steering
 from gsenv.envs.core.steering import RISE, Key, Steering, Stick, default_controls
 from gsenv.envs.core.task import Task
 from gsenv.view.events import FocusLost, KeyPressed, KeyReleased, PadMoved, PadPressed, PadReleased
@@ -178,9 +178,12 @@ def test_without_a_policy_the_physics_go_on_after_the_end() -> None:
     pass_time(session, 6.0)
     assert session.simulation.result(0).startswith("fell: return")
     assert session.simulation.seeds == [0]
-    before = session.simulation.world.time[0]
+    before = float(session.simulation.world.time[0])
     pass_time(session, 2.5)
     assert session.simulation.world.time[0] > before + 2.0
+    pass_time(session, LONGEST_RESULT)
+    assert session.simulation.result(0) == ""
+    assert session.simulation.seeds == [0]
 
 
 def test_a_policy_succeeds_as_it_does_outside_of_the_window() -> None:

@@ -261,6 +261,16 @@ def test_view_and_play_open_windows(quits: list[Session]) -> None:
     assert quits[-1].simulation.steering is not None
 
 
+def test_ctrl_c_closes_the_window(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    def interrupt(window: Window) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Window, "take_events", interrupt)
+    assert main(["view", "scene:stack"]) == 130
+    assert not opened()
+    assert capsys.readouterr().err == "gsenv: interrupted\n"
+
+
 def test_show_opens_a_window_on_a_world(quits: list[Session]) -> None:
     world = make_world("stack")
     gsenv.view.show(world, "mine")
