@@ -218,7 +218,7 @@ class Screen:
         simulation, world = self._simulation, shown.world
         letter = cap_height(self._size[1])
         draw_panel(image, [list(simulation.captions(world))], 0.0, 0.0, letter=1.2 * letter)
-        score = simulation.score(world) if shown.score else ()
+        score = simulation.score(world) if shown.score and not shown.help else ()
         if score:
             draw_panel(image, [[name for name, _ in score], [value for _, value in score]], 1.0, 0.0, letter=letter)
         result = simulation.result(world)
@@ -235,8 +235,7 @@ def help_rows(simulation: Simulation) -> list[tuple[str, str]]:
     """Return the keys and what they do."""
     planar = simulation.world.model.dim == 2
     steering = simulation.steering
-    rows = [*steering.help(), ("", "")] if steering is not None else []
-    rows += [
+    rows = [
         ("space", "pause or go on"),
         (". (dot)", "single step"),
         ("+  -", "faster, slower"),
@@ -255,14 +254,13 @@ def help_rows(simulation: Simulation) -> list[tuple[str, str]]:
         *([] if planar else [("shift + right", "move the view")]),
         ("wheel", "zoom"),
     ]
-    taken = steering.takes if steering is not None else lambda key: False
-    single = simulation.world.world_count == 1
-    left_out = {"tab"} if single else set()
-    if not simulation.score(0):
-        left_out.add("i")
-    if simulation.seeds is None:
-        left_out.add("n")
-    return [(key, text) for key, text in rows if key not in left_out and not (len(key) == 1 and taken(key))]
+    useless = {"tab"} if simulation.world.world_count == 1 else set()
+    useless |= set() if simulation.score(0) else {"i"}
+    useless |= {"n"} if simulation.seeds is None else set()
+    rows = [row for row in rows if row[0] not in useless]
+    if steering is None:
+        return rows
+    return [*steering.help(), ("", ""), *(row for row in rows if not steering.takes(row[0]))]
 
 
 def enlarge(frame: Frame, factor: int, size: Size) -> Frame:

@@ -137,8 +137,9 @@ def test_two_agents_have_a_set_of_keys_each() -> None:
     assert moved[1, 1] > 0.2
     assert abs(moved[1, 0]) < 0.1
     rows = dict(help_rows(session.simulation))
-    assert "left gripper: move" in rows.values()
-    assert "right gripper: move" in rows.values()
+    assert rows["a  d"] == "left gripper: move"
+    assert rows["x"] == "left gripper: let go"
+    assert rows["right  left"] == "right gripper: move"
     assert len(session.simulation.score(0)[0][1].split()) == 2  # a return for each
 
 

@@ -406,6 +406,17 @@ def test_an_environment_goes_on_when_the_user_closes_its_window() -> None:
     env.close()
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems always have a display")
+def test_an_environment_without_a_display_says_so() -> None:
+    code = (
+        "import gymnasium as gym\n"
+        "from gsenv.view.window import WindowError\n"
+        "env = gym.make('gsenv:GStack-v0', render_mode='human')\n"
+        "try:\n    env.reset(seed=0)\nexcept WindowError as error:\n    print(error)\n"
+    )
+    assert python(code).stdout == NO_DISPLAY + "\n"
+
+
 def test_an_environment_with_a_window_can_be_pickled() -> None:
     env = make("GStack-v0", render_mode="human", width=96, height=64).unwrapped
     env.reset(seed=0)
