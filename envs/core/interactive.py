@@ -44,8 +44,7 @@ class TaskSimulation:
         self._actor = actor
         task = env.task
         self.world = task.world
-        self.steps = task.engine_steps
-        self.period = self.steps * self.world.timestep
+        self.period = task.engine_steps * self.world.timestep
         count = env.num_envs
         self.seeds = [seed + i for i in range(count)]
         self._elapsed = np.zeros(count, np.int64)
@@ -75,15 +74,17 @@ class TaskSimulation:
         if self.steering is not None:
             self.steering.rest()
 
-    def advance(self) -> None:
-        """Advance all worlds by a control step."""
+    def advance(self, before_step: Callable[[], None] | None = None) -> None:
+        """Advance all worlds by a control step; `before_step` is called before each step of the engine."""
         ended = np.array([bool(result) for result in self._results])
         self._ended_for[ended] += self.period
         if self._actor is not None or self.steering is not None:
             for world in np.flatnonzero(self._ended_for >= SHOWN_RESULT):
                 self.restart(int(world), None)
                 ended[world] = False
+        self.task.before_step = before_step
         self.task.step(self._actions(), ignored=ended)
+        self.task.before_step = None
         for world in np.flatnonzero(ended):
             self.task.stay(int(world))  # nothing is earned any more
         running = ~ended

@@ -9,7 +9,7 @@ agree bit for bit.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, TypeVar
 
@@ -78,6 +78,8 @@ class Task(ABC):
         terms: (world,) records of the reward terms, by name.
         infos: (world,) records of `info_fields`, entries of Gymnasium's info beside `reward_<term>` of each term.
         terminated: (world,) bool.
+        before_step: function that is called before each step of the engine, such as one that applies forces, or None;
+            copies and pickles of the task do not have it.
         term_names: names of the terms in the info, `reward_<term>`.
 
     Where a task has `agents`, the shapes of actions, observation, reward and terms are (world, agent, ...).
@@ -136,6 +138,7 @@ class Task(ABC):
         self._actions = np.zeros((*each, len(self.actions)), np.float32)
         self._kernel_world: Bundle | None = None
         self._bundled_contacts: Array | None = None
+        self.before_step: Callable[[], None] | None = None
         self.term_names = tuple(f"reward_{term.name}" for term in self.reward_terms)
         self._info_names = self.infos.dtype.names or ()
         reserved = {*self.term_names, *DIAGNOSTIC_NAMES}
@@ -247,8 +250,13 @@ class Task(ABC):
         return -1
 
     def simulate(self) -> None:
-        """Advance the physics by one control step, `engine_steps` steps of the engine."""
-        self.world.step(self.engine_steps)
+        """Advance the physics by one control step, `engine_steps` steps of the engine; calls `before_step` in each."""
+        if self.before_step is None:
+            self.world.step(self.engine_steps)
+            return
+        for _ in range(self.engine_steps):
+            self.before_step()
+            self.world.step()
 
     @abstractmethod
     def evaluate(self) -> None:

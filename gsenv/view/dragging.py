@@ -18,7 +18,7 @@ FloatArray = NDArray[np.float64]
 REACH = 6.0  # px: nearer to the mouse than this, thin bodies are picked
 DIRECTIONS = 12  # of the rays around the mouse
 FREQUENCY = 3.0  # 1/s, of the spring with a free body on it
-STIFFEST, MOST_DAMPING = 0.3, 0.8  # of what stops a point within a period: stable if STIFFEST + 2 MOST_DAMPING < 4
+STIFFEST, MOST_DAMPING = 0.3, 0.8  # of what stops a point within a step: stable if STIFFEST + 2 MOST_DAMPING < 4
 LEARNING = 0.1  # rate at which the spring learns its load, over the one at which it would begin to swing
 MOST_LOAD = 1.5  # over the weight of all connected bodies
 STRONGEST = 100.0  # m/s^2, times the least inertia of the point, and
@@ -84,17 +84,12 @@ class Spring:
     inertia that the point can have: that of the body alone, in the direction in which it is lightest. What hangs on
     the body only adds to that, so light bodies on heavy chains are stable too. The spring learns to carry what it
     holds, within the weight of the connected bodies, so that these can be lifted.
-
-    period: s, from one application of the force to the next; steps: steps of the engine in it. A force acts during
-        the first of these alone and is larger accordingly.
     """
 
-    def __init__(self, world: World, world_index: int, picked: Picked, period: float, steps: int) -> None:
+    def __init__(self, world: World, world_index: int, picked: Picked) -> None:
         self._world = world
         self._index = world_index
         self.picked = picked
-        self._period = period
-        self._steps = steps
         self.target = picked.point.copy()
         parameters = world.parameters.bodies[world_index]
         members = connected(world, world_index, picked.body)
@@ -113,14 +108,14 @@ class Spring:
         return np.asarray(state["position"] + rotate(state["rotation"], self.picked.local))
 
     def pull(self) -> None:
-        """Apply the force of the spring for the next step; this wakes the body."""
+        """Apply the force of the spring for the next step of the engine; this wakes the body."""
         force = self.force()
         if force is not None:
             name = self._world.model.body_names[self.picked.body]
-            self._world.apply_force(name, force=self._steps * force, point=self.point, worlds=self._index)
+            self._world.apply_force(name, force=force, point=self.point, worlds=self._index)
 
     def force(self) -> FloatArray | None:
-        """Return the force in N over the next period; None where the body cannot be moved."""
+        """Return the force in N over the next step; None where the body cannot be moved."""
         body = self.picked.body
         parameters = self._world.parameters.bodies[self._index, body]
         if not (parameters["enabled"] and parameters["inv_mass"] > 0.0):
@@ -130,7 +125,7 @@ class Spring:
         arm = rotate(state["rotation"], self.picked.local)
         velocity = state["velocity"][:dim] + turn_velocity(state["velocity"][dim:], arm)
         least = 1.0 / (parameters["inv_mass"] + _inverse_turning(parameters, dim) * float(arm @ arm))
-        h, omega = self._period, 2.0 * math.pi * FREQUENCY
+        h, omega = self._world.timestep, 2.0 * math.pi * FREQUENCY
         stiffness = min(self._total * omega**2, STIFFEST * least / (h * h))
         damping = min(2.0 * self._total * omega, MOST_DAMPING * least / h)
         error = self.target - (state["position"] + arm)

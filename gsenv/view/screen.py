@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gsenv.render import make_renderer
+from gsenv.render.camera import Camera
 from gsenv.render.theme import CONTACT_COLOR, FORCE_COLOR, JOINT_COLOR, Rgb
 from gsenv.solver.records.model import BodyKind
 from gsenv.view.camera_control import Control, make_control
@@ -38,6 +39,7 @@ FORGETTING = 0.98  # the scale of the arrows follows a smaller largest force by 
 AXIS_LENGTH = 0.05  # largest half length of an axis over the picture's height
 AXIS_REACH = 0.9  # and over the radius of the body on it
 RING_SIDES = 40
+RETURN = 24  # pictures in which the view goes back to its camera after a drag
 
 SLOW = 0.030  # s: where 3D pictures take longer, they become simpler
 SLOWEST = 0.060
@@ -71,6 +73,9 @@ class Screen:
         self.size = size
         self._renderers: dict[tuple[int, Size], Any] = {}
         self._largest_force = 0.0
+        self._standing: Any = None  # the camera while a body is dragged
+        self._return = 0.0  # from this one, 0, to the moving one, 1
+        self._holds = False
         self._own_camera: Any = None  # where the simulation has none: made from the first picture
 
     @property
@@ -88,7 +93,31 @@ class Screen:
     # ------------------------------------------------- the view
 
     def base_camera(self, shown: Shown) -> Any:
-        """Return the camera that the view is based on: the simulation's, on the followed body if there is one."""
+        """Return the camera that the view is based on.
+
+        It is the one of `_moving_camera`, unless a body is dragged: the view then stands still, or a camera that
+        follows the body would move with it, and the mouse would pull for ever. Afterwards it goes back in a moment.
+        """
+        camera = self._moving_camera(shown)
+        if self._standing is None:
+            return camera
+        return mix(self._standing, camera, self._return)
+
+    def hold(self, shown: Shown) -> None:
+        """Let the view stand still until `release`, which lets it go back within RETURN pictures."""
+        self._standing, self._return = self.base_camera(shown), 0.0
+        self._holds = True
+
+    def release(self) -> None:
+        self._holds = False
+
+    @property
+    def returns(self) -> bool:
+        """Whether the view is going back to its moving camera."""
+        return self._standing is not None and not self._holds
+
+    def _moving_camera(self, shown: Shown) -> Any:
+        """Return the simulation's camera, on the followed body if there is one."""
         camera = self._simulation.camera(shown.world, self.area)
         if camera is None:
             if self._own_camera is None:
@@ -109,9 +138,10 @@ class Screen:
 
     def follow(self, shown: Shown, following: bool) -> None:
         """Begin or end following the selected body, without a jump of the view."""
-        old = self.base_camera(shown)
+        old = self._moving_camera(shown)
         shown.following = following
-        new = self.base_camera(shown)
+        new = self._moving_camera(shown)
+        self._standing = None
         self.control.aim(old, self.area)
         self.control.rebase(old, new)
 
@@ -133,6 +163,10 @@ class Screen:
         status: returns the left, middle and right part of the status bar; called once the world is drawn
         still: whether nothing moves, so that the picture may take its time
         """
+        if self.returns:
+            self._return += 1.0 / RETURN
+            if self._return >= 1.0:
+                self._standing = None
         camera = self.aim(shown)
         image = self._draw_world(shown, camera, still)
         marks = Marks(max(LINE_SHARE * self.area[1], LINE_MIN))
@@ -261,6 +295,20 @@ def help_rows(simulation: Simulation) -> list[tuple[str, str]]:
     if steering is None:
         return rows
     return [*steering.help(), ("", ""), *(row for row in rows if not steering.takes(row[0]))]
+
+
+def mix(start: Any, end: Any, share: float) -> Any:
+    """Return the camera at a share of the way between two of the same kind, smoothly at both ends."""
+    share = share * share * (3.0 - 2.0 * share)
+    if isinstance(start, Camera):
+        (ax, ay), (bx, by) = start.center, end.center
+        center = ax + share * (bx - ax), ay + share * (by - ay)
+        return Camera(center, start.height + share * (end.height - start.height))
+    points = {}
+    for name in ("eye", "target", "up"):
+        a, b = np.asarray(getattr(start, name), float), np.asarray(getattr(end, name), float)
+        points[name] = a + share * (b - a)
+    return end._replace(**points, fov=start.fov + share * (end.fov - start.fov))
 
 
 def enlarge(frame: Frame, factor: int, size: Size) -> Frame:

@@ -85,9 +85,8 @@ class Session:
     def _advance(self) -> None:
         if self.spring is not None:
             self._pull_to_mouse(self.spring)  # also where the mouse rests and the view moves
-            self.spring.pull()
         before = float(self.simulation.world.time[self.shown.world])
-        self.simulation.advance()
+        self.simulation.advance(None if self.spring is None else self.spring.pull)
         if float(self.simulation.world.time[self.shown.world]) < before:  # another episode has begun
             self._let_go()
         self._touch()
@@ -113,7 +112,7 @@ class Session:
     @property
     def needs_picture(self) -> bool:
         """Whether the last picture is out of date, or nothing moves and it could be finer."""
-        return self._changed or (self._settled_for > SETTLED and not self._is_fine)
+        return self._changed or self.screen.returns or (self._settled_for > SETTLED and not self._is_fine)
 
     def picture(self) -> Frame:
         """Return a new picture (height, width, 3)."""
@@ -281,9 +280,9 @@ class Session:
             self.screen.follow(self.shown, False)
         self.shown.selected = selected
         if picked is not None and self._picker.movable[picked.body]:
-            simulation = self.simulation
-            self.spring = Spring(simulation.world, self.shown.world, picked, simulation.period, simulation.steps)
+            self.spring = Spring(self.simulation.world, self.shown.world, picked)
             self._held = DRAGGED
+            self.screen.hold(self.shown)
 
     def _move_mouse(self, x: float, y: float) -> None:
         dx, dy = x - self._mouse[0], y - self._mouse[1]
@@ -303,6 +302,7 @@ class Session:
     def _let_go(self) -> None:
         self._held = None
         self.spring = None
+        self.screen.release()
 
 
 def written(value: float) -> str:

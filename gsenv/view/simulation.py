@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, Protocol
 
 import numpy as np
@@ -45,7 +45,6 @@ class Simulation(Protocol):
     title: of the window
     world: the World, whose `world_count` worlds are stepped together
     period: s, what `advance` advances the worlds by
-    steps: number of the engine's steps in it
     seeds: of the worlds, None where nothing is random
     steering: of an environment that is played, else None
     """
@@ -53,7 +52,6 @@ class Simulation(Protocol):
     title: str
     world: World
     period: float
-    steps: int
 
     @property
     def seeds(self) -> Sequence[int] | None: ...
@@ -61,8 +59,8 @@ class Simulation(Protocol):
     @property
     def steering(self) -> Steering | None: ...
 
-    def advance(self) -> None:
-        """Advance all worlds by a period."""
+    def advance(self, before_step: Callable[[], None] | None = None) -> None:
+        """Advance all worlds by a period; `before_step` is called before each step of the engine."""
 
     def restart(self, world: int, seed: int | None) -> None:
         """Begin anew in a world, with the given seed or the next one."""
@@ -89,7 +87,6 @@ class SceneSimulation:
     view, follow, camera: as in gsenv.scenes.SceneSpec
     """
 
-    steps = 1
     steering: Steering | None = None
     seeds: Sequence[int] | None = None
 
@@ -110,7 +107,10 @@ class SceneSimulation:
         world.step(0)  # compiles the kernel now, not in the window
         self._follow = None if follow is None else FollowCamera([world.model.body_names.index(follow)])
 
-    def advance(self) -> None:
+    def advance(self, before_step: Callable[[], None] | None = None) -> None:
+        """Advance all worlds by a step of the engine."""
+        if before_step is not None:
+            before_step()
         self.world.step()
 
     def restart(self, world: int, seed: int | None) -> None:

@@ -65,7 +65,7 @@ def hold(world: World, name: str, offset: np.ndarray | None = None) -> Spring:
     body = world.model.body_names.index(name)
     local = np.zeros(world.model.dim) if offset is None else offset
     place = world.state.bodies["position"][0, body] + local
-    return Spring(world, 0, Picked(body, local, place), world.timestep, 1)
+    return Spring(world, 0, Picked(body, local, place))
 
 
 @pytest.mark.parametrize("dim", [2, 3])
@@ -173,21 +173,6 @@ def test_no_mouse_can_make_nan(dim: int) -> None:
         world.step()
         assert np.isfinite(world.state.bodies["position"]).all()
     assert np.isfinite(world.linear_velocity).all()
-
-
-def test_a_force_is_stronger_where_it_acts_for_a_part_of_the_period() -> None:
-    ends = []
-    for steps in (1, 2):
-        world = boxes(2)
-        spring = hold(world, "box")
-        spring._period, spring._steps = steps * world.timestep, steps
-        spring.move(spring.target + np.array([0.0, 1.0]))
-        for _ in range(120 // steps):
-            spring.pull()
-            world.step(steps)
-        ends.append(float(spring.point[1]))
-    assert ends[0] == pytest.approx(1.5, abs=0.01)
-    assert ends[1] == pytest.approx(1.5, abs=0.01)
 
 
 def test_static_and_disabled_bodies_are_not_pulled() -> None:

@@ -11,10 +11,20 @@ from gsenv.envs import ENVS, PARALLEL_ENVS
 from gsenv.envs.core.interactive import LONGEST_RESULT, SHOWN_RESULT, make_steering
 from gsenv.envs.core.steering import RISE, Key, Steering, Stick, default_controls
 from gsenv.envs.core.task import Task
-from gsenv.view.events import FocusLost, KeyPressed, KeyReleased, PadMoved, PadPressed, PadReleased
+from gsenv.view.events import (
+    ButtonPressed,
+    ButtonReleased,
+    FocusLost,
+    KeyPressed,
+    KeyReleased,
+    MouseMoved,
+    PadMoved,
+    PadPressed,
+    PadReleased,
+)
 from gsenv.view.screen import help_rows
 from gsenv.view.session import Session
-from tests.view.sessions import FRAME, pass_time, play_session, send, view_session
+from tests.view.sessions import FRAME, pass_time, pixel_of, play_session, send, view_session
 
 VECTOR_ENVS = {entry.id: entry.vector_env for entry in ENVS} | {entry.name: entry.vector_env for entry in PARALLEL_ENVS}
 
@@ -207,6 +217,38 @@ def test_the_episode_of_a_seed_is_that_of_the_environment() -> None:
     for seed in (0, 1):
         observation, _ = env.reset(seed=seed)
         np.testing.assert_array_equal(session.simulation.task.observation[seed], observation)  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("name", ["GCar-v0", "GStack-v0"])
+def test_a_spring_pulls_at_each_step_of_the_engine(name: str) -> None:
+    session = view_session(name)
+    calls: list[float] = []
+    world = session.simulation.world
+    session.simulation.advance(lambda: calls.append(float(world.time[0])))
+    np.testing.assert_allclose(calls, [0.0, world.timestep])
+    session.simulation.advance()
+    assert len(calls) == 2
+    alone = view_session(name)
+    alone.simulation.advance()
+    alone.simulation.advance()
+    np.testing.assert_array_equal(world.state.bodies, alone.simulation.world.state.bodies)
+
+
+def test_the_mouse_lifts_the_car() -> None:
+    session = view_session("GCar-v0")
+    pixel = pixel_of(session, "chassis")
+    send(session, ButtonPressed("left", *pixel), MouseMoved(pixel[0], pixel[1] - 60.0))
+    pass_time(session, 1.5)
+    lifted = pixel_of(session, "chassis")  # the view, which follows the car, stands still
+    assert abs(lifted[1] - (pixel[1] - 60.0)) < 12.0
+    send(session, KeyPressed("space"), ButtonReleased("left"))
+    places = [pixel_of(session, "chassis")[1]]
+    for _ in range(60):
+        session.tick(FRAME)
+        if session.needs_picture:
+            places.append(pixel_of(session, "chassis")[1])
+    assert places[-1] > lifted[1] + 10.0  # it is back at the car
+    assert np.abs(np.diff(places)).max() < 10.0  # without a jump
 
 
 def test_steering_of_fewer_agents_than_there_are() -> None:
