@@ -59,7 +59,7 @@ class TowerTask(BlocksTask):
         (
             *pair("right", "left", "right gripper: move", "move_x"),  # inwards is to the left
             *pair("down", "up", "right gripper: lower, raise", "move_y"),
-            *pair("right shift", "-", "right gripper: turn", "turn"),
+            *pair("m", ",", "right gripper: turn", "turn"),
             Key("return", "right gripper: let go", {"release": 1.0}),
         ),
     )
