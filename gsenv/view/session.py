@@ -200,9 +200,10 @@ class Session:
                 pass
 
     def _press(self, key: str, text: str) -> None:
-        if text in ("+", "=") or key == "[+]":
+        text = text or key
+        if text in ("+", "=", "[+]"):
             self._set_speed(self._speed + 1)
-        elif text in ("-", "_") or key == "[-]":
+        elif text in ("-", "_", "[-]"):
             self._set_speed(self._speed - 1)
         else:
             self._press_named(key)

@@ -7,6 +7,7 @@ sorted by window.
 from __future__ import annotations
 
 import os
+import sys
 from typing import Any
 
 import numpy as np
@@ -33,6 +34,7 @@ Size = tuple[int, int]
 
 NO_PYGAME = "a window needs pygame-ce: pip install 'gsenv[human]'"
 NO_DISPLAY = "there is no display to open a window on; `gsenv record` and render_mode='rgb_array' need none"
+LINUX_DISPLAYS = ("DISPLAY", "WAYLAND_DISPLAY", "SDL_VIDEODRIVER")  # variables that name one
 BUTTONS = {1: "left", 2: "middle", 3: "right"}
 PAD_AXES = ("left_x", "left_y", "right_x", "right_y", "left_trigger", "right_trigger")  # SDL's numbers
 PAD_BUTTONS = ("a", "b", "x", "y", "back", "guide", "start", "left_stick", "right_stick", "left_shoulder",
@@ -69,15 +71,13 @@ class _Screen:
         except (ImportError, AttributeError):
             raise ImportError(NO_PYGAME, name="pygame") from None
         if not pygame.display.get_init():
+            if sys.platform == "linux" and not any(os.environ.get(name) for name in LINUX_DISPLAYS):
+                raise WindowError(NO_DISPLAY)  # SDL would choose a display in memory, and complain of missing ones
             try:
                 pygame.display.init()
             except pygame.error as error:
                 raise WindowError(f"{NO_DISPLAY} ({error})") from None
             self._owns_display = True
-        if pygame.display.get_driver() == "offscreen" and "SDL_VIDEODRIVER" not in os.environ:
-            self.pygame = pygame
-            self._quit()
-            raise WindowError(NO_DISPLAY)
         if self.pygame is None:
             self.pygame = pygame
             self._open_pads()
