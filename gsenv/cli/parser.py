@@ -73,44 +73,7 @@ def make_parser() -> argparse.ArgumentParser:
     record.add_argument("--size", type=_size, metavar="WxH", help="frame size in pixels (default: 640x480)")
     record.set_defaults(run=run_record)
 
-    view = commands.add_parser(
-        "view",
-        help="watch an environment or a scene in a window, and drag its bodies",
-        description="Open a window on an environment or a scene. The mouse drags bodies and turns the view, space\n"
-        "pauses, and h shows all keys. Needs gsenv[human] and a display.",
-        epilog=EXAMPLES,
-        formatter_class=style,
-    )
-    view.add_argument(
-        "target", metavar="ENV_OR_SCENE", help="a name from `gsenv list`, or a MuJoCo (.xml) or URDF (.urdf) file"
-    )
-    view.add_argument(
-        "--policy",
-        type=_viewed_policy,
-        metavar="POLICY",
-        help=f"policy: zero, {POLICY_HELP} (default: zero, which does nothing)",
-    )
-    view.add_argument("--worlds", type=positive, default=1, metavar="N", help="number of worlds (default: 1)")
-    _add_window(view)
-    view.set_defaults(run=run_view)
-
-    play = commands.add_parser(
-        "play",
-        help="steer an environment by keys or a gamepad",
-        description="Open a window on an environment and steer it by keys or a gamepad; h shows the keys.\n"
-        "Needs gsenv[human] and a display.",
-        epilog=EXAMPLES,
-        formatter_class=style,
-    )
-    play.add_argument("target", metavar="ENV", help="a name from `gsenv list`")
-    play.add_argument(
-        "--policy",
-        type=_policy_name,
-        metavar="POLICY",
-        help=f"acts for all agents but the first, where an environment has several: {POLICY_HELP} (default: keys)",
-    )
-    _add_window(play)
-    play.set_defaults(run=run_play)
+    _add_window_commands(commands)
 
     train = commands.add_parser(
         "train",
@@ -180,6 +143,48 @@ def make_parser() -> argparse.ArgumentParser:
     _add_processes(pack)
     pack.set_defaults(run=run_pack)
     return parser
+
+
+def _add_window_commands(commands: "argparse._SubParsersAction[_Parser]") -> None:
+    """Add `view` and `play`."""
+    view = commands.add_parser(
+        "view",
+        help="watch an environment or a scene in a window, and drag its bodies",
+        description="Open a window on an environment or a scene. The mouse drags bodies and turns the view, space\n"
+        "pauses, and h shows all keys. Needs gsenv[human] and a display.",
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    view.add_argument(
+        "target", metavar="ENV_OR_SCENE", help="a name from `gsenv list`, or a MuJoCo (.xml) or URDF (.urdf) file"
+    )
+    view.add_argument(
+        "--policy",
+        type=_viewed_policy,
+        metavar="POLICY",
+        help=f"policy: zero, {POLICY_HELP} (default: zero, which does nothing)",
+    )
+    view.add_argument("--worlds", type=positive, default=1, metavar="N", help="number of worlds (default: 1)")
+    _add_window(view)
+    view.set_defaults(run=run_view)
+
+    play = commands.add_parser(
+        "play",
+        help="steer an environment by keys or a gamepad",
+        description="Open a window on an environment and steer it by keys or a gamepad; h shows the keys.\n"
+        "Needs gsenv[human] and a display.",
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    play.add_argument("target", metavar="ENV", help="a name from `gsenv list`")
+    play.add_argument(
+        "--policy",
+        type=_policy_name,
+        metavar="POLICY",
+        help=f"acts for all agents but the first, where an environment has several: {POLICY_HELP} (default: keys)",
+    )
+    _add_window(play)
+    play.set_defaults(run=run_play)
 
 
 def _add_processes(parser: argparse.ArgumentParser) -> None:
