@@ -33,6 +33,7 @@ def warmup_targets() -> dict[str, Callable[[], None]]:
         for name, spec in SCENES.items()
         if spec.dim == 2 or name == "cube_stack"
     }
+    targets["windows"] = _run_window
     targets["Problem and solve"] = _solve_problem
     targets["many bodies"] = _run_many_bodies
     targets["continuous collision"] = _run_continuous_collision
@@ -145,6 +146,20 @@ def _run_jointed_terrain() -> None:
         scene.add_body(f"box_{k}", shapes=[Box(half_extents=(0.1, 0.1))], position=(0.2 * k, 0.1))
     scene.add_joint("weld", Weld("box_0", "box_1"))
     World(scene).step()
+
+
+def _run_window() -> None:
+    """Compile what interactive windows need besides: rays of the mouse, marks on the picture; no window opens."""
+    from gsenv.scenes import make_world
+    from gsenv.view.events import KeyPressed
+    from gsenv.view.session import Session
+    from gsenv.view.simulation import SceneSimulation
+
+    for name in ("stack", "cube_stack"):
+        session = Session(SceneSimulation(make_world(name), name), (64, 48), paused=True)
+        for key in (".", "c", "j"):
+            session.handle(KeyPressed(key))
+        session.screen.draw(session.shown, None, lambda: ("", "", ""))
 
 
 def _run_scene(name: str) -> None:

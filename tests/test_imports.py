@@ -23,7 +23,7 @@ def test_import_is_light(module: str) -> None:
     code = f"import sys, {module}; print(*sorted(sys.modules))"
     loaded = python(code).stdout.split()
     assert module in loaded
-    assert not {"imageio", "matplotlib", "numba", "pettingzoo", "rich", "scipy", "torch"} & set(loaded)
+    assert not {"imageio", "matplotlib", "numba", "pettingzoo", "pygame", "rich", "scipy", "torch"} & set(loaded)
 
 
 def test_solver_needs_no_package_but_numpy_and_numba() -> None:

@@ -14,6 +14,7 @@ from gsenv.envs.car.build import build_scene
 from gsenv.envs.core.arguments import Quantity, Setting, number_within
 from gsenv.envs.core.env import TaskEnv
 from gsenv.envs.core.spec_tables import Entry, RewardTerm
+from gsenv.envs.core.steering import Stick, pair
 from gsenv.envs.core.task import Array, Task, documented
 from gsenv.envs.core.vector import TaskVectorEnv
 from gsenv.solver import Options, Scene
@@ -43,6 +44,15 @@ class CarTask(Task):
     actions = (
         Entry("rear drive: positive drives, negative brakes, then backs up", "rear", -1, 1),
         Entry("front drive, likewise", "front", -1, 1),
+    )
+    controls = (
+        (
+            *pair("left", "right", "brake, back|drive", "rear", "front"),
+            *pair("a", "d", "rear wheel alone", "rear"),
+            *pair("s", "w", "front wheel alone", "front"),
+            Stick("triggers", {"rear": 1.0, "front": 1.0}),
+            Stick("left_x", {"rear": 1.0, "front": 1.0}),
+        ),
     )
     observations = (
         Entry("distance to the finish", "to_finish", -0.5, 1.5, "100 m"),

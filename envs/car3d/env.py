@@ -17,6 +17,7 @@ from gsenv.envs.car3d.build import NAMES, build_scene
 from gsenv.envs.core.arguments import Quantity, Setting
 from gsenv.envs.core.env import TaskEnv
 from gsenv.envs.core.spec_tables import Entry, RewardTerm
+from gsenv.envs.core.steering import Stick, pair
 from gsenv.envs.core.task import Array, Task, documented
 from gsenv.envs.core.vector import TaskVectorEnv
 from gsenv.solver import Options, Scene
@@ -72,6 +73,16 @@ class Car3DTask(Task):
     actions = (
         Entry("throttle: positive drives, negative brakes, then backs up", "throttle", -1, 1),
         Entry("steering: positive to the left", "steering", -1, 1),
+    )
+    controls = (
+        (
+            *pair("down", "up", "brake, back|drive", "throttle"),
+            *pair("right", "left", "steer", "steering"),
+            *pair("s", "w", "brake, back|drive", "throttle"),
+            *pair("d", "a", "steer", "steering"),
+            Stick("triggers", {"throttle": 1.0}),
+            Stick("left_x", {"steering": -1.0}),
+        ),
     )
     observations = (
         *(Entry(f"chassis, velocity {axis}", f"v{k}", -3, 3, "10 m/s") for k, axis in zip("xyz", AXES, strict=True)),

@@ -75,7 +75,7 @@ class Painter:
 
     def show(self, task: Task) -> None:
         """Show the worlds in the window in the mode "human"; else do nothing."""
-        if self.render_mode == "human":
+        if self.render_mode == "human" and not self._window.closed_by_user:
             self._window.show(self._tile(task))
 
     def _tile(self, task: Task) -> Frame:

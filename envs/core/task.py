@@ -9,7 +9,7 @@ agree bit for bit.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, TypeVar
 
@@ -38,6 +38,7 @@ from gsenv.envs.core.spec_tables import (
     reward_table,
     table,
 )
+from gsenv.envs.core.steering import Control
 from gsenv.solver import Options, Scene, Snapshot, World
 from gsenv.solver.records.bundle import Bundle, per_world
 
@@ -77,6 +78,8 @@ class Task(ABC):
         terms: (world,) records of the reward terms, by name.
         infos: (world,) records of `info_fields`, entries of Gymnasium's info beside `reward_<term>` of each term.
         terminated: (world,) bool.
+        before_step: function that is called before each step of the engine, such as one that applies forces, or None;
+            copies and pickles of the task do not have it.
         term_names: names of the terms in the info, `reward_<term>`.
 
     Where a task has `agents`, the shapes of actions, observation, reward and terms are (world, agent, ...).
@@ -97,6 +100,7 @@ class Task(ABC):
     arguments: ClassVar[tuple[Setting, ...]] = ()
     quantities: ClassVar[tuple[Quantity, ...]] = ()
     ranges: ClassVar[Mapping[str, tuple[float, float]]] = {}  # of quantities, where `randomize` is None
+    controls: ClassVar[Sequence[Sequence[Control]]] = ()  # keys of each agent in `gsenv play`; none: two for each entry
     max_episode_steps: ClassVar[int | None] = None  # after which a VectorEnv or ParallelEnv truncates; None: never
 
     def __init__(
@@ -134,6 +138,7 @@ class Task(ABC):
         self._actions = np.zeros((*each, len(self.actions)), np.float32)
         self._kernel_world: Bundle | None = None
         self._bundled_contacts: Array | None = None
+        self.before_step: Callable[[], None] | None = None
         self.term_names = tuple(f"reward_{term.name}" for term in self.reward_terms)
         self._info_names = self.infos.dtype.names or ()
         reserved = {*self.term_names, *DIAGNOSTIC_NAMES}
@@ -245,8 +250,13 @@ class Task(ABC):
         return -1
 
     def simulate(self) -> None:
-        """Advance the physics by one control step, `engine_steps` steps of the engine."""
-        self.world.step(self.engine_steps)
+        """Advance the physics by one control step, `engine_steps` steps of the engine; calls `before_step` in each."""
+        if self.before_step is None:
+            self.world.step(self.engine_steps)
+            return
+        for _ in range(self.engine_steps):
+            self.before_step()
+            self.world.step()
 
     @abstractmethod
     def evaluate(self) -> None:
@@ -367,7 +377,7 @@ SHARED_ARGUMENTS = """\
   judged with "test" on scenes that training never sees.
 - `observation`: "state" (default), "pixels": the picture of the world without captions,
   `Box(0, 255, (height, width, 3), uint8)`, or "state+pixels": a Dict of both.
-- `render_mode`: None, "rgb_array", or "human" (a window, needs pygame).
+- `render_mode`: None, "rgb_array", or "human" (a window, needs pygame-ce).
 - `width`, `height`: of frames and of observed pixels, multiples of 16 px; 640 x 480 for frames and 84 x 84 for
   observed pixels where they are not given.
 - `fidelity`: "fast", "balanced" (default) or "accurate", the accuracy of the solver."""

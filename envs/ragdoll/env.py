@@ -11,6 +11,7 @@ from gymnasium.vector import VectorEnv
 from gsenv.envs import time_limit
 from gsenv.envs.core.env import TaskEnv
 from gsenv.envs.core.spec_tables import Entry
+from gsenv.envs.core.steering import Stick, pair
 from gsenv.envs.core.task import Array, documented
 from gsenv.envs.core.vector import TaskVectorEnv
 from gsenv.envs.ragdoll import figure, rules
@@ -59,6 +60,22 @@ class RagdollTask(BalanceTask):
     """The rules for many worlds; `settings` has the defaults of a reset."""
 
     actions = _axis_actions()
+    controls = (
+        (
+            *pair("down", "up", "ankles: lean", "left_ankle", "right_ankle"),
+            *pair("left", "right", "ankles: lean", "left_ankle_side", "right_ankle_side"),
+            *pair("z", "x", "waist", "waist"),
+            *pair("q", "w", "left hip", "left_hip"),
+            *pair("a", "s", "left knee", "left_knee"),
+            *pair("e", "t", "right hip", "right_hip"),
+            *pair("d", "g", "right knee", "right_knee"),
+            *pair("o", "p", "arms", "left_shoulder", "right_shoulder"),
+            *pair("k", "l", "spread the legs", "left_hip_spread", "right_hip_spread"),
+            Stick("left_x", {"left_ankle_side": 1.0, "right_ankle_side": 1.0}),
+            Stick("left_y", {"left_ankle": 1.0, "right_ankle": 1.0}),
+            Stick("right_y", {"waist": 1.0}),
+        ),
+    )
     observations = (
         Entry("height of the crown over that in the stand, less 1", "height", -5, 5, "0.2"),
         Entry("direction of gravity, along the pelvis' forward axis", "down_x", -1, 1),

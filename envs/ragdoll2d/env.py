@@ -11,6 +11,7 @@ from gymnasium.vector import VectorEnv
 from gsenv.envs import time_limit
 from gsenv.envs.core.env import TaskEnv
 from gsenv.envs.core.spec_tables import Entry, RewardTerm
+from gsenv.envs.core.steering import Stick, pair
 from gsenv.envs.core.task import Array, documented
 from gsenv.envs.core.vector import TaskVectorEnv
 from gsenv.envs.ragdoll2d import rules, scene
@@ -48,6 +49,21 @@ class RagdollTask(BalanceTask):
     """The rules for many worlds; `settings` has the defaults of a reset."""
 
     actions = tuple(_axis_actions())
+    controls = (
+        (
+            *pair("left", "right", "ankles: lean", "near_ankle", "far_ankle"),
+            *pair("down", "up", "knees", "near_knee", "far_knee"),
+            *pair("z", "x", "waist", "waist"),
+            *pair("q", "w", "near hip", "near_hip"),
+            *pair("a", "s", "near knee", "near_knee"),
+            *pair("e", "t", "far hip", "far_hip"),
+            *pair("d", "g", "far knee", "far_knee"),
+            Stick("left_x", {"near_ankle": 1.0, "far_ankle": 1.0}),
+            Stick("left_y", {"near_knee": 1.0, "far_knee": 1.0}),
+            Stick("right_x", {"near_hip": 1.0, "far_hip": -1.0}),
+            Stick("right_y", {"waist": 1.0}),
+        ),
+    )
     observations = (
         Entry("height of the crown over that in the stand, less 1", "height", -5, 5, "0.2"),
         Entry("pelvis, sine of its tilt (backwards is positive)", "pelvis_sine", -1, 1),

@@ -11,6 +11,7 @@ from gymnasium.vector import VectorEnv
 from gsenv.envs import time_limit
 from gsenv.envs.core.env import TaskEnv
 from gsenv.envs.core.spec_tables import Entry, RewardTerm
+from gsenv.envs.core.steering import Button, Key, Stick, pair
 from gsenv.envs.core.task import documented
 from gsenv.envs.core.vector import TaskVectorEnv
 from gsenv.envs.stack import blocks, impacts, rules, scene, start
@@ -31,6 +32,18 @@ class StackTask(BlocksTask):
         Entry(f"gripper velocity upwards, relative to {scene.SPEED} m/s", "move_y", -1, 1),
         Entry(f"turning rate, relative to {scene.TURN_SPEED} rad/s", "turn", -1, 1),
         Entry("releases the block where positive", "release", -1, 1),
+    )
+    controls = (
+        (
+            *pair("left", "right", "move", "move_x"),
+            *pair("down", "up", "lower, raise", "move_y"),
+            *pair("d", "a", "turn", "turn"),
+            Key("return", "let go", {"release": 1.0}),
+            Stick("left_x", {"move_x": 1.0}),
+            Stick("left_y", {"move_y": 1.0}),
+            Stick("right_x", {"turn": -1.0}),
+            Button("a", {"release": 1.0}),
+        ),
     )
     observations = (
         Entry("gripper, position to the right", "gripper_x", -3, 3, "m"),

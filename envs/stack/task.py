@@ -54,6 +54,8 @@ class BlocksTask(Task):
             bodies = self.world.state.bodies
             if self._before is None:
                 self._before = as_records(np.empty_like(bodies))
+            if self.before_step is not None:
+                self.before_step()
             np.copyto(self._before, bodies)
             self.world.step(1)
             self.rules.note_impacts(self.kernel_world, self._before)

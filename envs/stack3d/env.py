@@ -11,6 +11,7 @@ from gymnasium.vector import VectorEnv
 from gsenv.envs import time_limit
 from gsenv.envs.core.env import TaskEnv
 from gsenv.envs.core.spec_tables import Entry, RewardTerm
+from gsenv.envs.core.steering import Button, Key, Stick, pair
 from gsenv.envs.core.task import documented
 from gsenv.envs.core.vector import TaskVectorEnv
 from gsenv.envs.stack import impacts
@@ -36,6 +37,22 @@ class Stack3DTask(BlocksTask):
         Entry(f"gripper velocity upwards, relative to {_SPEED} m/s", "move_z", -1, 1),
         Entry(f"turning rate about the vertical, relative to {scene.TURN_SPEED} rad/s", "turn", -1, 1),
         Entry("releases the block where positive", "release", -1, 1),
+    )
+    controls = (
+        (  # as the camera sees them, which looks from the front right
+            Key("left", "move", {"move_x": -0.78, "move_y": -0.62}),
+            Key("right", "move", {"move_x": 0.78, "move_y": 0.62}),
+            Key("up", "move", {"move_x": -0.62, "move_y": 0.78}),
+            Key("down", "move", {"move_x": 0.62, "move_y": -0.78}),
+            *pair("s", "w", "lower, raise", "move_z"),
+            *pair("d", "a", "turn", "turn"),
+            Key("return", "let go", {"release": 1.0}),
+            Stick("left_x", {"move_x": 0.78, "move_y": 0.62}),
+            Stick("left_y", {"move_x": -0.62, "move_y": 0.78}),
+            Stick("right_y", {"move_z": 1.0}),
+            Stick("right_x", {"turn": -1.0}),
+            Button("a", {"release": 1.0}),
+        ),
     )
     observations = (
         Entry("gripper, position along x", "gripper_x", -3, 3, "m"),

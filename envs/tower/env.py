@@ -10,6 +10,7 @@ from gymnasium.vector import VectorEnv
 from gsenv.envs import time_limit
 from gsenv.envs.core.arguments import Setting
 from gsenv.envs.core.spec_tables import Entry, RewardTerm
+from gsenv.envs.core.steering import Button, Key, Stick, pair
 from gsenv.envs.core.vector import TaskVectorEnv
 from gsenv.envs.stack import impacts
 from gsenv.envs.stack import scene as stack
@@ -43,6 +44,24 @@ class TowerTask(BlocksTask):
         Entry(f"gripper velocity upwards, relative to {stack.SPEED} m/s", "move_y", -1, 1),
         Entry(f"turning rate inwards, relative to {stack.TURN_SPEED} rad/s", "turn", -1, 1),
         Entry("releases the block where positive", "release", -1, 1),
+    )
+    controls = (
+        (
+            *pair("a", "d", "left gripper: move", "move_x"),
+            *pair("s", "w", "left gripper: lower, raise", "move_y"),
+            *pair("q", "e", "left gripper: turn", "turn"),
+            Key("x", "left gripper: let go", {"release": 1.0}),
+            Stick("left_x", {"move_x": 1.0}),
+            Stick("left_y", {"move_y": 1.0}),
+            Stick("right_x", {"turn": 1.0}),
+            Button("a", {"release": 1.0}),
+        ),
+        (
+            *pair("right", "left", "right gripper: move", "move_x"),  # inwards is to the left
+            *pair("down", "up", "right gripper: lower, raise", "move_y"),
+            *pair("m", ",", "right gripper: turn", "turn"),
+            Key("return", "right gripper: let go", {"release": 1.0}),
+        ),
     )
     observations = (
         Entry("gripper, position inwards of the middle", "gripper_x", -3, 3, "m"),

@@ -11,6 +11,7 @@ from .commands import run_dataset, run_evaluate, run_list, run_train
 from .compilation import run_pack, run_warmup
 from .errors import WRONG_USAGE, CliError
 from .recording import run_record
+from .viewing import run_play, run_view
 
 POLICY_HELP = "random, scripted, trained, or a trained policy's .npz or .zip file"
 
@@ -18,6 +19,8 @@ EXAMPLES = """\
 examples:
   gsenv list                                                  all environments and scenes
   gsenv record GStack-v0 --policy scripted --out tower.mp4    an episode as a video
+  gsenv view GStack-v0 --policy trained                       a window on an episode; needs gsenv[human]
+  gsenv play GCar-v0                                          drive by keys or gamepad; needs gsenv[human]
   gsenv train GStack-v0 --seeds 0 1 2                         train with PPO; needs gsenv[train]
   gsenv evaluate GStack-v0 --policy trained --set blocks=3    success rate on 100 unseen episodes
   gsenv record scene:stack --size 1280x720 --out stack.gif    a scene, without a policy
@@ -37,7 +40,7 @@ def make_parser() -> argparse.ArgumentParser:
     style = argparse.RawDescriptionHelpFormatter
     parser = _Parser(
         prog="gsenv",
-        description="Physics environments for reinforcement learning: list, record, train and evaluate.",
+        description="Physics environments for reinforcement learning: list, record, view, play, train and evaluate.",
         epilog=EXAMPLES,
         formatter_class=style,
     )
@@ -69,6 +72,8 @@ def make_parser() -> argparse.ArgumentParser:
     )
     record.add_argument("--size", type=_size, metavar="WxH", help="frame size in pixels (default: 640x480)")
     record.set_defaults(run=run_record)
+
+    _add_window_commands(commands)
 
     train = commands.add_parser(
         "train",
@@ -140,8 +145,58 @@ def make_parser() -> argparse.ArgumentParser:
     return parser
 
 
+def _add_window_commands(commands: "argparse._SubParsersAction[_Parser]") -> None:
+    """Add `view` and `play`."""
+    view = commands.add_parser(
+        "view",
+        help="watch an environment or a scene in a window, and drag its bodies",
+        description="Open a window on an environment or a scene. The mouse drags bodies and turns the view, space\n"
+        "pauses, and h shows all keys. Needs gsenv[human] and a display.",
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    view.add_argument(
+        "target", metavar="ENV_OR_SCENE", help="a name from `gsenv list`, or a MuJoCo (.xml) or URDF (.urdf) file"
+    )
+    view.add_argument(
+        "--policy",
+        type=_viewed_policy,
+        metavar="POLICY",
+        help=f"policy: zero, {POLICY_HELP} (default: zero, which does nothing)",
+    )
+    view.add_argument("--worlds", type=positive, default=1, metavar="N", help="number of worlds (default: 1)")
+    _add_window(view)
+    view.set_defaults(run=run_view)
+
+    play = commands.add_parser(
+        "play",
+        help="steer an environment by keys or a gamepad",
+        description="Open a window on an environment and steer it by keys or a gamepad; h shows the keys.\n"
+        "Needs gsenv[human] and a display.",
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    play.add_argument("target", metavar="ENV", help="a name from `gsenv list`")
+    play.add_argument(
+        "--policy",
+        type=_policy_name,
+        metavar="POLICY",
+        help=f"acts for all agents but the first, where an environment has several: {POLICY_HELP} (default: keys)",
+    )
+    _add_window(play)
+    play.set_defaults(run=run_play)
+
+
 def _add_processes(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--processes", type=positive, metavar="N", help="compile in N processes (default: all cores)")
+
+
+def _add_window(parser: argparse.ArgumentParser) -> None:
+    """Add the options that `view` and `play` share."""
+    add_set_option(parser)
+    parser.add_argument("--seed", type=not_negative, default=0, help="seed of the first episode (default: 0)")
+    parser.add_argument("--size", type=_size, metavar="WxH", help="window size in pixels (default: 640x480 or more)")
+    parser.add_argument("--paused", action="store_true", help="begin paused")
 
 
 def _add_episodes(parser: argparse.ArgumentParser) -> None:
@@ -157,6 +212,10 @@ def _policy_name(text: str) -> str:
     if text not in ("random", "scripted", "trained") and not text.endswith((".npz", ".zip")):
         raise argparse.ArgumentTypeError(f"invalid choice: {text!r}; it is {POLICY_HELP}")
     return text
+
+
+def _viewed_policy(text: str) -> str:
+    return text if text == "zero" else _policy_name(text)
 
 
 def _noise(text: str) -> float:
