@@ -30,7 +30,8 @@ SLOWEST = 0.25  # ratio of the energies of two corrections above which they are 
 def settle_rates(world: Any, island: Any, articulation: Any) -> Any:
     """Balance the momenta of a substep without rows; returns whether the corrections converged."""
     settled = _settle(world, island, articulation)
-    _restore_paths(world, island, articulation)
+    if settled:
+        _restore_paths(world, island, articulation)
     return settled
 
 

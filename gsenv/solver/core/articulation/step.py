@@ -151,6 +151,7 @@ def _substep(world: Any, island: Any, s: Any, joints: Any, articulation: Any) ->
     fast = island.turning > SLOW_TURN
     set_free_rates(world, island, articulation)
     touched = False
+    held = False
     turn = 0.0
     reach_limits(world, island, articulation, articulation.free)
     if any_row_acts(island, articulation):
@@ -170,12 +171,13 @@ def _substep(world: Any, island: Any, s: Any, joints: Any, articulation: Any) ->
             end_with_rows(world, island, articulation)
         elif not settle_rows(world, island, articulation):
             limit_speed(world, island, articulation)
+            held = True
         elif only_closes(world, island, articulation.others):
             keep_energy(world, island, articulation)
     elif not settle_rates(world, island, articulation):
-        _divide(world, island, joints, articulation)
+        held = _divide(world, island, joints, articulation)
     add_impulses(world, island, articulation, island.joint_rows)
-    _leave(world, island, articulation)
+    _leave(world, island, articulation, held)
     _store(world, island, last, joints, articulation)
     return True
 
@@ -209,28 +211,32 @@ def _enter_middle(world: Any, island: Any, joints: Any, articulation: Any) -> No
 
 
 @njit
-def _divide(world: Any, island: Any, joints: Any, articulation: Any) -> None:
+def _divide(world: Any, island: Any, joints: Any, articulation: Any) -> Any:
     """Take a substep whose rates did not settle again, in parts; leaves the last part to the caller.
 
-    Motors and limits, whose rows are those of the whole substep, exclude this.
+    Motors and limits, whose rows are those of the whole substep, exclude this.  Returns whether the speeds of the last
+    part were limited.
     """
+    held = True
     if island.joint_rows > 0:
         limit_speed(world, island, articulation)
-        return
+        return held
     whole = island.h
     _place_at_start(world, island, articulation)
     island.h = whole / PARTS
     for part_number in range(PARTS):
         if part_number > 0:
             add_impulses(world, island, articulation, island.joint_rows)
-            _leave(world, island, articulation)
+            _leave(world, island, articulation, held)
             store_reactions(world, island, articulation, joints)
             _continue(island, articulation)
         _enter_middle(world, island, joints, articulation)
         set_free_rates(world, island, articulation)
-        if not settle_rates(world, island, articulation):
+        held = not settle_rates(world, island, articulation)
+        if held:
             limit_speed(world, island, articulation)
     island.h = whole
+    return held
 
 
 @njit
@@ -357,9 +363,10 @@ def _keep_velocities(world: Any, island: Any, articulation: Any) -> None:
 
 
 @njit
-def _leave(world: Any, island: Any, articulation: Any) -> None:
-    """Move the bodies to their links at the end of the substep."""
-    restore_momenta(world, island, articulation)
+def _leave(world: Any, island: Any, articulation: Any, held: Any) -> None:
+    """Move the bodies to their links at the end of the substep; ``held``: whether their speeds were limited."""
+    if not held:
+        restore_momenta(world, island, articulation)
     links = articulation.links
     bodies = world.state.bodies
     substep_bodies = world.scratch.substep_bodies
