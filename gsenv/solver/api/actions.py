@@ -12,7 +12,8 @@ from ..records.state import State
 from ..specification import check
 from ..specification.handles import Reference, find
 from .joint_poses import Move, bodies_beyond, move_bodies
-from .parameters import Parameters
+from .one_thread import OneThread
+from .parameters import Parameters, of_world
 
 
 class Actions:
@@ -23,10 +24,12 @@ class Actions:
     state: State
     world_count: int
     _dimension: Dimension
+    _use: OneThread
 
     def _joint(self, joint: Reference, where: str) -> int:
         return find(joint, "joint", self.model.joint_names, where)
 
+    @of_world
     def apply_force(
         self,
         body: Reference,
@@ -66,6 +69,7 @@ class Actions:
         self.state.bodies["force"][chosen, b] = total
         self._wake(chosen, b)
 
+    @of_world
     def set_pose(
         self,
         body: Reference,
@@ -121,6 +125,7 @@ class Actions:
             raise ValueError(f"{where}: orientation must be a quaternion other than zero.")
         return turn
 
+    @of_world
     def set_velocity(self, body: Reference, *, linear: Any = None, angular: Any = None, worlds: Any = None) -> None:
         """Set the velocity of a body; what is not given does not change.
 
@@ -144,6 +149,7 @@ class Actions:
             self.state.bodies["velocity"][chosen, b, dim:] = w.reshape(n, -1)
         self._wake(chosen, b)
 
+    @of_world
     def set_motor(self, joint: Reference, *, speed: Any = None, rest: Any = None, worlds: Any = None) -> None:
         """Set the set point of a joint's motor or spring; one number or (chosen world,).
 
@@ -169,6 +175,7 @@ class Actions:
             self.state.joints[name][chosen, j] = values
         self._wake(chosen)
 
+    @of_world
     def set_joint(self, joint: Reference, *, coordinate: Any = None, rate: Any = None, worlds: Any = None) -> None:
         """Set the coordinate of a joint, its rate or both; all bodies beyond the joint move with it.
 
@@ -205,6 +212,7 @@ class Actions:
             move_bodies(self._dimension, self.model, self.parameters, self.state, move)
         self._wake(chosen)
 
+    @of_world
     def set_target(
         self,
         joint: Reference,

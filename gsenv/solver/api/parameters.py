@@ -21,6 +21,9 @@ from ..specification.handles import Handle, Reference, find
 from ..specification.joint_base import SERVO
 from ..specification.joints import JOINT_TYPES
 from ..specification.solids import size_fields, solids
+from .one_thread import OneThread, one_thread
+
+of_world = one_thread("World")
 
 BODY_FIELDS = ("mass", "inertia", "linear_damping", "angular_damping", "gravity_scale", "enabled")
 OF_RANGES = frozenset(("mass", "density", "half_extents", "radius", "half_length"))  # of masses and sizes
@@ -46,9 +49,14 @@ class Parameters(ParameterArrays):
     """
 
     def __init__(
-        self, model: Model, world_count: int, on_change: Callable[[Array, Iterable[str]], None] | None = None
+        self,
+        model: Model,
+        world_count: int,
+        on_change: Callable[[Array, Iterable[str]], None] | None = None,
+        use: OneThread | None = None,
     ) -> None:
         super().__init__(model, world_count)
+        self._use = use or OneThread()
         self._dimension = dimension(model.dim)
         self._on_change = on_change  # called with the worlds and the names of the fields
 
@@ -72,6 +80,7 @@ class Parameters(ParameterArrays):
             return _frozen(self.worlds["gravity"])
         raise AttributeError(f"Parameters has no field {name!r}.")
 
+    @of_world
     def set(self, item: Reference | None = None, *, worlds: Any = None, **fields: Any) -> None:
         """Set fields of a body (with all its shapes), of a shape, of a joint or of the world, in chosen worlds.
 

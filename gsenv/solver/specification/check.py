@@ -119,9 +119,12 @@ def ordered_bounds(lower: Array, upper: Array, where: str) -> None:
         raise ValueError(f"{where}: lower must be below infinity and upper above -infinity.")
 
 
-def whole(value: Any, least: int, what: str) -> int:
+def whole(value: Any, least: int, what: str, most: int | None = None) -> int:
+    """Return an int from ``least`` to ``most``."""
     if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
         raise ValueError(f"{what} must be a whole number of at least {least}, got {value!r}.")
+    if most is not None and value > most:
+        raise ValueError(f"{what} must not exceed {most}, got {value!r}.")
     return int(value)
 
 
