@@ -39,9 +39,12 @@ from gsenv.envs.core.spec_tables import (
     table,
 )
 from gsenv.solver import Options, Scene, Snapshot, World
+from gsenv.solver.api.one_thread import one_thread
 from gsenv.solver.records.bundle import Bundle, per_world
 
 Array = NDArray[Any]
+
+of_environment = one_thread("environment")
 
 
 @dataclass(frozen=True)
