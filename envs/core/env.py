@@ -35,7 +35,7 @@ class TaskEnv(gymnasium.Env[Any, NDArray[np.float32]]):
 
     Args:
         render_mode: None, "human" (a window, which shows each reset and step) or "rgb_array".
-        width, height: px of frames and of observed pixels, multiples of 16; None: 640 x 480 and 84 x 84.
+        width, height: px of frames and of observed pixels, 16 to 8192; None: 640 x 480 and 84 x 84.
         observation: "state", "pixels" or "state+pixels", a dict of both.
         split: "train" or "test": two disjoint sets of episodes, see `splits.make_generator`.
         fidelity: "fast", "balanced" or "accurate".

@@ -12,6 +12,7 @@ from gsenv.render.draw_list import DrawList, join
 from gsenv.render.hud import draw_hud
 from gsenv.render.joint_items import DRAWN_JOINTS, KNOWN_JOINTS, make_joint_stencil
 from gsenv.render.shape_items import enclose, find_bounds, make_stencil
+from gsenv.render.sizes import check_size
 from gsenv.render.theme import AXIS_COLORS, CONTACT_COLOR, DEFAULT_THEME, FORCE_COLOR, JOINT_COLOR, LINE_COLOR, Theme
 from gsenv.render.world_view import (
     Frames,
@@ -49,7 +50,7 @@ class SceneRenderer:
     force_scale: m/N, length of the force arrows; None scales the largest force in each picture to a
         fixed length
 
-    Raises ValueError for a size below 1 px, or an unknown overlay or joint kind.
+    Raises ValueError for a size that is not 1 to 8192 px, or an unknown overlay or joint kind.
     """
 
     def __init__(
@@ -65,8 +66,7 @@ class SceneRenderer:
         force_scale: float | None = None,
         theme: Theme = DEFAULT_THEME,
     ) -> None:
-        if width < 1 or height < 1:
-            raise ValueError(f"width and height must be at least 1 px, got {width} x {height}.")
+        check_size(width, height)
         self.overlay = tuple(overlay)
         for name in self.overlay:
             if name not in OVERLAYS:

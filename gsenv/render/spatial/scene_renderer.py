@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gsenv.render.hud import draw_hud
+from gsenv.render.sizes import check_size
 from gsenv.render.spatial.camera import SpatialCamera
 from gsenv.render.spatial.links import with_lines, with_links
 from gsenv.render.spatial.primitives import BOX, HEIGHTFIELD, HULL, PLANE, Primitives, read_meshes
@@ -32,7 +33,7 @@ class SpatialRenderer:
     camera: None fits the moving bodies in the first picture
     quality: "high" for videos, "fast" for pixel observations; see PrimitiveRenderer
 
-    Raises ValueError for a 2D World, a size below 1 px or an unknown quality.
+    Raises ValueError for a 2D World, a size that is not 1 to 8192 px or an unknown quality.
     """
 
     def __init__(
@@ -45,6 +46,7 @@ class SpatialRenderer:
         *,
         style: Style = DEFAULT_STYLE,
     ) -> None:
+        check_size(width, height)
         self.world = world
         self.camera = camera
         self._renderer = PrimitiveRenderer(width, height, quality, style)

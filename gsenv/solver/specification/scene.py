@@ -18,6 +18,7 @@ from .joint_base import Joint
 from .joint_spec import excluded_pair, joint_spec
 from .sensors import Sensor, sensor_spec
 from .specs import BodySpec, SceneSpec
+from .terrains import warn_of_inverted_terrains
 
 GRAVITY = {2: (0.0, -9.81), 3: (0.0, 0.0, -9.81)}
 Vector = Sequence[float] | Array
@@ -223,7 +224,11 @@ class Scene(SceneSpec):
     def compile(self) -> Model:
         """Return the Model: the constant data and the nominal values of a world.
 
+        Warns of a 2D terrain that goes from right to left below bodies, which would fall through it.
+
         Raises:
             ValueError: a scene without bodies.
         """
+        if self.dim == 2:
+            warn_of_inverted_terrains(self.bodies.values(), 2)
         return compile_scene(self)
