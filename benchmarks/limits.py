@@ -168,7 +168,7 @@ def _cell(outcome: Outcome) -> str:
 
 _MEASURED = (
     f"What the solver takes, in 2D and 3D with the default options. Two boxes lie on each other and on the ground for "
-    f"{SECONDS:g} s; a cell has the largest overlap or displacement in half-widths, and above {BROKEN:g} of them the "
+    f"{SECONDS:g} s or 2000 steps; a cell has the largest overlap or displacement in half-widths, and above {BROKEN:g} of them the "
     "run is called broken. A ball that is thrown at a wall is held by it or passes. No run ended with an error, and "
     "nothing outside these scenes was harmed: what breaks overlaps, and `World.diagnostics()` says so with "
     "`penetration` and `unconverged`. [Where each fidelity holds](stability.md) has towers, chains and stiffnesses at "
@@ -186,9 +186,7 @@ _RANGES = (
     "- Pictures and observed pixels: 16 to 8192 px a side in environments, 1 to 8192 px in scenes; MP4 needs even "
     "sides.\n"
     "- A 2D polygon has 3 to 64 corners, a 3D hull up to 64, a heightfield up to a million heights; a user constraint "
-    "has up to 3 rows in 2D and 6 in 3D.\n"
-    "- Bodies without `continuous=True` that move by more than their size plus that of an obstacle in one step may "
-    "pass it.",
+    "has up to 3 rows in 2D and 6 in 3D.",
     "## Threads, Ctrl-C and files",
     "- One thread at a time may use a World or an environment; a second one gets a RuntimeError, and nothing is "
     "changed. `World(threads=...)` shares the worlds out over threads itself.\n"

@@ -146,7 +146,7 @@ class Parameters(ParameterArrays):
         for name, value in fields.items():
             check.choice(name, self._body_fields, f"{where}: field")
             shape = self._field_shape(name, len(chosen))
-            checker = check.vectors if len(shape) > 1 else check.values
+            checker = check.flags if name == "enabled" else check.vectors if len(shape) > 1 else check.values
             checked[name] = _in_range(name, checker(value, shape, f"{where}: {name}"), where)
         if self._model.dim == 3 and "inertia" in checked:
             for moments in checked["inertia"]:
@@ -202,7 +202,8 @@ class Parameters(ParameterArrays):
         for name, value in fields.items():
             check.choice(name, known, f"{where}: field")
             if name != "vertices":
-                checked[name] = _in_range(name, check.values(value, (len(chosen),), f"{where}: {name}"), where)
+                checker = check.flags if name == "enabled" else check.values
+                checked[name] = _in_range(name, checker(value, (len(chosen),), f"{where}: {name}"), where)
         if "vertices" in fields:
             self._set_vertices(index, chosen, fields["vertices"], where)
         for name, values in checked.items():
@@ -267,7 +268,7 @@ class Parameters(ParameterArrays):
             if len(rows) == 1 and name in ROW_FIELDS and np.ndim(value) == 1:
                 value = np.reshape(value, (-1, 1))  # one for each world
             shape = (len(chosen), len(rows)) if len(rows) and name in ROW_FIELDS else (len(chosen),)
-            checker = check.bounds if name in UNBOUNDED else check.values
+            checker = check.flags if name == "enabled" else check.bounds if name in UNBOUNDED else check.values
             checked[name] = _in_range(name, checker(value, shape, f"{where}: {name}"), where)
         if model["kind"] == kinds["TARGET"] and (checked.get("frequency", np.ones(1)) == 0.0).any():
             raise ValueError(f"{where}: frequency must be positive, got 0.0.")

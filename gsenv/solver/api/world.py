@@ -37,6 +37,7 @@ from .parameters import OF_RANGES, Parameters, of_world
 from .ranges import RangeWarnings
 from .rays import checked_rays
 
+MOST_WORLDS = 2**31 - 1
 MOST_STEPS = 2**53  # of a call; more take longer than the age of the universe
 
 _Call = tuple[Callable[..., tuple[int, int]], Bundle, int, int]  # the kernel and its arguments except the count
@@ -72,7 +73,7 @@ class World(Actions):
     ) -> None:
         if options is not None and fidelity is not None:
             raise ValueError("World: give options or a fidelity, not both; Options.preset has both.")
-        self.world_count = check.whole(world_count, 1, "World: world_count")
+        self.world_count = check.whole(world_count, 1, "World: world_count", MOST_WORLDS)
         self.threads = min(check.whole(threads, 1, "World: threads"), self.world_count)
         if not isinstance(scene, (Scene, Model)):
             raise ValueError(f"World needs a Scene or a Model, got {scene!r}.")

@@ -45,12 +45,16 @@ def inertia(value: Any, dim: int, what: str) -> Any:
 
 
 def color(value: Any, what: str) -> tuple[int, int, int]:
-    given = check.vector(value, 3, what)
-    channels = [int(x) for x in given]
+    message = f"{what} must be three whole numbers from 0 to 255, got {value!r}."
+    try:
+        given = check.vector(value, 3, what)
+    except ValueError:
+        raise ValueError(message) from None
+    red, green, blue = (int(x) for x in given)
     fractions = any(isinstance(x, (float, np.floating)) for x in value) and 0.0 < given.max() <= 1.0
-    if min(channels) < 0 or max(channels) > 255 or fractions or (given != channels).any():
-        raise ValueError(f"{what} must be three whole numbers from 0 to 255, got {value!r}.")
-    return channels[0], channels[1], channels[2]
+    if fractions or given.min() < 0.0 or given.max() > 255.0 or (given != (red, green, blue)).any():
+        raise ValueError(message)
+    return red, green, blue
 
 
 def check_body(spec: BodySpec) -> None:
@@ -82,7 +86,7 @@ def _check_range(shape: Any, what: str) -> None:
     """Raise ValueError for a number of a shape whose powers, such as the inertia, would overflow or vanish."""
     for name in (field.name for field in fields(shape)):
         value = getattr(shape, name)
-        if isinstance(value, (str, bool)) or value is None:
+        if name in ("name", "sensor", "closed"):
             continue
         numbers = check.numbers(value, f"{what}: {type(shape).__name__} {name}")
         if name in ("half_extents", "radius", "half_length") and numbers.max() > 0.0:

@@ -42,7 +42,7 @@ def _floats(value: Any) -> Array:
     """Return float64 values, a copy; raises TypeError, ValueError or OverflowError for anything but numbers."""
     array = np.asarray(value)
     kind = array.dtype.kind
-    if kind not in "buifO" or (kind == "O" and any(isinstance(one, (str, bytes)) for one in array.flat)):
+    if kind not in "uifO" or (kind == "O" and any(isinstance(one, (str, bytes, bool)) for one in array.flat)):
         raise TypeError("no numbers")
     return array.astype(np.float64)
 
@@ -136,6 +136,14 @@ def bounds(value: Any, shape: tuple[int, ...], what: str) -> Array:
         return np.broadcast_to(array, shape)
     except ValueError:
         raise ValueError(f"{what} must fit the shape {shape}, got an array of shape {array.shape}.") from None
+
+
+def flags(value: Any, shape: tuple[int, ...], what: str) -> Array:
+    """Return truth values broadcast to ``shape``; the numbers 0 and 1 count as such."""
+    array = np.asarray(value)
+    if array.dtype != np.bool_ and not (array.dtype.kind in "uif" and np.isin(array, (0, 1)).all()):
+        raise ValueError(f"{what} must be True or False, got {value!r}.")
+    return values(array.astype(np.float64), shape, what)
 
 
 def ordered_bounds(lower: Array, upper: Array, where: str) -> None:
