@@ -49,7 +49,7 @@ class Actions:
         """
         b = find(body, "body", self.model.body_names, "apply_force")
         where = f"apply_force on body {self.model.body_names[b]!r}"
-        chosen = check.worlds(worlds, self.world_count)
+        chosen = check.worlds(worlds, self.world_count, f"{where}: worlds")
         n = len(chosen)
         dim = self.model.dim
         if force is None and (torque is None or point is not None):
@@ -89,7 +89,7 @@ class Actions:
         """
         b = find(body, "body", self.model.body_names, "set_pose")
         where = f"set_pose of body {self.model.body_names[b]!r}"
-        chosen = check.worlds(worlds, self.world_count)
+        chosen = check.worlds(worlds, self.world_count, f"{where}: worlds")
         shape = (len(chosen), self.model.dim)
         place = None if position is None else check.vectors(position, shape, f"{where}: position")
         turn = self._rotation(angle, orientation, len(chosen), where)
@@ -138,7 +138,7 @@ class Actions:
         where = f"set_velocity of body {self.model.body_names[b]!r}"
         if self.model.bodies["kind"][b] == 0:
             raise ValueError(f"{where}: it is static.")
-        chosen = check.worlds(worlds, self.world_count)
+        chosen = check.worlds(worlds, self.world_count, f"{where}: worlds")
         n = len(chosen)
         dim = self.model.dim
         v = None if linear is None else check.vectors(linear, (n, dim), f"{where}: linear")
@@ -160,7 +160,7 @@ class Actions:
         """
         j = self._joint(joint, "set_motor")
         where = f"set_motor of joint {self.model.joint_names[j]!r}"
-        chosen = check.worlds(worlds, self.world_count)
+        chosen = check.worlds(worlds, self.world_count, f"{where}: worlds")
         checked = {
             name: check.values(value, (len(chosen),), f"{where}: {word}")
             for name, word, value in (("motor_speed", "speed", speed), ("rest", "rest", rest))
@@ -193,7 +193,7 @@ class Actions:
         """
         j = self._joint(joint, "set_joint")
         where = f"set_joint of joint {self.model.joint_names[j]!r}"
-        chosen = check.worlds(worlds, self.world_count)
+        chosen = check.worlds(worlds, self.world_count, f"{where}: worlds")
         given = {
             word: check.values(value, (len(chosen),), f"{where}: {word}")
             for word, value in (("coordinate", coordinate), ("rate", rate))
@@ -237,7 +237,7 @@ class Actions:
         where = f"set_target of joint {self.model.joint_names[j]!r}"
         if self.model.joints["kind"][j] != JointKind["TARGET"]:
             raise ValueError(f"{where}: it is not a target joint.")
-        chosen = check.worlds(worlds, self.world_count)
+        chosen = check.worlds(worlds, self.world_count, f"{where}: worlds")
         n, dim = len(chosen), self.model.dim
         place = None if position is None else check.vectors(position, (n, dim), f"{where}: position")
         turn = self._rotation(angle, orientation, n, where)

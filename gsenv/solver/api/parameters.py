@@ -109,7 +109,7 @@ class Parameters(ParameterArrays):
         Raises:
             ValueError: an unknown item or field, a NaN, or a value out of its range; nothing is changed.
         """
-        chosen = check.worlds(worlds, len(self.worlds))
+        chosen = check.worlds(worlds, len(self.worlds), "parameters: worlds")
         if not fields:
             raise ValueError("parameters: set needs at least one field, such as friction=0.5.")
         if item is None:

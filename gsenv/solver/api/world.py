@@ -85,7 +85,7 @@ class World(Actions):
         capacity = first_contact_capacity(self.model)
         self.state = State(self.model, self.world_count, capacity)
         self._ranges = RangeWarnings()
-        self._set_options(Options.preset(fidelity or "balanced") if options is None else options)
+        self._set_options(Options.preset("balanced" if fidelity is None else fidelity) if options is None else options)
         self._scratches: list[Scratch] = []
         self._overlaps: Overlaps | None = None  # made when first read
         self._ranges.check_timestep(self.timestep, 1)
@@ -477,7 +477,7 @@ class World(Actions):
     @of_world
     def save(self, worlds: Any = None) -> Snapshot:
         """Return a bit-exact copy of the chosen worlds' State and Parameters, which can be pickled."""
-        chosen = check.worlds(worlds, self.world_count)
+        chosen = check.worlds(worlds, self.world_count, "save: worlds")
         return take_snapshot(self.model, self.parameters, self.state, chosen)
 
     @of_world
@@ -489,7 +489,7 @@ class World(Actions):
         """
         if not isinstance(snapshot, Snapshot):
             raise ValueError(f"restore needs a snapshot from save(), got {type(snapshot).__name__}.")
-        chosen = check.worlds(worlds, self.world_count)
+        chosen = check.worlds(worlds, self.world_count, "restore: worlds")
         snapshot.check(self.model, len(chosen))
         if snapshot.contact_capacity > self.state.contacts.shape[1]:
             self._grow_contacts(snapshot.contact_capacity)

@@ -86,9 +86,14 @@ def _check_range(shape: Any, what: str) -> None:
     """Raise ValueError for a number of a shape whose powers, such as the inertia, would overflow or vanish."""
     for name in (field.name for field in fields(shape)):
         value = getattr(shape, name)
-        if name in ("name", "sensor", "closed"):
+        if name in ("name", "sensor"):
+            continue
+        if name == "closed":
+            check.flag(value, f"{what}: {type(shape).__name__} closed")
             continue
         numbers = check.numbers(value, f"{what}: {type(shape).__name__} {name}")
+        if name == "density":
+            check.not_negative(value, f"{what}: {type(shape).__name__} density")
         if name in ("half_extents", "radius", "half_length") and numbers.max() > 0.0:
             check.positive(float(numbers[numbers > 0.0].min()), f"{what}: {type(shape).__name__} {name}")
 

@@ -36,7 +36,7 @@ class Scene(SceneSpec):
     """
 
     def __init__(self, dim: int = 2, gravity: Vector | None = None) -> None:
-        if dim not in (2, 3):
+        if not isinstance(dim, (int, np.integer)) or dim not in (2, 3):
             raise ValueError(f"Scene: dim must be 2 or 3, got {dim!r}.")
         super().__init__(dim, check.vector(GRAVITY[dim] if gravity is None else gravity, dim, "Scene: gravity"))
 
