@@ -211,7 +211,7 @@ def _add_ball(spec: JointSpec, joint: Ball, what: str) -> None:
         raise ValueError(f"{what}: a ball has no limits; give cone, twist or angle.")
     names = ("limit_restitution", "limit_frequency", "limit_damping_ratio")
     soft = {name: check.not_negative(getattr(joint, name), f"{what}: {name}") for name in names}
-    if joint.cone is not None or joint.twist is not None:
+    if joint.axis is not None or joint.cone is not None or joint.twist is not None:
         spec.orientation = _frame(unit(joint.axis, 3, f"{what}: axis, which cone and twist need,"), 2)
     if joint.cone is not None:
         _part(spec, "swing", SWING, Axis(limits=(-np.inf, _below_pi(joint.cone, f"{what}: cone")), **soft))
