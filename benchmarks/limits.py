@@ -168,10 +168,11 @@ def _cell(outcome: Outcome) -> str:
 
 _MEASURED = (
     f"What the solver takes, in 2D and 3D with the default options. Two boxes lie on each other and on the ground for "
-    f"{SECONDS:g} s or 2000 steps; a cell has the largest overlap or displacement in half-widths, and above {BROKEN:g} of them the "
-    "run is called broken. A ball that is thrown at a wall is held by it or passes. No run ended with an error, and "
-    "nothing outside these scenes was harmed: what breaks overlaps, and `World.diagnostics()` says so with "
-    "`penetration` and `unconverged`. [Where each fidelity holds](stability.md) has towers, chains and stiffnesses at "
+    f"{SECONDS:g} s or 2000 steps; a cell has the largest overlap or displacement in half-widths, and above {BROKEN:g} "
+    "of them the run is called broken. A ball that is thrown at a wall is held by it or passes. No run ended with an "
+    "error. `World.diagnostics()` reports overlaps and sweeps that ran out with `penetration` and `unconverged`; boxes "
+    "that move where they should rest, as the smallest ones and those under the largest gravity do, are not reported. "
+    "[Where each fidelity holds](stability.md) has towers, chains and stiffnesses at "
     "each fidelity, [How a step works](method.md) the known limits of the method."
 )
 _RANGES = (

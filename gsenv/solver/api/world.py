@@ -228,6 +228,7 @@ class World(Actions):
             if any(status == BAD_CONTROL for status, _ in results):
                 self._check_control()
             self._grow(results)
+            self._calls = []  # they hold the old buffers
             results = self._run(-1)
 
     def _run(self, count: int) -> list[tuple[int, int]]:
