@@ -64,8 +64,8 @@ class Actions:
                 turn = arm[:, 0] * f[:, 1] - arm[:, 1] * f[:, 0] if dim == 2 else np.cross(arm, f)
                 t += turn.reshape(n, -1)
             total = self.state.bodies["force"][chosen, b] + np.concatenate([f, t], 1)
-        if not np.isfinite(total).all():
-            raise ValueError(f"{where}: the sum of forces must be finite.")
+        if not (np.abs(total) <= check.LARGEST).all():
+            raise ValueError(f"{where}: the sum of forces and torques must not exceed {check.LARGEST:g}.")
         self.state.bodies["force"][chosen, b] = total
         self._wake(chosen, b)
 

@@ -349,6 +349,8 @@ def _in_range(name: str, values: Array, where: str) -> Array:
     free = ("gravity_scale", "enabled", "lower", "upper", "bias")
     if name in positive and (values <= 0.0).any():
         raise ValueError(f"{where}: {name} must be positive, got {float(values.min())!r}.")
+    if name in positive and (values < check.SMALLEST).any():
+        raise ValueError(f"{where}: {name} must be at least {check.SMALLEST:g}, got {float(values.min())!r}.")
     if name not in free and (values < 0.0).any():
         raise ValueError(f"{where}: {name} must not be negative, got {float(values.min())!r}.")
     if name.endswith("restitution") and (values > 1.0).any():

@@ -106,7 +106,7 @@ class World(Actions):
     @of_world
     def options(self, options: Options) -> None:
         self._set_options(options)
-        self._ranges.check_timestep(self.timestep, 1)
+        self._ranges.check_timestep(self.timestep, 2)  # of_world lies between
 
     def _set_options(self, options: Options) -> None:
         if not isinstance(options, Options):
@@ -290,7 +290,7 @@ class World(Actions):
     def _changed(self, chosen: Array, fields: Iterable[str]) -> None:
         """Wake worlds in which these fields of the parameters have changed, and warn of masses and sizes."""
         if not OF_RANGES.isdisjoint(fields):
-            self._ranges.check_bodies(self.model, self.parameters.bodies[chosen], 2)
+            self._ranges.check_bodies(self.model, self.parameters.bodies[chosen], 3)
         self._wake(chosen)
         self._choose_kernel()
 

@@ -134,3 +134,13 @@ def test_copies_are_free_and_apart() -> None:
         assert other._use is other.parameters._use
         other.step()
         other.parameters.set("bar", mass=3.0)
+
+
+def test_warnings_still_name_the_line_of_the_user() -> None:
+    world = World(swing())
+    with pytest.warns(UserWarning, match="the timestep is 0.5 s") as told:
+        world.options = Options(timestep=0.5)
+    assert told[0].filename == __file__
+    with pytest.warns(UserWarning, match="half-width") as told:
+        world.parameters.set("bar", half_extents=(1e-5, 1e-5))
+    assert told[0].filename == __file__
