@@ -30,7 +30,7 @@ from ..specification.handles import Reference, find
 from ..specification.scene import Scene
 from . import threads
 from .actions import Actions
-from .interrupts import Interrupts, Pace
+from .interrupts import FEW_STEPS, Interrupts, Pace
 from .one_thread import OneThread
 from .options import Options
 from .parameters import OF_RANGES, Parameters, of_world
@@ -185,9 +185,10 @@ class World(Actions):
     def _advance(self, count: int) -> None:
         """Take ``count`` steps."""
         calls = self._calls or self._prepare_calls()
-        if count == 1 and len(calls) == 1 and self.state.motions is None:
+        at_once = count == 1 or (0 < count <= FEW_STEPS and count <= self._pace.steps)
+        if at_once and len(calls) == 1 and self.state.motions is None:
             step, world, first, last = calls[0]
-            result = step(world, first, last, 1)
+            result = step(world, first, last, count)
             if result[0] != OK:
                 with Interrupts():
                     self._continue([result])
