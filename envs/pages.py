@@ -15,6 +15,7 @@ from typing import Any
 from gsenv.envs import ENVS, PARALLEL_ENVS, EnvEntry, ParallelEntry
 from gsenv.envs.core.policies import trained_actions
 from gsenv.envs.core.spec_tables import Entry, box_of, table
+from gsenv.files import write_text
 
 FOLDER = Path("docs/envs")  # of a checkout, the working directory
 
@@ -109,7 +110,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     folder = Path(given[0]) if given else FOLDER
     folder.mkdir(parents=True, exist_ok=True)
     for name, text in pages().items():
-        (folder / name).write_text(text, encoding="utf-8")
+        write_text(folder / name, text)
         print(folder / name)
     return 0
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import tempfile
 import zipfile
 from collections.abc import Iterator
 from pathlib import Path
 
 from gsenv.envs import ENVS, PARALLEL_ENVS
+from gsenv.files import replacing
 from gsenv.solver import precompiled
 from gsenv.warmup import compile_targets, warmup_targets
 
@@ -38,13 +38,9 @@ def compile_for_baseline(names: list[str], processes: int, cache: Path) -> Itera
 
 def write_set(cache: Path, folder: Path = precompiled.FOLDER) -> Path:
     """Write the kernels of a cache that Python calls to the set in ``folder``, atomically; returns its path."""
-    folder.mkdir(parents=True, exist_ok=True)
     path = folder / precompiled.set_name()
     kernels = sorted(cache.rglob("*.nbc"), key=lambda file: file.name)
-    with tempfile.TemporaryDirectory(dir=folder, prefix=".") as temporary:
-        partial = Path(temporary) / path.name
-        with zipfile.ZipFile(partial, "w") as archive:
-            for file in kernels:
-                archive.writestr(zipfile.ZipInfo(file.name, _ZIP_TIME), file.read_bytes(), zipfile.ZIP_LZMA)
-        partial.replace(path)
+    with replacing(path) as partial, zipfile.ZipFile(partial, "w") as archive:
+        for file in kernels:
+            archive.writestr(zipfile.ZipInfo(file.name, _ZIP_TIME), file.read_bytes(), zipfile.ZIP_LZMA)
     return path

@@ -386,7 +386,10 @@ def test_the_main_job(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
-    [(["--size", "100x100"], "multiple of 16"), (["--seed", "-1"], "'-1' is not a whole number of at least 0")],
+    [
+        (["--size", "100000x100000"], "width must be 16 to 8192 px"),
+        (["--seed", "-1"], "'-1' is not a whole number of at least 0"),
+    ],
 )
 def test_the_real_environment_refuses_in_one_line(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, arguments: list[str], sentence: str

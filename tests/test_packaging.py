@@ -4,6 +4,7 @@ import re
 import shutil
 import subprocess
 import sys
+import tarfile
 import tomllib
 import zipfile
 from importlib.util import find_spec
@@ -35,8 +36,8 @@ def folder_of(package: str) -> Path:
 
 
 @pytest.fixture(scope="module")
-def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A wheel of the tracked files, and a data file in a folder of assets, with caches lying about."""
+def source(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The tracked files, and a data file in a folder of assets, with caches lying about."""
     source = tmp_path_factory.mktemp("source")
     for name in tracked_files():
         (source / name).parent.mkdir(parents=True, exist_ok=True)
@@ -44,6 +45,11 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for name in ("assets/policies/probe.npz", "assets/__pycache__/probe.pyc", "gsenv/solver/__pycache__/probe.nbc"):
         (source / name).parent.mkdir(parents=True, exist_ok=True)
         (source / name).touch()
+    return source
+
+
+@pytest.fixture(scope="module")
+def wheel(source: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("wheel")
     command = [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "--no-build-isolation", "--no-index"]
     subprocess.run([*command, "--wheel-dir", out, source], check=True, timeout=300)
@@ -61,6 +67,28 @@ def test_wheel_holds_the_tracked_files_of_the_packages_and_nothing_else(wheel: P
             expected.add(name)
     found = {name for name in zipfile.ZipFile(wheel).namelist() if ".dist-info/" not in name}
     assert found == expected
+
+
+def test_source_distribution_holds_docs_tests_and_what_they_need(source: Path, tmp_path: Path) -> None:
+    build = "import sys; from setuptools import build_meta; build_meta.build_sdist(sys.argv[1])"
+    command = [sys.executable, "-c", build, str(tmp_path)]
+    subprocess.run(command, cwd=source, check=True, capture_output=True, timeout=300)
+    (built,) = tmp_path.iterdir()
+    with tarfile.open(built) as archive:
+        found = {name.partition("/")[2] for name in archive.getnames()}
+    wanted = {
+        name
+        for name in tracked_files()
+        if name.startswith(("docs/", "tests/", "benchmarks/"))
+        or name in ("CHANGELOG.md", "CONTRIBUTING.md", "ARCHITECTURE.md", "constraints.txt", "LICENSE", ".ci/run")
+        or folder_is_packaged(name)
+    }
+    assert not wanted - found
+    assert not {name for name in found if name.endswith((".pyc", ".nbc", ".nbi"))}
+
+
+def folder_is_packaged(name: str) -> bool:
+    return name.startswith(("gsenv/", *(f"{folder}/" for folder in MAPPED.values()))) and not (ROOT / name).is_symlink()
 
 
 def test_installed_wheel_runs_from_anywhere(wheel: Path, tmp_path: Path) -> None:

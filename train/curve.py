@@ -12,7 +12,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from gsenv.train.files import read_rows, write_whole
+from gsenv.files import replacing
+from gsenv.train.files import read_rows
 
 _STYLES = {"trained": ("o", "#2a6fbb"), "scripted": ("--", "#46ae90"), "random": (":", "#8a8f98")}
 
@@ -52,7 +53,8 @@ def plot(folder: Path, out: Path | None = None) -> None:
         order = sorted(unique, key=lambda label: label in _STYLES)
         returns.legend([unique[label] for label in order], order, fontsize=8)
     figure.suptitle(title)
-    write_whole(out or folder / "curve.png", lambda partial: figure.savefig(partial, dpi=110))
+    with replacing(out or folder / "curve.png") as partial:
+        figure.savefig(partial, dpi=110)
 
 
 def _add_references(seed: Path, success: Any, returns: Any) -> None:
@@ -76,7 +78,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if len(given) not in (1, 2):
         print("curve: expected an experiment's folder and, optionally, the picture's path", file=sys.stderr)
         return 2
-    plot(Path(given[0]), Path(given[1]) if len(given) == 2 else None)
+    try:
+        plot(Path(given[0]), Path(given[1]) if len(given) == 2 else None)
+    except (OSError, ValueError) as error:
+        print(f"curve: {error}", file=sys.stderr)
+        return 1
     return 0
 
 

@@ -16,6 +16,7 @@ from gsenv import __version__
 from gsenv.envs import PARALLEL_ENVS
 from gsenv.envs.core.policies import make_batch
 from gsenv.envs.core.spec_tables import box_of
+from gsenv.files import terminable
 from gsenv.train.evaluate import SPLIT, Actor, PolicyError, evaluate, make_actor
 
 if TYPE_CHECKING:
@@ -89,25 +90,26 @@ def make_dataset(
     actor = make_actor(policy, env_id, seed)
     episodes = list(run_episodes(actor, env_id, episode_count, seed, noise, arguments, on_episodes))
     lowest, highest = reference_scores(env_id, arguments)
-    try:
-        return minari.create_dataset_from_buffers(
-            name,
-            [_buffer(episode) for episode in episodes],
-            env=gymnasium.make(f"gsenv:{env_id}", **arguments),
-            eval_env=gymnasium.make(f"gsenv:{env_id}", **arguments | {"split": SPLIT}),
-            algorithm_name=f"{policy}, noise {noise}" if noise else policy,
-            author="gsenv",
-            author_email="-",
-            code_permalink=f"gsenv {__version__}",
-            description=f"Episodes of {env_id} from seed {seed} on; see gsenv.train.dataset.",
-            ref_min_score=lowest,
-            ref_max_score=highest,
-            num_episodes_average_score=SCORED_EPISODES,
-            requirements=[f"gsenv=={__version__}"],
-        )
-    except BaseException:  # a full disk or Ctrl-C: half a dataset could neither be loaded nor overwritten
-        rmtree(folder, ignore_errors=True)
-        raise
+    with terminable():
+        try:
+            return minari.create_dataset_from_buffers(
+                name,
+                [_buffer(episode) for episode in episodes],
+                env=gymnasium.make(f"gsenv:{env_id}", **arguments),
+                eval_env=gymnasium.make(f"gsenv:{env_id}", **arguments | {"split": SPLIT}),
+                algorithm_name=f"{policy}, noise {noise}" if noise else policy,
+                author="gsenv",
+                author_email="-",
+                code_permalink=f"gsenv {__version__}",
+                description=f"Episodes of {env_id} from seed {seed} on; see gsenv.train.dataset.",
+                ref_min_score=lowest,
+                ref_max_score=highest,
+                num_episodes_average_score=SCORED_EPISODES,
+                requirements=[f"gsenv=={__version__}"],
+            )
+        except BaseException:  # a full disk or Ctrl-C: half a dataset could neither be loaded nor overwritten
+            rmtree(folder, ignore_errors=True)
+            raise
 
 
 def run_episodes(

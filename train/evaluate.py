@@ -56,12 +56,14 @@ def evaluate(
     episodes: int = EPISODES,
     seed: int = TEST_SEED,
     arguments: Mapping[str, Any] | None = None,
+    on_episodes: Callable[[int], None] = lambda ended: None,
 ) -> Evaluation:
     """Run one episode on each of the seeds `seed` .. `seed + episodes - 1`, all in one batch; return the means.
 
     Where an environment has several agents, the actor acts for each of them, and the return is the mean of theirs.
 
-    The seeds are of the split "test", unless `arguments` of the environment say otherwise.
+    The seeds are of the split "test", unless `arguments` of the environment say otherwise. `on_episodes` is called with
+    the number of episodes that have ended, at each step.
     """
     envs = make_batch(env_id, episodes, **{"split": SPLIT} | dict(arguments or {}))
     observations, _ = envs.reset(seed=seed)
@@ -74,6 +76,7 @@ def evaluate(
         ended = running & (terminated | truncated)
         success |= ended & infos.get("is_success", np.zeros(episodes, bool))
         running &= ~ended
+        on_episodes(int(episodes - running.sum()))
     envs.close()
     return Evaluation(episodes, float(success.mean()), float(returns.mean()), float(lengths.mean()))
 

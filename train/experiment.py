@@ -20,10 +20,11 @@ from time import perf_counter, process_time
 from typing import TYPE_CHECKING, Any
 
 from gsenv.envs import PARALLEL_ENVS
+from gsenv.files import replacing
 from gsenv.train.arguments import add_set_option, check_env_id, not_negative, positive
 from gsenv.train.curriculum import Curriculum
 from gsenv.train.evaluate import TEST_SEED, VALIDATION_SEED, PolicyError, evaluate, make_actor
-from gsenv.train.files import read_rows, write_json, write_rows, write_whole
+from gsenv.train.files import read_rows, write_json, write_rows
 
 if TYPE_CHECKING:
     from stable_baselines3.common.base_class import BaseAlgorithm
@@ -114,7 +115,11 @@ def main(experiment: Experiment, arguments: Sequence[str] | None = None) -> int:
             return code
     from gsenv.train.curve import plot
 
-    plot(folder)
+    try:
+        plot(folder)
+    except OSError as error:
+        print(f"{experiment.name}: {error}", file=sys.stderr)
+        return FAILED
     print(f"the learning curves are in {folder / 'curve.png'}")
     return OK
 
@@ -230,10 +235,10 @@ def save(run: Run) -> None:
     from gsenv.train.export import NORMALIZE, export, save_normalize, statistics_of
 
     mlp = export(run.model, run.normalize, _notes(run))
-    write_whole(run.folder / "policy.npz", mlp.save)
-    statistics = statistics_of(run.normalize, run.steps)
-    write_whole(run.folder / NORMALIZE, lambda partial: save_normalize(statistics, partial))
-    write_whole(run.folder / "policy.zip", run.model.save)
+    mlp.save(run.folder / "policy.npz")
+    save_normalize(statistics_of(run.normalize, run.steps), run.folder / NORMALIZE)
+    with replacing(run.folder / "policy.zip") as partial:
+        run.model.save(partial)
     if run.rows:
         write_rows(run.folder / "progress.csv", run.rows)
 

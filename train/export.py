@@ -17,6 +17,7 @@ from stable_baselines3.common.save_util import load_from_zip_file, recursive_set
 from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 
 from gsenv.envs.core.mlp import MlpPolicy, read_arrays
+from gsenv.files import replacing
 
 if TYPE_CHECKING:
     from stable_baselines3.common.base_class import BaseAlgorithm
@@ -78,8 +79,8 @@ def _unit(normalize: VecNormalize) -> tuple[Any, Any, float]:
 
 def save_normalize(statistics: Statistics, path: Path) -> None:
     """Write normalize.npz."""
-    with path.open("wb") as file:
-        np.savez(file, **asdict(statistics))
+    with replacing(path) as partial:
+        np.savez(partial, **asdict(statistics))
 
 
 def read_normalize(path: Path) -> Statistics:

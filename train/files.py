@@ -1,40 +1,29 @@
-"""Atomic writing of files, and CSV tables."""
+"""JSON files and CSV tables of training, written whole or not at all."""
 
 from __future__ import annotations
 
 import csv
+import io
 import json
 import math
-import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-
-def write_whole(path: Path, write: Callable[[Path], Any]) -> None:
-    """Replace `path` atomically: `write` makes a temporary file with the same suffix, which is then renamed."""
-    partial = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
-    try:
-        write(partial)
-        os.replace(partial, path)
-    finally:
-        partial.unlink(missing_ok=True)
+from gsenv.files import write_text
 
 
 def write_json(path: Path, content: Any) -> None:
-    write_whole(path, lambda partial: partial.write_text(json.dumps(content, indent=2) + "\n"))
+    write_text(path, json.dumps(content, indent=2) + "\n")
 
 
 def write_rows(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
-    """Write a CSV table atomically; its columns are those of the first row."""
-
-    def write(partial: Path) -> None:
-        with partial.open("w", newline="") as file:
-            table = csv.DictWriter(file, list(rows[0]) if rows else [], lineterminator="\n")
-            table.writeheader()
-            table.writerows({name: _cell(value) for name, value in row.items()} for row in rows)
-
-    write_whole(path, write)
+    """Write a CSV table; its columns are those of the first row."""
+    text = io.StringIO()
+    table = csv.DictWriter(text, list(rows[0]) if rows else [], lineterminator="\n")
+    table.writeheader()
+    table.writerows({name: _cell(value) for name, value in row.items()} for row in rows)
+    write_text(path, text.getvalue())
 
 
 def _cell(value: float | str) -> str:

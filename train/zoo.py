@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from gsenv.envs import ENVS
+from gsenv.files import write_text
 from gsenv.train import ppo, sac
-from gsenv.train.files import write_whole
 
 FOLDER = Path(__file__).parent
 
@@ -72,8 +72,7 @@ def path(algorithm: str) -> Path:
 
 def main() -> None:
     for algorithm in ("ppo", "sac"):
-        content = text(algorithm)
-        write_whole(path(algorithm), lambda partial, content=content: partial.write_text(content))  # type: ignore[misc]
+        write_text(path(algorithm), text(algorithm))
 
 
 if __name__ == "__main__":

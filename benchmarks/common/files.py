@@ -1,14 +1,14 @@
-"""Files of results, pages and pictures. All are written atomically: a reader sees the old file or the new one."""
+"""Files of results, pages and pictures. A reader sees the old file or the new one (gsenv.files)."""
 
 from __future__ import annotations
 
 import dataclasses
 import json
-import os
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
+
+from gsenv.files import replacing, write_text
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -18,23 +18,6 @@ T = TypeVar("T", bound="DataclassInstance")
 
 DIGITS = 7  # significant digits of a number in a file of results
 DPI = 120
-
-
-@contextmanager
-def replacing(path: Path) -> Iterator[Path]:
-    """Yield a temporary file beside ``path``, which replaces it when the block ends without an error."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    draft = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    try:
-        yield draft
-        os.replace(draft, path)
-    finally:
-        draft.unlink(missing_ok=True)
-
-
-def write_text(path: Path, text: str) -> None:
-    with replacing(path) as draft:
-        draft.write_text(text, encoding="utf-8")
 
 
 def write_json(path: Path, data: Mapping[str, Any]) -> None:

@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, Any
 from rich.console import Console
 from rich.markdown import Markdown
 
-from benchmarks.common.files import write_figure, write_json, write_text
+from benchmarks.common.files import write_figure, write_json
 from benchmarks.common.stamp import describe
 from benchmarks.common.tables import Table
+from gsenv.files import write_text
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -16,7 +16,8 @@ from gsenv.envs.core.painter import Painter, render_metadata
 from gsenv.envs.core.pixels import Observer
 from gsenv.envs.core.spec_tables import box_of
 from gsenv.envs.core.splits import check_split, make_generator
-from gsenv.envs.core.task import Task, TaskSnapshot
+from gsenv.envs.core.task import Task, TaskSnapshot, of_environment
+from gsenv.solver.api.one_thread import OneThread
 
 
 @dataclass(frozen=True)
@@ -34,7 +35,7 @@ class TaskEnv(gymnasium.Env[Any, NDArray[np.float32]]):
 
     Args:
         render_mode: None, "human" (a window, which shows each reset and step) or "rgb_array".
-        width, height: px of frames and of observed pixels, multiples of 16; None: 640 x 480 and 84 x 84.
+        width, height: px of frames and of observed pixels, 16 to 8192; None: 640 x 480 and 84 x 84.
         observation: "state", "pixels" or "state+pixels", a dict of both.
         split: "train" or "test": two disjoint sets of episodes, see `splits.make_generator`.
         fidelity: "fast", "balanced" or "accurate".
@@ -66,6 +67,7 @@ class TaskEnv(gymnasium.Env[Any, NDArray[np.float32]]):
         diagnostics: bool = False,
         **settings: Any,
     ) -> None:
+        self._use = OneThread()
         self._painter = Painter(render_mode, width, height, type(self).__name__, self.metadata["render_fps"])
         self.render_mode = self._painter.render_mode
         self._observer = Observer(observation, self.task_class, width, height)
@@ -93,6 +95,7 @@ class TaskEnv(gymnasium.Env[Any, NDArray[np.float32]]):
         """The task's quantities in this episode, by name."""
         return dict(zip([q.name for q in self.task.quantities], self.task.physics[0].tolist(), strict=True))
 
+    @of_environment
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Begin a new episode of the split; `options` set arguments of the task for this episode.
 
@@ -109,6 +112,7 @@ class TaskEnv(gymnasium.Env[Any, NDArray[np.float32]]):
         self._painter.show(self.task)
         return self._observer.observe_world(self.task, 0), self.task.info(0)
 
+    @of_environment
     def step(self, action: NDArray[np.float32]) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Advance by one control step of 1/30 s.
 
@@ -121,6 +125,7 @@ class TaskEnv(gymnasium.Env[Any, NDArray[np.float32]]):
         Raises:
             ValueError: the action has a wrong shape or is not finite; nothing has changed then.
             ResetNeeded: before the first reset.
+            RuntimeError: another thread is in a method of this environment; nothing has changed then.
         """
         if not self._begun:
             raise ResetNeeded("step: no episode has begun, call reset first.")
@@ -141,6 +146,7 @@ class TaskEnv(gymnasium.Env[Any, NDArray[np.float32]]):
             gymnasium.logger.warn("step: the episode has terminated; it stays as it is until reset is called.")
         self._warned = True
 
+    @of_environment
     def render(self) -> Any:
         """Return a frame (height, width, 3) in the mode "rgb_array", else None; "human" shows each reset and step."""
         frames = self._painter.render(self.task)
@@ -149,11 +155,13 @@ class TaskEnv(gymnasium.Env[Any, NDArray[np.float32]]):
     def close(self) -> None:
         self._painter.close()
 
+    @of_environment
     def save(self) -> EnvSnapshot:
         """Return a snapshot for a bit-exact continuation: physics, task state, random generator and settings."""
         generator = dict(self.np_random.bit_generator.state)
         return EnvSnapshot(self.task.save(), generator, self._begun, dict(self.task.settings))
 
+    @of_environment
     def restore(self, snapshot: EnvSnapshot) -> None:
         """Continue bit for bit from a snapshot of this or an equal environment, in any process.
 

@@ -13,6 +13,8 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
+from gsenv.files import write_bytes
+
 Array = NDArray[np.float32]
 
 _CLIP = 10.0  # normalised observations stay within this
@@ -81,7 +83,11 @@ class MlpPolicy:
         return np.tanh(x) if self.squash else np.clip(x, np.float32(-1.0), np.float32(1.0))
 
     def save(self, file: Path | BinaryIO) -> None:
-        """Write an .npz file."""
+        """Write an .npz file.
+
+        Raises:
+            OSError: it cannot be written; an old file is as it was.
+        """
         arrays: dict[str, Any] = {"mean": self.mean, "scale": self.scale}
         for k, (weight, bias) in enumerate(self.layers):
             arrays |= {f"weight_{k}": weight, f"bias_{k}": bias}
@@ -89,7 +95,7 @@ class MlpPolicy:
         buffer = io.BytesIO()  # numpy would add a suffix to a path
         np.savez_compressed(buffer, head=np.array(json.dumps(head)), **arrays)
         if isinstance(file, Path):
-            file.write_bytes(buffer.getvalue())
+            write_bytes(file, buffer.getvalue())
         else:
             file.write(buffer.getvalue())
 

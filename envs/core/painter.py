@@ -19,6 +19,7 @@ Size = tuple[int, int]
 
 RENDER_MODES = ("human", "rgb_array")
 SIZE = (640, 480)  # px, width and height of a frame by default
+LEAST_SIDE, MOST_SIDE = 16, 8192  # px
 MOST_SHOWN = 16  # worlds in the window
 
 
@@ -26,8 +27,8 @@ def check_size(width: int | None, height: int | None, default: Size) -> Size:
     """Return (width, height) in px, the default where one is None; raises ValueError for a bad one."""
     for name, value in (("width", width), ("height", height)):
         whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
-        if value is not None and (not whole or value < 16 or value % 16):
-            raise ValueError(f"{name} must be a positive multiple of 16 or None, got {value!r}.")
+        if value is not None and (not whole or not LEAST_SIDE <= value <= MOST_SIDE):
+            raise ValueError(f"{name} must be {LEAST_SIDE} to {MOST_SIDE} px or None, got {value!r}.")
     return (default[0] if width is None else int(width), default[1] if height is None else int(height))
 
 

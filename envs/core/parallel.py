@@ -19,8 +19,9 @@ from gsenv.envs.core.painter import Frame, Painter
 from gsenv.envs.core.pixels import Observer
 from gsenv.envs.core.spec_tables import box_of
 from gsenv.envs.core.splits import check_split, make_generator
-from gsenv.envs.core.task import Array, Task, TaskSnapshot
+from gsenv.envs.core.task import Array, Task, TaskSnapshot, of_environment
 from gsenv.envs.core.vector import NEVER, check_limit
+from gsenv.solver.api.one_thread import OneThread
 
 
 @dataclass(frozen=True)
@@ -66,6 +67,7 @@ class TaskParallelEnv(ParallelEnv):
         diagnostics: bool = False,
         **settings: Any,
     ) -> None:
+        self._use = OneThread()
         self.max_cycles = check_limit("max_cycles", max_cycles, self.task_class)
         self._painter = Painter(render_mode, width, height, self.metadata["name"], self.metadata["render_fps"])
         self.render_mode = self._painter.render_mode
@@ -112,6 +114,7 @@ class TaskParallelEnv(ParallelEnv):
 
     # ------------------------------------------------- episodes
 
+    @of_environment
     def reset(
         self, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
@@ -132,6 +135,7 @@ class TaskParallelEnv(ParallelEnv):
         self._painter.show(self.task)
         return self._observe(), self._infos()
 
+    @of_environment
     def step(self, actions: Mapping[str, Array]) -> Step:
         """Advance by one control step; the episode ends for all agents at once.
 
@@ -141,6 +145,7 @@ class TaskParallelEnv(ParallelEnv):
             ValueError: actions of a wrong shape, not finite, or not of exactly the agents; nothing has
                 changed then.
             ResetNeeded: before the first reset.
+            RuntimeError: another thread is in a method of this environment; nothing has changed then.
         """
         if not self._begun:
             raise ResetNeeded("step: no episode has begun, call reset first.")
@@ -180,6 +185,7 @@ class TaskParallelEnv(ParallelEnv):
 
     # ------------------------------------------------- pictures
 
+    @of_environment
     def render(self) -> Frame | None:
         """Return a frame (height, width, 3) in the mode "rgb_array", else None; "human" shows each reset and step."""
         frames = self._painter.render(self.task)
@@ -213,12 +219,14 @@ class TaskParallelEnv(ParallelEnv):
 
     # ------------------------------------------------- snapshots
 
+    @of_environment
     def save(self) -> ParallelSnapshot:
         """Return a snapshot for a bit-exact continuation: physics, task state, random generator and settings."""
         generator = dict(self.np_random.bit_generator.state)
         settings = dict(self.task.settings)
         return ParallelSnapshot(self.task.save(), generator, self._begun, list(self.agents), self._elapsed, settings)
 
+    @of_environment
     def restore(self, snapshot: ParallelSnapshot) -> None:
         """Continue bit for bit from a snapshot of this or an equal environment, in any process.
 

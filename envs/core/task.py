@@ -40,9 +40,12 @@ from gsenv.envs.core.spec_tables import (
 )
 from gsenv.envs.core.steering import Control
 from gsenv.solver import Options, Scene, Snapshot, World
+from gsenv.solver.api.one_thread import one_thread
 from gsenv.solver.records.bundle import Bundle, per_world
 
 Array = NDArray[Any]
+
+of_environment = one_thread("environment")
 
 
 @dataclass(frozen=True)
@@ -378,8 +381,8 @@ SHARED_ARGUMENTS = """\
 - `observation`: "state" (default), "pixels": the picture of the world without captions,
   `Box(0, 255, (height, width, 3), uint8)`, or "state+pixels": a Dict of both.
 - `render_mode`: None, "rgb_array", or "human" (a window, needs pygame-ce).
-- `width`, `height`: of frames and of observed pixels, multiples of 16 px; 640 x 480 for frames and 84 x 84 for
-  observed pixels where they are not given.
+- `width`, `height`: of frames and of observed pixels, 16 to 8192 px; 640 x 480 for frames and 84 x 84 for
+  observed pixels where they are not given. An MP4 video needs even ones.
 - `fidelity`: "fast", "balanced" (default) or "accurate", the accuracy of the solver."""
 
 _EnvClass = TypeVar("_EnvClass", bound="type[Any]")

@@ -18,7 +18,8 @@ from gsenv.envs.core.pixels import Observer
 from gsenv.envs.core.spec_tables import box_of
 from gsenv.envs.core.splits import check_split, make_generator
 from gsenv.envs.core.streams import Streams
-from gsenv.envs.core.task import Array, Task, TaskSnapshot
+from gsenv.envs.core.task import Array, Task, TaskSnapshot, of_environment
+from gsenv.solver.api.one_thread import OneThread
 
 Step = tuple[Any, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]
 
@@ -78,6 +79,7 @@ class TaskVectorEnv(VectorEnv[Any, NDArray[np.float32], Array]):
         diagnostics: bool = False,
         **settings: Any,
     ) -> None:
+        self._use = OneThread()
         if not _is_positive(num_envs):
             raise ValueError(f"num_envs must be a positive whole number, got {num_envs!r}.")
         self.max_episode_steps = check_limit("max_episode_steps", max_episode_steps, self.task_class)
@@ -110,6 +112,7 @@ class TaskVectorEnv(VectorEnv[Any, NDArray[np.float32], Array]):
 
     # ------------------------------------------------- reset
 
+    @of_environment
     def reset(
         self,
         *,
@@ -167,6 +170,7 @@ class TaskVectorEnv(VectorEnv[Any, NDArray[np.float32], Array]):
 
     # ------------------------------------------------- step
 
+    @of_environment
     def step(self, actions: NDArray[np.float32]) -> Step:
         """Advance all worlds by one control step of 1/30 s.
 
@@ -251,6 +255,7 @@ class TaskVectorEnv(VectorEnv[Any, NDArray[np.float32], Array]):
 
     # ------------------------------------------------- pictures and snapshots
 
+    @of_environment
     def render(self) -> tuple[Frame, ...] | None:
         """Return a frame (height, width, 3) of each world in the mode "rgb_array", else None."""
         return self._painter.render(self.task)
@@ -259,6 +264,7 @@ class TaskVectorEnv(VectorEnv[Any, NDArray[np.float32], Array]):
         """Close the window, if there is one."""
         self._painter.close()
 
+    @of_environment
     def save(self) -> VectorSnapshot:
         """Return a snapshot for a bit-exact continuation: physics, task state, random generators and settings."""
         return VectorSnapshot(
@@ -270,6 +276,7 @@ class TaskVectorEnv(VectorEnv[Any, NDArray[np.float32], Array]):
             dict(self.task.settings),
         )
 
+    @of_environment
     def restore(self, snapshot: VectorSnapshot) -> None:
         """Continue bit for bit from a snapshot of this or an equal environment, in any process.
 

@@ -41,9 +41,19 @@ def run_evaluate(options: argparse.Namespace) -> int:
     check_env(options.env)
     actor = find_actor(options.policy, options.env, options.seed)
     try:
-        print(evaluate(actor, options.env, options.episodes, options.seed, dict(options.set)))
+        with make_progress() as progress:
+            task = progress.add_task(f"{options.env}, {options.episodes} episodes", total=options.episodes)
+            result = evaluate(
+                actor,
+                options.env,
+                options.episodes,
+                options.seed,
+                dict(options.set),
+                on_episodes=lambda done: progress.update(task, completed=done),
+            )
     except (TypeError, ValueError) as error:  # a bad --set
         raise CliError(str(error), WRONG_USAGE) from error
+    print(result)
     return OK
 
 

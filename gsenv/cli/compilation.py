@@ -8,6 +8,8 @@ from collections.abc import Iterable
 from pathlib import Path
 from time import perf_counter
 
+from gsenv.files import terminable
+
 from .errors import FAILED, OK, WRONG_USAGE, CliError
 from .names import suggestion
 from .progress import make_progress
@@ -38,7 +40,7 @@ def run_pack(options: argparse.Namespace) -> int:
     names = pack.pack_targets()
     folder = options.out or precompiled.FOLDER
     try:
-        with tempfile.TemporaryDirectory() as cache:
+        with terminable(), tempfile.TemporaryDirectory() as cache:
             processes = options.processes or warmup.core_count()
             _follow(pack.compile_for_baseline(names, processes, Path(cache)), len(names))
             path = pack.write_set(Path(cache), folder)

@@ -157,7 +157,10 @@ def _scene_footage(options: argparse.Namespace) -> _Footage:
     name = options.target.removeprefix(SCENE_PREFIX)
     world = make_world(name)
     width, height = options.size or (640, 480)
-    renderer = make_renderer(world, width, height)
+    try:
+        renderer = make_renderer(world, width, height)
+    except ValueError as error:  # a bad size
+        raise CliError(str(error), WRONG_USAGE) from None
     _aim(renderer, SCENES[name])
     fps_limit = min(SCENE_FPS, GIF_MAX_FPS) if options.out.suffix.lower() == ".gif" else SCENE_FPS
     steps_per_frame = ceil(1 / (fps_limit * world.timestep) - 1e-9)  # 1e-9: 1/60 s is one step at 60 fps

@@ -6,12 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gsenv.render import overlay as marks
-from gsenv.render.camera import Camera, FollowCamera
+from gsenv.render.camera import Bounds, Camera, FollowCamera
 from gsenv.render.canvas import Canvas
 from gsenv.render.draw_list import DrawList, join
+from gsenv.render.growing_box import GrowingBox
 from gsenv.render.hud import draw_hud
 from gsenv.render.joint_items import DRAWN_JOINTS, KNOWN_JOINTS, make_joint_stencil
 from gsenv.render.shape_items import enclose, find_bounds, make_stencil
+from gsenv.render.sizes import check_size
 from gsenv.render.theme import AXIS_COLORS, CONTACT_COLOR, DEFAULT_THEME, FORCE_COLOR, JOINT_COLOR, LINE_COLOR, Theme
 from gsenv.render.world_view import (
     Frames,
@@ -41,7 +43,8 @@ class SceneRenderer:
 
     world: the World to show
     width, height: px
-    camera: a Camera, a FollowCamera, or None to fit the bodies in the first picture
+    camera: a Camera, a FollowCamera, or None to fit the bodies in the first picture, and to widen the view by up to
+        four times where bodies leave it
     overlay: any of "contacts" (points and forces) and "joints" (anchors with their frames)
     wheels: indices of bodies whose circles are drawn as wheels; a circle that rotates about its centre
         on a joint is always drawn so
@@ -49,7 +52,7 @@ class SceneRenderer:
     force_scale: m/N, length of the force arrows; None scales the largest force in each picture to a
         fixed length
 
-    Raises ValueError for a size below 1 px, or an unknown overlay or joint kind.
+    Raises ValueError for a size that is not 1 to 8192 px, or an unknown overlay or joint kind.
     """
 
     def __init__(
@@ -65,8 +68,7 @@ class SceneRenderer:
         force_scale: float | None = None,
         theme: Theme = DEFAULT_THEME,
     ) -> None:
-        if width < 1 or height < 1:
-            raise ValueError(f"width and height must be at least 1 px, got {width} x {height}.")
+        check_size(width, height)
         self.overlay = tuple(overlay)
         for name in self.overlay:
             if name not in OVERLAYS:
@@ -78,6 +80,8 @@ class SceneRenderer:
         self.world = world
         self.camera = camera
         self.force_scale = force_scale
+        self._fitted: Camera | None = None  # the camera that was made here, if any
+        self._shown: GrowingBox | None = None
         self._canvas = Canvas(width, height, theme)
         self._table = read_table(world)
         self._joints = make_joint_stencil(read_joint_table(world), kinds)
@@ -118,16 +122,27 @@ class SceneRenderer:
         return image
 
     def _aim(self, shapes: DrawList, bodies: Frames, world_index: int) -> Camera:
-        if self.camera is None:
-            bounds = find_bounds(shapes)
-            if self._joints is not None:
-                joints = read_joints(self.world, world_index, self._joints.table, bodies)
-                bounds = enclose(bounds, self._joints.find_bounds(joints))
-            self.camera = Camera.fit(bounds, self.width, self.height)
+        if self.camera is None or self.camera is self._fitted:
+            self._fit(shapes, bodies, world_index)
+        if isinstance(self.camera, Camera):
+            return self.camera
         if isinstance(self.camera, FollowCamera):
             time = read_time(self.world, world_index)
             return self.camera.update(bodies.position, time, self.width, self.height)
-        return self.camera
+        raise TypeError(f"camera must be a Camera, a FollowCamera or None, got {self.camera!r}.")
+
+    def _fit(self, shapes: DrawList, bodies: Frames, world_index: int) -> None:
+        """Set the camera to one that shows all bodies, or widen it where some have left the picture."""
+        bounds = find_bounds(shapes)
+        if self._joints is not None:
+            joints = read_joints(self.world, world_index, self._joints.table, bodies)
+            bounds = enclose(bounds, self._joints.find_bounds(joints))
+        if self.camera is None or self._shown is None:
+            self._shown = GrowingBox(bounds[:2], bounds[2:])
+        elif not self._shown.include(bounds[:2], bounds[2:]):
+            return
+        low, high = self._shown.low.tolist(), self._shown.high.tolist()
+        self.camera = self._fitted = Camera.fit(Bounds(*low, *high), self.width, self.height)
 
     def _pen(self, camera: Camera, thickness: float = 1.0) -> marks.Pen:
         radius = thickness * max(PEN_RADIUS * self.height, PEN_RADIUS_MIN)

@@ -1,27 +1,34 @@
 """VideoWriter: streams frames to an MP4 or GIF file in constant memory.
 
-Frames go to a temporary file in a hidden folder beside the target, which replaces the target when the
-writer is closed. Leaving the `with` block early, also by Ctrl-C, keeps the frames written so far.
+Frames go to a temporary file in a hidden folder beside the target. When the writer is closed, the video is read back,
+and replaces the target if it is whole. Leaving the `with` block early, also by Ctrl-C, keeps the frames written so
+far; after a full disk or SIGTERM the target is as it was.
 """
 
+import errno
 import os
+import shutil
 import signal
 import subprocess
 import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import Self
 
-import imageio.v2 as imageio
 import imageio_ffmpeg
 import numpy as np
 from numpy.typing import NDArray
 
+from gsenv.files import checked_target, replace, terminable
+
 SUFFIXES = (".mp4", ".gif")
 GIF_MAX_FPS = 50.0  # viewers show a frame for at least 0.02 s
 
+_MP4 = (
+    "-c:v", "libx264", "-pix_fmt", "yuv420p", "-crf", "20", "-preset", "veryfast", "-movflags", "+faststart",
+)  # fmt: skip
 # A GIF's palette depends on all frames; they are kept in a lossless file, not in memory.
 _LOSSLESS = ("-c:v", "libx264rgb", "-qp", "0", "-preset", "ultrafast")
 _PALETTE = "palettegen=stats_mode=diff"
@@ -35,7 +42,7 @@ class VideoWriter:
     fps: frames per second, at most 50 in a GIF
 
     Raises ValueError for a wrong file name extension, rate or frame, and OSError if the folder is missing
-    or not writable; nothing has been written then.
+    or not writable, the disk is full or the encoder fails; the target is then as it was.
     """
 
     def __init__(self, path: str | os.PathLike[str], fps: float) -> None:
@@ -44,8 +51,9 @@ class VideoWriter:
         self.frame_count = 0
         self._suffix = self.path.suffix.lower()
         self._shape: tuple[int, ...] | None = None
-        self._sink: Any = None
-        self._folder: tempfile.TemporaryDirectory[str] | None = None
+        self._encoder: _Encoder | None = None
+        self._folder = Path()  # of temporary files, while there is an encoder
+        self._cleanup = ExitStack()
         self._closed = False
         self._check_target()
 
@@ -55,27 +63,34 @@ class VideoWriter:
             raise ValueError(f"The video {self.path} is closed.")
         self._check_frame(frame)
         self._shape = frame.shape
-        if self._sink is None:
+        if self._encoder is None:
             with _interrupts_blocked():
-                self._open(frame.shape[1], frame.shape[0])
-                self._append(frame)
+                self._encoder = self._open(frame.shape[1], frame.shape[0])
+                self._append(self._encoder, frame)
         else:
-            self._append(frame)
+            self._append(self._encoder, frame)
         self.frame_count += 1
 
     def close(self) -> None:
-        """Finish the file; no file is made if no frame was written. A second call does nothing."""
+        """Finish the file; no file is made if no frame was written. A second call does nothing.
+
+        Raises:
+            OSError: the video could not be written; an old file is as it was.
+        """
         if self._closed:
             return
         self._closed = True
-        if self._sink is None or self._folder is None:
-            return
-        try:
-            self._sink.close()
-            if self.frame_count:
-                os.replace(self._finish(Path(self._folder.name)), self.path)
-        finally:
-            self._folder.cleanup()
+        with self._cleanup:
+            if self._encoder is not None and self.frame_count:
+                self._encoder.finish()
+                result = self._finished(self._folder)
+                _run_ffmpeg("-xerror", "-i", result, "-f", "null", "-")  # reads all of it
+                replace(result, checked_target(self.path))
+
+    def discard(self) -> None:
+        """Close the writer without a file; an old one is as it was."""
+        self._closed = True
+        self._cleanup.close()
 
     def __enter__(self) -> Self:
         return self
@@ -86,13 +101,17 @@ class VideoWriter:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        self.close()
+        if isinstance(error, SystemExit):
+            self.discard()
+        else:
+            self.close()
 
-    def _append(self, frame: NDArray[np.uint8]) -> None:
+    def _append(self, encoder: "_Encoder", frame: NDArray[np.uint8]) -> None:
         try:
-            self._sink.append_data(np.ascontiguousarray(frame))
-        except (OSError, RuntimeError) as error:
-            raise OSError(f"Writing the video {self.path} failed: {error}") from error
+            encoder.append(np.ascontiguousarray(frame))
+        except OSError:
+            self.discard()
+            raise
 
     def _check_target(self) -> None:
         if self._suffix not in SUFFIXES:
@@ -118,27 +137,18 @@ class VideoWriter:
         if self._suffix == ".mp4" and (array.shape[0] % 2 or array.shape[1] % 2):
             raise ValueError(f"MP4 needs even sizes, got {array.shape[1]} x {array.shape[0]} pixels.")
 
-    def _open(self, width: int, height: int) -> None:
-        prefix = f".{self.path.stem}-"
-        self._folder = tempfile.TemporaryDirectory(prefix=prefix, dir=self.path.parent)
-        if self._suffix == ".mp4":
-            self._sink = imageio.get_writer(
-                Path(self._folder.name) / "frames.mp4",
-                format="FFMPEG",
-                mode="I",
-                fps=self.fps,
-                codec="libx264",
-                quality=None,
-                pixelformat="yuv420p",
-                macro_block_size=2,  # the default of 16 silently resizes 84 x 84
-                output_params=["-crf", "20", "-preset", "veryfast", "-movflags", "+faststart"],
-            )
-        else:
-            target = Path(self._folder.name) / "frames.mkv"
-            self._sink = _LosslessSink(target, width, height, self.fps)
+    def _open(self, width: int, height: int) -> "_Encoder":
+        self._cleanup.enter_context(terminable())
+        target = checked_target(self.path)
+        self._folder = Path(tempfile.mkdtemp(prefix=f".{target.stem[:100]}-", dir=target.parent))
+        self._cleanup.callback(shutil.rmtree, self._folder, ignore_errors=True)
+        name, codec = ("frames.mp4", _MP4) if self._suffix == ".mp4" else ("frames.mkv", _LOSSLESS)
+        encoder = _Encoder(self._folder / name, width, height, self.fps, codec)
+        self._cleanup.callback(encoder.stop)  # before the folder is removed
+        return encoder
 
-    def _finish(self, folder: Path) -> Path:
-        """Encode the final file and return its path."""
+    def _finished(self, folder: Path) -> Path:
+        """Return the path of the final file, which for a GIF is made from the lossless one."""
         if self._suffix == ".mp4":
             return folder / "frames.mp4"
         frames, palette, result = (folder / name for name in ("frames.mkv", "p.png", "o.gif"))
@@ -152,7 +162,7 @@ def _interrupts_blocked() -> Iterator[None]:
     """Block SIGINT until the block is left, also for encoders that are started inside.
 
     Child processes inherit the signal mask. Without it, Ctrl-C would kill an encoder that has just
-    started (imageio also runs one to find it), and its frames would be lost.
+    started (imageio_ffmpeg also runs one to find it), and its frames would be lost.
     """
     if not hasattr(signal, "pthread_sigmask"):
         yield
@@ -164,26 +174,45 @@ def _interrupts_blocked() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-class _LosslessSink:
+class _Encoder:
     """An ffmpeg process that reads raw frames from its standard input."""
 
-    def __init__(self, target: Path, width: int, height: int, fps: float) -> None:
+    def __init__(self, target: Path, width: int, height: int, fps: float, codec: tuple[str, ...]) -> None:
         raw = ("-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", f"{fps}")
         self._process = subprocess.Popen(
-            _ffmpeg_command(*raw, "-i", "-", *_LOSSLESS, target),
+            _ffmpeg_command(*raw, "-i", "-", *codec, target),
             stdin=subprocess.PIPE,
+            stdout=subprocess.DEVNULL,
             stderr=subprocess.PIPE,
             start_new_session=True,  # Ctrl-C in the terminal must not end it before the last frame
         )
 
-    def append_data(self, frame: NDArray[np.uint8]) -> None:
+    def append(self, frame: NDArray[np.uint8]) -> None:
         assert self._process.stdin is not None
-        self._process.stdin.write(frame.data)
+        try:
+            self._process.stdin.write(frame.data)
+        except OSError as error:  # it has ended
+            self.finish()
+            raise OSError("ffmpeg ended early") from error
 
-    def close(self) -> None:
-        _, message = self._process.communicate()
-        if self._process.returncode:
-            raise OSError(f"ffmpeg failed: {message.decode(errors='replace').strip()}")
+    def finish(self) -> None:
+        """Wait until the file is complete; raises OSError where it is not."""
+        try:
+            _, message = self._process.communicate()
+        except BrokenPipeError:
+            message = self._process.stderr.read() if self._process.stderr else b""
+            self._process.wait()
+        _check(self._process.returncode, message)
+
+    def stop(self) -> None:
+        """End the process if it still runs."""
+        if self._process.poll() is None:
+            self._process.kill()
+        self._process.wait()
+        for pipe in (self._process.stdin, self._process.stderr):
+            if pipe is not None:
+                with suppress(OSError):  # frames that it has not read
+                    pipe.close()
 
 
 def _ffmpeg_command(*arguments: object) -> list[str]:
@@ -194,5 +223,15 @@ def _ffmpeg_command(*arguments: object) -> list[str]:
 def _run_ffmpeg(*arguments: object) -> None:
     command = _ffmpeg_command("-nostdin", *arguments)
     done = subprocess.run(command, capture_output=True, start_new_session=True, check=False)
-    if done.returncode:
-        raise OSError(f"ffmpeg failed: {done.stderr.decode(errors='replace').strip()}")
+    _check(done.returncode, done.stderr)
+
+
+def _check(code: int, message: bytes) -> None:
+    """Raise OSError with the cause if ffmpeg has failed or has complained."""
+    lines = message.decode(errors="replace").split("\n")
+    for number in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
+        if any(os.strerror(number) in line for line in lines):
+            raise OSError(number, os.strerror(number))
+    if code:
+        told = [line.strip() for line in lines if line.strip()]
+        raise OSError(f"ffmpeg failed: {told[-1] if told else f'exit code {code}'}")

@@ -11,12 +11,13 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
-from benchmarks.common.files import packed, read_json, replacing, unpacked, write_figure, write_json, write_text
+from benchmarks.common.files import packed, read_json, unpacked, write_figure, write_json
 from benchmarks.common.plots import plt
 from benchmarks.common.processes import run_python
 from benchmarks.common.stamp import describe, make_stamp
 from benchmarks.common.tables import Table
 from benchmarks.common.timing import call_time, cpu_time, median_ratio
+from gsenv.files import replacing, write_text
 
 
 def write_a_figure(path: Path) -> None:

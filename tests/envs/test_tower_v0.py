@@ -311,7 +311,7 @@ def test_pixels_are_mirrored() -> None:
         ({"fidelity": "best"}, "fidelity must be one of"),
         ({"randomize": {"wind": (0, 1)}}, "unknown quantity 'wind'"),
         ({"reward_weights": {"joy": 1.0}}, "unknown term 'joy'"),
-        ({"width": 100}, "width must be a positive multiple of 16"),
+        ({"width": 100_000}, "width must be 16 to 8192 px or None"),
     ],
 )
 def test_bad_arguments(kwargs: dict[str, Any], message: str) -> None:

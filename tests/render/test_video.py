@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from gsenv.render import video as video_module
 from gsenv.render.video import VideoWriter
 from tests.processes import hear_interrupts
 
@@ -118,6 +119,78 @@ def test_ctrl_c_in_a_terminal_leaves_a_usable_file(tmp_path: Path, name: str) ->
     assert process.returncode != 0
     assert len(read(path)) > 30
     assert entries(tmp_path) == {name}
+
+
+OLD = b"old"
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals")
+@pytest.mark.parametrize("name", ["a.mp4", "a.gif"])
+def test_sigterm_leaves_the_old_file_and_nothing_else(tmp_path: Path, name: str) -> None:
+    path = tmp_path / name
+    path.write_bytes(OLD)
+    process = subprocess.Popen([sys.executable, "-c", INTERRUPTED, str(path)], stdout=subprocess.PIPE)
+    assert process.stdout is not None
+    assert process.stdout.readline() == b"ready\n"
+    assert len(entries(tmp_path)) == 2
+    process.terminate()
+    process.communicate(timeout=60)
+    assert process.returncode == 128 + signal.SIGTERM
+    assert path.read_bytes() == OLD
+    assert entries(tmp_path) == {name}
+
+
+NOISE = """
+import resource, sys
+import numpy as np
+from gsenv.render.video import VideoWriter
+generator = np.random.default_rng(0)
+frames = generator.integers(0, 255, (int(sys.argv[2]), 96, 96, 3), np.uint8)
+resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[3]),) * 2)
+try:
+    with VideoWriter(sys.argv[1], 25) as video:
+        for frame in frames:
+            video.write(frame)
+except OSError as error:
+    print(error)
+"""
+
+
+@pytest.mark.skipif(os.name != "posix", reason="limits of file sizes")
+@pytest.mark.parametrize("name", ["a.mp4", "a.gif"])
+@pytest.mark.parametrize(("count", "limit"), [(4, 3_000), (200, 30_000), (200, 400_000)])
+def test_a_full_disk_leaves_the_old_file_and_nothing_else(tmp_path: Path, name: str, count: int, limit: int) -> None:
+    """While frames are written, or at the end: a limit on the size of files stands in for it."""
+    path = tmp_path / name
+    path.write_bytes(OLD)
+    command = [sys.executable, "-c", NOISE, str(path), str(count), str(limit)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.stdout.startswith(("ffmpeg failed: ", "[Errno")), done
+    assert done.stdout.count("\n") == 1
+    assert not done.stderr
+    assert path.read_bytes() == OLD
+    assert entries(tmp_path) == {name}
+
+
+def test_a_video_that_cannot_be_read_back_is_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also where the encoder has reported success."""
+    path = tmp_path / "a.mp4"
+    path.write_bytes(OLD)
+    finish = video_module._Encoder.finish
+
+    def truncate(encoder: video_module._Encoder) -> None:
+        finish(encoder)
+        (file,) = tmp_path.glob(".a-*/frames.mp4")
+        os.truncate(file, file.stat().st_size // 2)
+
+    monkeypatch.setattr(video_module._Encoder, "finish", truncate)
+    video = VideoWriter(path, 25)
+    for k in range(7):
+        video.write(frame(k))
+    with pytest.raises(OSError, match="ffmpeg failed"):
+        video.close()
+    assert path.read_bytes() == OLD
+    assert entries(tmp_path) == {"a.mp4"}
 
 
 def test_no_frames_no_file(tmp_path: Path) -> None:

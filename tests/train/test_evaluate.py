@@ -56,7 +56,10 @@ def test_evaluates_episodes_that_training_never_sees() -> None:
 
 
 def test_time_limits_end_episodes() -> None:
-    result = evaluate(still(), "GStack-v0", 2)
+    ended: list[int] = []
+    result = evaluate(still(), "GStack-v0", 2, on_episodes=ended.append)
+    assert ended == sorted(ended)
+    assert ended[-1] == 2
     assert result.mean_length == 600
     assert result.success_rate == 0.0
 

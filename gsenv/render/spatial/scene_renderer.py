@@ -6,7 +6,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gsenv.render.growing_box import GrowingBox
 from gsenv.render.hud import draw_hud
+from gsenv.render.sizes import check_size
 from gsenv.render.spatial.camera import SpatialCamera
 from gsenv.render.spatial.links import with_lines, with_links
 from gsenv.render.spatial.primitives import BOX, HEIGHTFIELD, HULL, PLANE, Primitives, read_meshes
@@ -29,10 +31,10 @@ class SpatialRenderer:
 
     world: the World to show
     width, height: px
-    camera: None fits the moving bodies in the first picture
+    camera: None fits the moving bodies in the first picture, and widens the view by up to four times where they leave
     quality: "high" for videos, "fast" for pixel observations; see PrimitiveRenderer
 
-    Raises ValueError for a 2D World, a size below 1 px or an unknown quality.
+    Raises ValueError for a 2D World, a size that is not 1 to 8192 px or an unknown quality.
     """
 
     def __init__(
@@ -45,8 +47,11 @@ class SpatialRenderer:
         *,
         style: Style = DEFAULT_STYLE,
     ) -> None:
+        check_size(width, height)
         self.world = world
         self.camera = camera
+        self._fitted: SpatialCamera | None = None  # the camera that was made here, if any
+        self._shown: GrowingBox | None = None
         self._renderer = PrimitiveRenderer(width, height, quality, style)
         self._table = read_table(world)
         self._links = read_link_table(world)
@@ -71,14 +76,24 @@ class SpatialRenderer:
         primitives = read_primitives(self.world, world_index, self._table)
         vertices = read_vertices(self.world, world_index)
         if camera is None:
-            if self.camera is None:
-                lower, upper = find_bounds(primitives, vertices, self._table)
-                self.camera = SpatialCamera.look_at_bounds(lower, upper, self.width, self.height)
-            camera = self.camera
+            camera = self._aim(primitives, vertices)
         primitives = with_links(primitives, self._links, read_links(self.world, world_index, self._links))
         if lines is not None:
             primitives = with_lines(primitives, lines)
         return self._renderer.draw(camera, primitives, vertices)
+
+    def _aim(self, primitives: Primitives, vertices: NDArray[np.void] | None) -> SpatialCamera:
+        """Return the renderer's camera; without one, fit the moving bodies, and widen the view where they leave it."""
+        if self.camera is not None and self.camera is not self._fitted:
+            return self.camera
+        lower, upper = find_bounds(primitives, vertices, self._table)
+        if self.camera is None or self._shown is None:
+            self._shown = GrowingBox(lower, upper)
+        elif not self._shown.include(lower, upper):
+            return self.camera
+        self._fitted = SpatialCamera.look_at_bounds(self._shown.low, self._shown.high, self.width, self.height)
+        self.camera = self._fitted
+        return self._fitted
 
     def render(
         self, world_index: int = 0, hud: Sequence[str] = (), lines: FloatArray | None = None

@@ -12,7 +12,8 @@ from ..records.state import State
 from ..specification import check
 from ..specification.handles import Reference, find
 from .joint_poses import Move, bodies_beyond, move_bodies
-from .parameters import Parameters
+from .one_thread import OneThread
+from .parameters import Parameters, of_world
 
 
 class Actions:
@@ -23,10 +24,12 @@ class Actions:
     state: State
     world_count: int
     _dimension: Dimension
+    _use: OneThread
 
     def _joint(self, joint: Reference, where: str) -> int:
         return find(joint, "joint", self.model.joint_names, where)
 
+    @of_world
     def apply_force(
         self,
         body: Reference,
@@ -46,7 +49,7 @@ class Actions:
         """
         b = find(body, "body", self.model.body_names, "apply_force")
         where = f"apply_force on body {self.model.body_names[b]!r}"
-        chosen = check.worlds(worlds, self.world_count)
+        chosen = check.worlds(worlds, self.world_count, f"{where}: worlds")
         n = len(chosen)
         dim = self.model.dim
         if force is None and (torque is None or point is not None):
@@ -61,11 +64,12 @@ class Actions:
                 turn = arm[:, 0] * f[:, 1] - arm[:, 1] * f[:, 0] if dim == 2 else np.cross(arm, f)
                 t += turn.reshape(n, -1)
             total = self.state.bodies["force"][chosen, b] + np.concatenate([f, t], 1)
-        if not np.isfinite(total).all():
-            raise ValueError(f"{where}: the sum of forces must be finite.")
+        if not (np.abs(total) <= check.LARGEST).all():
+            raise ValueError(f"{where}: the sum of forces and torques must not exceed {check.LARGEST:g}.")
         self.state.bodies["force"][chosen, b] = total
         self._wake(chosen, b)
 
+    @of_world
     def set_pose(
         self,
         body: Reference,
@@ -85,7 +89,7 @@ class Actions:
         """
         b = find(body, "body", self.model.body_names, "set_pose")
         where = f"set_pose of body {self.model.body_names[b]!r}"
-        chosen = check.worlds(worlds, self.world_count)
+        chosen = check.worlds(worlds, self.world_count, f"{where}: worlds")
         shape = (len(chosen), self.model.dim)
         place = None if position is None else check.vectors(position, shape, f"{where}: position")
         turn = self._rotation(angle, orientation, len(chosen), where)
@@ -121,6 +125,7 @@ class Actions:
             raise ValueError(f"{where}: orientation must be a quaternion other than zero.")
         return turn
 
+    @of_world
     def set_velocity(self, body: Reference, *, linear: Any = None, angular: Any = None, worlds: Any = None) -> None:
         """Set the velocity of a body; what is not given does not change.
 
@@ -133,7 +138,7 @@ class Actions:
         where = f"set_velocity of body {self.model.body_names[b]!r}"
         if self.model.bodies["kind"][b] == 0:
             raise ValueError(f"{where}: it is static.")
-        chosen = check.worlds(worlds, self.world_count)
+        chosen = check.worlds(worlds, self.world_count, f"{where}: worlds")
         n = len(chosen)
         dim = self.model.dim
         v = None if linear is None else check.vectors(linear, (n, dim), f"{where}: linear")
@@ -144,6 +149,7 @@ class Actions:
             self.state.bodies["velocity"][chosen, b, dim:] = w.reshape(n, -1)
         self._wake(chosen, b)
 
+    @of_world
     def set_motor(self, joint: Reference, *, speed: Any = None, rest: Any = None, worlds: Any = None) -> None:
         """Set the set point of a joint's motor or spring; one number or (chosen world,).
 
@@ -154,7 +160,7 @@ class Actions:
         """
         j = self._joint(joint, "set_motor")
         where = f"set_motor of joint {self.model.joint_names[j]!r}"
-        chosen = check.worlds(worlds, self.world_count)
+        chosen = check.worlds(worlds, self.world_count, f"{where}: worlds")
         checked = {
             name: check.values(value, (len(chosen),), f"{where}: {word}")
             for name, word, value in (("motor_speed", "speed", speed), ("rest", "rest", rest))
@@ -169,6 +175,7 @@ class Actions:
             self.state.joints[name][chosen, j] = values
         self._wake(chosen)
 
+    @of_world
     def set_joint(self, joint: Reference, *, coordinate: Any = None, rate: Any = None, worlds: Any = None) -> None:
         """Set the coordinate of a joint, its rate or both; all bodies beyond the joint move with it.
 
@@ -186,7 +193,7 @@ class Actions:
         """
         j = self._joint(joint, "set_joint")
         where = f"set_joint of joint {self.model.joint_names[j]!r}"
-        chosen = check.worlds(worlds, self.world_count)
+        chosen = check.worlds(worlds, self.world_count, f"{where}: worlds")
         given = {
             word: check.values(value, (len(chosen),), f"{where}: {word}")
             for word, value in (("coordinate", coordinate), ("rate", rate))
@@ -205,6 +212,7 @@ class Actions:
             move_bodies(self._dimension, self.model, self.parameters, self.state, move)
         self._wake(chosen)
 
+    @of_world
     def set_target(
         self,
         joint: Reference,
@@ -229,7 +237,7 @@ class Actions:
         where = f"set_target of joint {self.model.joint_names[j]!r}"
         if self.model.joints["kind"][j] != JointKind["TARGET"]:
             raise ValueError(f"{where}: it is not a target joint.")
-        chosen = check.worlds(worlds, self.world_count)
+        chosen = check.worlds(worlds, self.world_count, f"{where}: worlds")
         n, dim = len(chosen), self.model.dim
         place = None if position is None else check.vectors(position, (n, dim), f"{where}: position")
         turn = self._rotation(angle, orientation, n, where)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ..records.options import OPTIONS_DTYPE, SOLVERS
 from ..specification import check
 
-MAX_HALVINGS = 16
+MOST = {"substeps": 1000, "max_substeps": 1000, "sweeps": 100_000, "halvings": 16, "position_sweeps": 100_000}
 
 
 @dataclass(frozen=True)
@@ -75,12 +75,9 @@ class Options:
             check.not_negative(getattr(self, name), f"Options: {name}")
         if self.correction_rate > 1.0:
             raise ValueError(f"Options: correction_rate must not exceed 1, got {self.correction_rate!r}.")
-        for name in ("substeps", "max_substeps", "sweeps"):
-            check.whole(getattr(self, name), 1, f"Options: {name}")
-        for name in ("halvings", "position_sweeps"):
-            check.whole(getattr(self, name), 0, f"Options: {name}")
-        if self.halvings > MAX_HALVINGS:
-            raise ValueError(f"Options: halvings must not exceed {MAX_HALVINGS}, got {self.halvings!r}.")
+        for name, most in MOST.items():
+            least = 0 if name in ("halvings", "position_sweeps") else 1
+            check.whole(getattr(self, name), least, f"Options: {name}", most)
         for name in ("warm_start", "sleep", "articulated"):
             check.flag(getattr(self, name), f"Options: {name}")
         if not isinstance(self.solver, str) or self.solver not in SOLVERS:

@@ -21,6 +21,9 @@ from ..specification.handles import Handle, Reference, find
 from ..specification.joint_base import SERVO
 from ..specification.joints import JOINT_TYPES
 from ..specification.solids import size_fields, solids
+from .one_thread import OneThread, one_thread
+
+of_world = one_thread("World")
 
 BODY_FIELDS = ("mass", "inertia", "linear_damping", "angular_damping", "gravity_scale", "enabled")
 OF_RANGES = frozenset(("mass", "density", "half_extents", "radius", "half_length"))  # of masses and sizes
@@ -46,9 +49,14 @@ class Parameters(ParameterArrays):
     """
 
     def __init__(
-        self, model: Model, world_count: int, on_change: Callable[[Array, Iterable[str]], None] | None = None
+        self,
+        model: Model,
+        world_count: int,
+        on_change: Callable[[Array, Iterable[str]], None] | None = None,
+        use: OneThread | None = None,
     ) -> None:
         super().__init__(model, world_count)
+        self._use = use or OneThread()
         self._dimension = dimension(model.dim)
         self._on_change = on_change  # called with the worlds and the names of the fields
 
@@ -72,6 +80,7 @@ class Parameters(ParameterArrays):
             return _frozen(self.worlds["gravity"])
         raise AttributeError(f"Parameters has no field {name!r}.")
 
+    @of_world
     def set(self, item: Reference | None = None, *, worlds: Any = None, **fields: Any) -> None:
         """Set fields of a body (with all its shapes), of a shape, of a joint or of the world, in chosen worlds.
 
@@ -100,7 +109,7 @@ class Parameters(ParameterArrays):
         Raises:
             ValueError: an unknown item or field, a NaN, or a value out of its range; nothing is changed.
         """
-        chosen = check.worlds(worlds, len(self.worlds))
+        chosen = check.worlds(worlds, len(self.worlds), "parameters: worlds")
         if not fields:
             raise ValueError("parameters: set needs at least one field, such as friction=0.5.")
         if item is None:
@@ -137,7 +146,7 @@ class Parameters(ParameterArrays):
         for name, value in fields.items():
             check.choice(name, self._body_fields, f"{where}: field")
             shape = self._field_shape(name, len(chosen))
-            checker = check.vectors if len(shape) > 1 else check.values
+            checker = check.flags if name == "enabled" else check.vectors if len(shape) > 1 else check.values
             checked[name] = _in_range(name, checker(value, shape, f"{where}: {name}"), where)
         if self._model.dim == 3 and "inertia" in checked:
             for moments in checked["inertia"]:
@@ -193,7 +202,8 @@ class Parameters(ParameterArrays):
         for name, value in fields.items():
             check.choice(name, known, f"{where}: field")
             if name != "vertices":
-                checked[name] = _in_range(name, check.values(value, (len(chosen),), f"{where}: {name}"), where)
+                checker = check.flags if name == "enabled" else check.values
+                checked[name] = _in_range(name, checker(value, (len(chosen),), f"{where}: {name}"), where)
         if "vertices" in fields:
             self._set_vertices(index, chosen, fields["vertices"], where)
         for name, values in checked.items():
@@ -258,7 +268,7 @@ class Parameters(ParameterArrays):
             if len(rows) == 1 and name in ROW_FIELDS and np.ndim(value) == 1:
                 value = np.reshape(value, (-1, 1))  # one for each world
             shape = (len(chosen), len(rows)) if len(rows) and name in ROW_FIELDS else (len(chosen),)
-            checker = check.bounds if name in UNBOUNDED else check.values
+            checker = check.flags if name == "enabled" else check.bounds if name in UNBOUNDED else check.values
             checked[name] = _in_range(name, checker(value, shape, f"{where}: {name}"), where)
         if model["kind"] == kinds["TARGET"] and (checked.get("frequency", np.ones(1)) == 0.0).any():
             raise ValueError(f"{where}: frequency must be positive, got 0.0.")
@@ -339,6 +349,8 @@ def _in_range(name: str, values: Array, where: str) -> Array:
     free = ("gravity_scale", "enabled", "lower", "upper", "bias")
     if name in positive and (values <= 0.0).any():
         raise ValueError(f"{where}: {name} must be positive, got {float(values.min())!r}.")
+    if name in positive and (values < check.SMALLEST).any():
+        raise ValueError(f"{where}: {name} must be at least {check.SMALLEST:g}, got {float(values.min())!r}.")
     if name not in free and (values < 0.0).any():
         raise ValueError(f"{where}: {name} must not be negative, got {float(values.min())!r}.")
     if name.endswith("restitution") and (values > 1.0).any():

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from functools import partial
+from threading import get_ident
+from time import perf_counter
 from typing import Any
 
 import numpy as np
@@ -28,10 +30,15 @@ from ..specification.handles import Reference, find
 from ..specification.scene import Scene
 from . import threads
 from .actions import Actions
+from .interrupts import FEW_STEPS, Interrupts, Pace
+from .one_thread import OneThread
 from .options import Options
-from .parameters import OF_RANGES, Parameters
+from .parameters import OF_RANGES, Parameters, of_world
 from .ranges import RangeWarnings
 from .rays import checked_rays
+
+MOST_WORLDS = 2**31 - 1
+MOST_STEPS = 2**53  # of a call; more take longer than the age of the universe
 
 _Call = tuple[Callable[..., tuple[int, int]], Bundle, int, int]  # the kernel and its arguments except the count
 
@@ -53,6 +60,7 @@ class World(Actions):
 
     Raises:
         ValueError: bad arguments of any method, in one sentence; nothing is changed then.
+        RuntimeError: another thread is in a method of this World; nothing is changed then.
     """
 
     def __init__(
@@ -65,23 +73,25 @@ class World(Actions):
     ) -> None:
         if options is not None and fidelity is not None:
             raise ValueError("World: give options or a fidelity, not both; Options.preset has both.")
-        self.world_count = check.whole(world_count, 1, "World: world_count")
+        self.world_count = check.whole(world_count, 1, "World: world_count", MOST_WORLDS)
         self.threads = min(check.whole(threads, 1, "World: threads"), self.world_count)
         if not isinstance(scene, (Scene, Model)):
             raise ValueError(f"World needs a Scene or a Model, got {scene!r}.")
         self.model = scene.compile() if isinstance(scene, Scene) else scene
         self._dimension = dimension(self.model.dim)
         self._variant = kernel_variant_of(self.model)
-        self.parameters = Parameters(self.model, self.world_count, self._changed)
+        self._use = OneThread()
+        self.parameters = Parameters(self.model, self.world_count, self._changed, self._use)
         capacity = first_contact_capacity(self.model)
         self.state = State(self.model, self.world_count, capacity)
         self._ranges = RangeWarnings()
-        self._set_options(Options.preset(fidelity or "balanced") if options is None else options)
+        self._set_options(Options.preset("balanced" if fidelity is None else fidelity) if options is None else options)
         self._scratches: list[Scratch] = []
         self._overlaps: Overlaps | None = None  # made when first read
         self._ranges.check_timestep(self.timestep, 1)
         self._ranges.check_bodies(self.model, self.model.nominal_bodies[None], 1)
         self._until = np.zeros(self.world_count, np.int64)
+        self._pace = Pace(-(-self.world_count // self.threads) * len(self.model.bodies))
         self._restitution = False  # what the prepared calls were compiled for
         self._articulated = False
 
@@ -93,9 +103,10 @@ class World(Actions):
         return self._options
 
     @options.setter
+    @of_world
     def options(self, options: Options) -> None:
         self._set_options(options)
-        self._ranges.check_timestep(self.timestep, 1)
+        self._ranges.check_timestep(self.timestep, 2)  # of_world lies between
 
     def _set_options(self, options: Options) -> None:
         if not isinstance(options, Options):
@@ -113,6 +124,7 @@ class World(Actions):
         return self.state.control
 
     @control.setter
+    @of_world
     def control(self, values: Any) -> None:
         self.state.control[:] = check.values(values, self.state.control.shape, "World: control")
 
@@ -124,11 +136,29 @@ class World(Actions):
     def step(self, count: int = 1) -> None:
         """Advance all worlds by ``count`` timesteps.
 
+        Ctrl-C ends a long call within 0.2 s, or after the present step if that takes longer; all worlds have then
+        taken the same number of steps, and continue as if the call had been for that number.
+
         Raises:
             ValueError: a control is NaN or infinite, or a bad count; no world has been stepped.
             MemoryError: the contacts of a step do not fit into memory.
         """
-        count = check.whole(count, 0, "step: count")
+        use = self._use  # as of_world does, which takes a tenth of the time of a small world's step
+        try:
+            use.free.pop()
+        except IndexError:
+            use.check_owner("World", "step")
+            self._step(count)
+            return
+        use.owner = get_ident()
+        try:
+            self._step(count)
+        finally:
+            use.owner = 0
+            use.free.append(True)
+
+    def _step(self, count: int) -> None:
+        count = check.whole(count, 0, "step: count", MOST_STEPS)
         if not self.model.updates:
             self._advance(count)
             return
@@ -153,41 +183,66 @@ class World(Actions):
             self.parameters.write_rows(rows, values)
 
     def _advance(self, count: int) -> None:
-        """Take ``count`` steps; where a sensor needs it, keep the motion over the last one."""
-        if self.state.motions is None or count == 0:
-            self._take_steps(count)
-            return
-        if count > 1:
-            self._take_steps(count - 1)
-        start = self.state.bodies.copy()
-        self._take_steps(1)
-        self.state.keep_motion(start)
+        """Take ``count`` steps."""
+        calls = self._calls or self._prepare_calls()
+        at_once = count == 1 or (0 < count <= FEW_STEPS and count <= self._pace.steps)
+        if at_once and len(calls) == 1 and self.state.motions is None:
+            step, world, first, last = calls[0]
+            result = step(world, first, last, count)
+            if result[0] != OK:
+                with Interrupts():
+                    self._continue([result])
+        elif count:
+            self._take_blocks(count)
+        else:
+            self._check_control()
+
+    def _take_blocks(self, count: int) -> None:
+        """Take ``count`` steps in blocks, between which Ctrl-C takes effect.
+
+        Where a sensor needs the motion over the last step, the last one is a block of its own.
+        """
+        keeps_motion = self.state.motions is not None
+        with Interrupts() as interrupts:
+            while count > 0:
+                last = keeps_motion and (count == 1 or interrupts.pending)
+                steps = 1 if last else min(count - keeps_motion, self._pace.steps)
+                start = self.state.bodies.copy() if last else None
+                began = perf_counter()
+                self._take_steps(steps)
+                self._pace.measured(steps, perf_counter() - began)
+                count -= steps
+                if start is not None:
+                    self.state.keep_motion(start)
+                if last or not keeps_motion:
+                    interrupts.deliver()
 
     def _take_steps(self, count: int) -> None:
-        calls = self._calls or self._prepare_calls()
-        while True:
-            if len(calls) == 1:
-                step, world, first, last = calls[0]
-                result = step(world, first, last, count)
-                if result[0] == OK:
-                    return
-                results = [result]
-            else:
-                results = threads.run([partial(step, *arguments, count) for step, *arguments in calls])
-                if all(status == OK for status, _ in results):
-                    return
+        """Take ``count`` steps at once."""
+        results = self._run(count)
+        if any(status != OK for status, _ in results):
+            self._continue(results)
+
+    def _continue(self, results: list[tuple[int, int]]) -> None:
+        """Take the rest of the steps after a buffer was too small, or raise ValueError for a bad control."""
+        while any(status != OK for status, _ in results):
             if any(status == BAD_CONTROL for status, _ in results):
                 self._check_control()
             self._grow(results)
-            calls = self._prepare_calls()
-            count = -1  # continue
+            self._calls = []  # they hold the old buffers
+            results = self._run(-1)
+
+    def _run(self, count: int) -> list[tuple[int, int]]:
+        """Call the kernel for each thread; -1: continue with the steps of the last call."""
+        calls = self._calls or self._prepare_calls()
+        return threads.run([partial(step, *arguments, count) for step, *arguments in calls])
 
     def _prepare_calls(self) -> list[_Call]:
         """Return the kernel and its arguments for each thread, which steps a range of worlds."""
         parts = threads.ranges(self.world_count, self.threads)
         while len(self._scratches) < len(parts):
             self._scratches.append(Scratch(self.model, self._variant, self.state.contacts.shape[1]))
-        self._calls = []
+        calls: list[_Call] = []
         self._restitution = has_restitution(self._variant, self.parameters)
         self._articulated = self._in_joint_coordinates()
         for (first, last), scratch in zip(parts, self._scratches, strict=False):
@@ -206,8 +261,9 @@ class World(Actions):
             kind = world.numba_type
             if kind not in self._entries:
                 self._entries[kind] = entry(step_worlds, world, first, last, 0)
-            self._calls.append((self._entries[kind], world, first, last))
-        return self._calls
+            calls.append((self._entries[kind], world, first, last))
+        self._calls = calls
+        return calls
 
     def __getstate__(self) -> dict[str, Any]:
         return {
@@ -227,15 +283,15 @@ class World(Actions):
             self._grow_contacts(contacts + contacts // 2)
 
     def _grow_contacts(self, capacity: int) -> None:
-        self.state.grow_contacts(capacity)
+        self._calls = []
         for scratch in self._scratches:
             scratch.grow_contacts(capacity)
-        self._calls = []
+        self.state.grow_contacts(capacity)
 
     def _changed(self, chosen: Array, fields: Iterable[str]) -> None:
         """Wake worlds in which these fields of the parameters have changed, and warn of masses and sizes."""
         if not OF_RANGES.isdisjoint(fields):
-            self._ranges.check_bodies(self.model, self.parameters.bodies[chosen], 2)
+            self._ranges.check_bodies(self.model, self.parameters.bodies[chosen], 3)
         self._wake(chosen)
         self._choose_kernel()
 
@@ -251,6 +307,7 @@ class World(Actions):
         """Whether the kernel has the code for joint coordinates."""
         return self._options.articulated and self.model.has_trees and self._options.solver != "soft"
 
+    @of_world
     def reset(self, worlds: Any = None, *, parameters: bool = True) -> None:
         """Set the chosen worlds to the initial state.
 
@@ -267,6 +324,7 @@ class World(Actions):
     # ------------------------------------------------------------- reading
 
     @property
+    @of_world
     def position(self) -> Array:
         """(world, body, dim) m, origins of the bodies' own frames; a copy, as are all readings."""
         bodies = self.state.bodies
@@ -274,11 +332,13 @@ class World(Actions):
         return np.asarray(bodies["position"] - turned)
 
     @property
+    @of_world
     def center_of_mass(self) -> Array:
         """(world, body, dim) m, centres of mass."""
         return self.state.bodies["position"].copy()
 
     @property
+    @of_world
     def angle(self) -> Array:
         """(world, body) rad, not wrapped; in 2D."""
         if self.model.dim == 3:
@@ -286,6 +346,7 @@ class World(Actions):
         return self.state.bodies["angle"].copy()
 
     @property
+    @of_world
     def orientation(self) -> Array:
         """(world, body, 4) unit quaternions (w, x, y, z); in 3D."""
         if self.model.dim == 2:
@@ -293,42 +354,50 @@ class World(Actions):
         return self.state.bodies["rotation"].copy()
 
     @property
+    @of_world
     def linear_velocity(self) -> Array:
         """(world, body, dim) m/s, of the centres of mass."""
         return self.state.bodies["velocity"][..., : self.model.dim].copy()
 
     @property
+    @of_world
     def angular_velocity(self) -> Array:
         """(world, body) rad/s; in 3D (world, body, 3), in the world's axes."""
         velocity = self.state.bodies["velocity"]
         return (velocity[..., 2] if self.model.dim == 2 else velocity[..., 3:]).copy()
 
     @property
+    @of_world
     def asleep(self) -> Array:
         """(world, body) bool, whether each body sleeps."""
         return self.state.bodies["asleep"] != 0
 
     @property
+    @of_world
     def time(self) -> Array:
         """(world,) s, number of steps since the last reset times the present timestep."""
         return self.state.worlds["step"] * self._options.timestep
 
+    @of_world
     def contacts(self, world: int = 0) -> Contacts:
         """Return the contacts of a world's last step; see Contacts."""
         index = check.worlds(check.whole(world, 0, "contacts: world"), self.world_count, "contacts: world")[0]
         return contacts_of(self.state, index)
 
+    @of_world
     def diagnostics(self) -> Diagnostics:
         """Return errors, energies and counters of the last step; see Diagnostics."""
         if self._overlaps is None:
             self._overlaps = Overlaps(self.model, self.parameters, self.state)
         return diagnose(self.model, self.parameters, self.state, self._overlaps)
 
+    @of_world
     def sensor(self, sensor: Reference) -> Array:
         """Return the reading (world, number) of a sensor; see Scene.add_sensor."""
         index = find(sensor, "sensor", self.model.sensor_names, "sensor")
         return self._read_sensors(index, index + 1)
 
+    @of_world
     def sensors(self) -> Array:
         """Return the readings (world, number) of all sensors in columns, which Model.sensor_slices gives."""
         return self._read_sensors(0, len(self.model.sensors))
@@ -336,6 +405,7 @@ class World(Actions):
     def _read_sensors(self, first: int, last: int) -> Array:
         return read_sensors(self.model, self.parameters, self.state, self.timestep, first, last)
 
+    @of_world
     def cast_rays(
         self,
         origin: Any,
@@ -374,6 +444,7 @@ class World(Actions):
             threads.run([partial(made.cast, bits, carrier, first, last) for first, last in parts])
         return made.hits()
 
+    @of_world
     def joint_coordinate(self, joint: Reference) -> Array:
         """Return the coordinate (world,): rad since the initial pose (revolute, hinge), m along the axis (prismatic,
         slider, wheel), m between the anchors (distance), or the error of a gear. Coordinates of a joint with several
@@ -385,11 +456,13 @@ class World(Actions):
         j = self._joint(joint, "joint_coordinate")
         return np.asarray(self._dimension.joint_readings.coordinate(self.model, self.parameters, self.state, j))
 
+    @of_world
     def joint_rate(self, joint: Reference) -> Array:
         """Return the rate of change of the coordinate (world,), rad/s or m/s."""
         j = self._joint(joint, "joint_rate")
         return np.asarray(self._dimension.joint_readings.rate(self.model, self.parameters, self.state, j))
 
+    @of_world
     def joint_reaction(self, joint: Reference) -> Array:
         """Return (world, ndof) the mean force in N and torque in N m on body_b at its anchor in the last step,
         motors, springs and limits included; of a 3D joint with several coordinates with those of all."""
@@ -400,11 +473,13 @@ class World(Actions):
 
     # ------------------------------------------------------------- snapshots
 
+    @of_world
     def save(self, worlds: Any = None) -> Snapshot:
         """Return a bit-exact copy of the chosen worlds' State and Parameters, which can be pickled."""
-        chosen = check.worlds(worlds, self.world_count)
+        chosen = check.worlds(worlds, self.world_count, "save: worlds")
         return take_snapshot(self.model, self.parameters, self.state, chosen)
 
+    @of_world
     def restore(self, snapshot: Snapshot, worlds: Any = None) -> None:
         """Copy saved worlds to the chosen ones, or one saved world to all of them.
 
@@ -413,7 +488,7 @@ class World(Actions):
         """
         if not isinstance(snapshot, Snapshot):
             raise ValueError(f"restore needs a snapshot from save(), got {type(snapshot).__name__}.")
-        chosen = check.worlds(worlds, self.world_count)
+        chosen = check.worlds(worlds, self.world_count, "restore: worlds")
         snapshot.check(self.model, len(chosen))
         if snapshot.contact_capacity > self.state.contacts.shape[1]:
             self._grow_contacts(snapshot.contact_capacity)

@@ -209,8 +209,9 @@ def _first_axis(turns: list[Axis | None]) -> int:
 def _add_ball(spec: JointSpec, joint: Ball, what: str) -> None:
     if joint.limits is not None:
         raise ValueError(f"{what}: a ball has no limits; give cone, twist or angle.")
-    soft = {name: getattr(joint, name) for name in ("limit_restitution", "limit_frequency", "limit_damping_ratio")}
-    if joint.cone is not None or joint.twist is not None:
+    names = ("limit_restitution", "limit_frequency", "limit_damping_ratio")
+    soft = {name: check.not_negative(getattr(joint, name), f"{what}: {name}") for name in names}
+    if joint.axis is not None or joint.cone is not None or joint.twist is not None:
         spec.orientation = _frame(unit(joint.axis, 3, f"{what}: axis, which cone and twist need,"), 2)
     if joint.cone is not None:
         _part(spec, "swing", SWING, Axis(limits=(-np.inf, _below_pi(joint.cone, f"{what}: cone")), **soft))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
@@ -44,10 +45,16 @@ def inertia(value: Any, dim: int, what: str) -> Any:
 
 
 def color(value: Any, what: str) -> tuple[int, int, int]:
-    channels = [int(x) for x in check.vector(value, 3, what)]
-    if min(channels) < 0 or max(channels) > 255:
-        raise ValueError(f"{what} must be three numbers from 0 to 255, got {value!r}.")
-    return channels[0], channels[1], channels[2]
+    message = f"{what} must be three whole numbers from 0 to 255, got {value!r}."
+    try:
+        given = check.vector(value, 3, what)
+    except ValueError:
+        raise ValueError(message) from None
+    red, green, blue = (int(x) for x in given)
+    fractions = any(isinstance(x, (float, np.floating)) for x in value) and 0.0 < given.max() <= 1.0
+    if fractions or given.min() < 0.0 or given.max() > 255.0 or (given != (red, green, blue)).any():
+        raise ValueError(message)
+    return red, green, blue
 
 
 def check_body(spec: BodySpec) -> None:
@@ -59,8 +66,9 @@ def check_body(spec: BodySpec) -> None:
             raise ValueError(f"{what}: {_not_a_shape(shape, spec.dim)}.")
         try:
             modules.shapes.validate(shape, spec.dim)
-        except ValueError as error:
+        except (TypeError, ValueError, OverflowError) as error:
             raise ValueError(f"{what}: {error}.") from None
+        _check_range(shape, what)
         if not shape.solid and spec.kind == BodyKind.DYNAMIC:
             name = type(shape).__name__
             raise ValueError(f"{what}: a {name} belongs on a static or kinematic body.")
@@ -72,6 +80,22 @@ def check_body(spec: BodySpec) -> None:
         raise ValueError(f"{what} is dynamic and needs a mass or a shape with density.")
     if not has_inertia(spec):
         raise ValueError(f"{what} is dynamic and needs an inertia or a shape with density.")
+
+
+def _check_range(shape: Any, what: str) -> None:
+    """Raise ValueError for a number of a shape whose powers, such as the inertia, would overflow or vanish."""
+    for name in (field.name for field in fields(shape)):
+        value = getattr(shape, name)
+        if name in ("name", "sensor"):
+            continue
+        if name == "closed":
+            check.flag(value, f"{what}: {type(shape).__name__} closed")
+            continue
+        numbers = check.numbers(value, f"{what}: {type(shape).__name__} {name}")
+        if name == "density":
+            check.not_negative(value, f"{what}: {type(shape).__name__} density")
+        if name in ("half_extents", "radius", "half_length") and numbers.max() > 0.0:
+            check.positive(float(numbers[numbers > 0.0].min()), f"{what}: {type(shape).__name__} {name}")
 
 
 def _not_a_shape(shape: Any, dim: int) -> str:

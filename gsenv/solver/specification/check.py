@@ -15,25 +15,44 @@ Array = NDArray[Any]
 
 
 ALL_BITS = -1  # every bit of an int64
+LARGEST = 1e36  # magnitude of a number; squares and products of larger ones may overflow
+SMALLEST = 1e-36  # of numbers that must be positive
 
 
 def finite(value: Any, what: str) -> float:
     """Return a finite float."""
-    if isinstance(value, bool):
-        raise ValueError(f"{what} must be a number, got {value!r}.")
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        raise ValueError(f"{what} must be a number, got {value!r}.") from None
+    number = _number(value, what)
     if not np.isfinite(number):
         raise ValueError(f"{what} must be finite, got {value!r}.")
+    if abs(number) > LARGEST:
+        raise ValueError(f"{what} must lie within -{LARGEST:g} and {LARGEST:g}, got {value!r}.")
     return number
+
+
+def _number(value: Any, what: str) -> float:
+    if isinstance(value, (bool, np.bool_, str, bytes)) or np.ndim(value):
+        raise ValueError(f"{what} must be a number, got {value!r}.")
+    try:
+        return float(value)
+    except (TypeError, ValueError, OverflowError):
+        raise ValueError(f"{what} must be a number, got {value!r}.") from None
+
+
+def _floats(value: Any) -> Array:
+    """Return float64 values, a copy; raises TypeError, ValueError or OverflowError for anything but numbers."""
+    array = np.asarray(value)
+    kind = array.dtype.kind
+    if kind not in "uifO" or (kind == "O" and any(isinstance(one, (str, bytes, bool)) for one in array.flat)):
+        raise TypeError("no numbers")
+    return array.astype(np.float64)
 
 
 def positive(value: Any, what: str) -> float:
     number = finite(value, what)
     if number <= 0.0:
         raise ValueError(f"{what} must be positive, got {value!r}.")
+    if number < SMALLEST:
+        raise ValueError(f"{what} must be at least {SMALLEST:g}, got {value!r}.")
     return number
 
 
@@ -46,12 +65,11 @@ def not_negative(value: Any, what: str) -> float:
 
 def bound(value: Any, what: str) -> float:
     """Return a float that is not negative; infinity is allowed."""
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        raise ValueError(f"{what} must be a number, got {value!r}.") from None
+    number = _number(value, what)
     if not number >= 0.0:
         raise ValueError(f"{what} must not be negative or NaN, got {value!r}.")
+    if LARGEST < number < np.inf:
+        raise ValueError(f"{what} must not exceed {LARGEST:g} unless it is infinite, got {value!r}.")
     return number
 
 
@@ -65,24 +83,31 @@ def flag(value: Any, what: str) -> bool:
 def vector(value: Any, size: int, what: str) -> Array:
     """Return a float64 vector of ``size`` finite numbers."""
     try:
-        array = np.array(value, np.float64)  # a copy, since the caller may change the original later
-    except (TypeError, ValueError):
+        array = _floats(value)  # a copy, since the caller may change the original later
+    except (TypeError, ValueError, OverflowError):
         raise ValueError(f"{what} must be {size} numbers, got {value!r}.") from None
     if array.shape != (size,):
         raise ValueError(f"{what} must be {size} numbers, got an array of shape {array.shape}.")
+    _check_range(array, value, what)
+    return array
+
+
+def _check_range(array: Array, value: Any, what: str) -> None:
+    """Raise ValueError where an entry is NaN, infinite or too large."""
+    if (np.abs(array) <= LARGEST).all():
+        return
     if not np.isfinite(array).all():
         raise ValueError(f"{what} must be finite, got {value!r}.")
-    return array
+    raise ValueError(f"{what} must lie within -{LARGEST:g} and {LARGEST:g}, got {value!r}.")
 
 
 def values(value: Any, shape: tuple[int, ...], what: str) -> Array:
     """Return finite float64 values broadcast to ``shape``."""
     try:
-        array = np.asarray(value, np.float64)
-    except (TypeError, ValueError):
+        array = _floats(value)
+    except (TypeError, ValueError, OverflowError):
         raise ValueError(f"{what} must be numbers, got {value!r}.") from None
-    if not np.isfinite(array).all():
-        raise ValueError(f"{what} must be finite, got {value!r}.")
+    _check_range(array, value, what)
     try:
         return np.broadcast_to(array, shape)
     except ValueError:
@@ -100,15 +125,25 @@ def vectors(value: Any, shape: tuple[int, ...], what: str) -> Array:
 def bounds(value: Any, shape: tuple[int, ...], what: str) -> Array:
     """Return float64 values broadcast to ``shape``; infinity is allowed, NaN is not."""
     try:
-        array = np.asarray(value, np.float64)
-    except (TypeError, ValueError):
+        array = _floats(value)
+    except (TypeError, ValueError, OverflowError):
         raise ValueError(f"{what} must be numbers, got {value!r}.") from None
     if np.isnan(array).any():
         raise ValueError(f"{what} must not be NaN, got {value!r}.")
+    if (np.isfinite(array) & (np.abs(array) > LARGEST)).any():
+        raise ValueError(f"{what} must lie within -{LARGEST:g} and {LARGEST:g} or be infinite, got {value!r}.")
     try:
         return np.broadcast_to(array, shape)
     except ValueError:
         raise ValueError(f"{what} must fit the shape {shape}, got an array of shape {array.shape}.") from None
+
+
+def flags(value: Any, shape: tuple[int, ...], what: str) -> Array:
+    """Return truth values broadcast to ``shape``; the numbers 0 and 1 count as such."""
+    array = np.asarray(value)
+    if array.dtype != np.bool_ and not (array.dtype.kind in "uif" and np.isin(array, (0, 1)).all()):
+        raise ValueError(f"{what} must be True or False, got {value!r}.")
+    return values(array.astype(np.float64), shape, what)
 
 
 def ordered_bounds(lower: Array, upper: Array, where: str) -> None:
@@ -119,9 +154,12 @@ def ordered_bounds(lower: Array, upper: Array, where: str) -> None:
         raise ValueError(f"{where}: lower must be below infinity and upper above -infinity.")
 
 
-def whole(value: Any, least: int, what: str) -> int:
+def whole(value: Any, least: int, what: str, most: int | None = None) -> int:
+    """Return an int from ``least`` to ``most``."""
     if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
         raise ValueError(f"{what} must be a whole number of at least {least}, got {value!r}.")
+    if most is not None and value > most:
+        raise ValueError(f"{what} must not exceed {most}, got {value!r}.")
     return int(value)
 
 
@@ -166,8 +204,8 @@ def unique(name: Any, taken: Sequence[str] | dict[str, Any], what: str) -> str:
 def numbers(value: Any, what: str) -> Array:
     """Return finite float64 values of any shape, a copy."""
     try:
-        array = np.array(value, np.float64)
-    except (TypeError, ValueError):
+        array = _floats(value)
+    except (TypeError, ValueError, OverflowError):
         raise ValueError(f"{what} must be numbers, got {value!r}.") from None
     return values(array, array.shape, what)
 
@@ -202,10 +240,10 @@ def orientation(value: Any, what: str) -> Array:
 def inertia(value: Any, what: str) -> Array:
     """Return (3,) moments or a (3, 3) tensor; all positive, none above the sum of the others."""
     try:
-        array = np.array(value, np.float64)
-    except (TypeError, ValueError):
+        array = _floats(value)
+    except (TypeError, ValueError, OverflowError):
         array = np.zeros(0)
-    if array.shape not in ((3,), (3, 3)) or not np.isfinite(array).all():
+    if array.shape not in ((3,), (3, 3)) or not (np.abs(array) <= LARGEST).all():
         raise ValueError(f"{what} must be three finite moments or a (3, 3) tensor in kg m^2, got {value!r}.")
     if array.ndim == 2 and abs(array - array.T).max() > 1e-9 * abs(array).max():
         raise ValueError(f"{what} must be symmetric, got {value!r}.")

@@ -18,6 +18,7 @@ from .joint_base import Joint
 from .joint_spec import excluded_pair, joint_spec
 from .sensors import Sensor, sensor_spec
 from .specs import BodySpec, SceneSpec
+from .terrains import warn_of_inverted_terrains
 
 GRAVITY = {2: (0.0, -9.81), 3: (0.0, 0.0, -9.81)}
 Vector = Sequence[float] | Array
@@ -35,7 +36,7 @@ class Scene(SceneSpec):
     """
 
     def __init__(self, dim: int = 2, gravity: Vector | None = None) -> None:
-        if dim not in (2, 3):
+        if not isinstance(dim, (int, np.integer)) or dim not in (2, 3):
             raise ValueError(f"Scene: dim must be 2 or 3, got {dim!r}.")
         super().__init__(dim, check.vector(GRAVITY[dim] if gravity is None else gravity, dim, "Scene: gravity"))
 
@@ -223,7 +224,11 @@ class Scene(SceneSpec):
     def compile(self) -> Model:
         """Return the Model: the constant data and the nominal values of a world.
 
+        Warns of a 2D terrain that goes from right to left below bodies, which would fall through it.
+
         Raises:
             ValueError: a scene without bodies.
         """
+        if self.dim == 2:
+            warn_of_inverted_terrains(self.bodies.values(), 2)
         return compile_scene(self)

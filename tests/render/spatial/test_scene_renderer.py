@@ -116,7 +116,7 @@ def test_colors_are_the_models_or_the_palette() -> None:
     np.testing.assert_array_equal(table.color, [(0, 1, 2), PALETTE[0], PALETTE[0], PALETTE[1]])
 
 
-def test_without_a_camera_all_moving_bodies_are_in_view_and_it_stays() -> None:
+def test_without_a_camera_all_moving_bodies_are_in_view_and_stay_there() -> None:
     world = make_world()
     renderer = SpatialRenderer(world, 90, 70)
     renderer.frame()
@@ -124,9 +124,14 @@ def test_without_a_camera_all_moving_bodies_are_in_view_and_it_stays() -> None:
     assert camera is not None
     pixels = camera.to_pixel(world.state.bodies[0]["position"][1:])
     assert ((pixels > 5) & (pixels < (85, 65))).all()
-    world.state.bodies[0]["position"][2] += 3.0
+    world.state.bodies[0]["position"][2] += 0.05
     renderer.frame()
     assert renderer.camera is camera
+    world.state.bodies[0]["position"][2] += 1.0
+    renderer.frame()
+    assert renderer.camera is not None
+    pixels = renderer.camera.to_pixel(world.state.bodies[0]["position"][1:])
+    assert ((pixels > 0) & (pixels < (90, 70))).all()
 
 
 def test_disabled_bodies_are_not_drawn() -> None:

@@ -301,9 +301,9 @@ def test_sizes_out_of_all_proportion_are_refused() -> None:
     world = World(driven())
     before = world.parameters.bodies.tobytes(), world.parameters.shapes.tobytes()
     for bad in ({"mass": 1e-320}, {"inertia": 1e-320}):
-        with pytest.raises(ValueError, match="finite"):
+        with pytest.raises(ValueError, match="must be at least 1e-36"):
             world.parameters.set("crate", **bad)
     assert (world.parameters.bodies.tobytes(), world.parameters.shapes.tobytes()) == before
-    world.apply_force("crate", force=(1e308, 0.0))
+    world.apply_force("crate", force=(1e36, 0.0))
     with pytest.raises(ValueError, match="sum of forces"):
-        world.apply_force("crate", force=(1e308, 0.0))
+        world.apply_force("crate", force=(1e36, 0.0))

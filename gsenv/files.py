@@ -1,0 +1,102 @@
+"""Writing files: whole or not at all. Everything in gsenv that writes a file uses this module.
+
+The new content goes to a temporary file beside the old one, which is replaced in a single step once all of it is on
+the disk. A full disk, an error, Ctrl-C and SIGTERM leave the old file as it was, and nothing else.
+"""
+
+from __future__ import annotations
+
+import itertools
+import os
+import shutil
+import signal
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import FrameType
+from typing import NoReturn
+
+_numbers = itertools.count()
+
+
+@contextmanager
+def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
+    """Yield a temporary path beside ``path``, with its suffix; the file there replaces it when the block ends.
+
+    A block that raises changes nothing. The folder of ``path`` is made if it is missing, a symbolic link is followed,
+    and the permissions of an old file stay.
+
+    Raises:
+        OSError: ``path`` is a folder or a device, or it cannot be written to; nothing has changed then.
+    """
+    target = checked_target(path)
+    target.parent.mkdir(parents=True, exist_ok=True)
+    with terminable():
+        partial = target.with_name(f".{target.stem[:100]}-{os.getpid()}-{next(_numbers)}{target.suffix}")
+        try:
+            yield partial
+            replace(partial, target)
+        except OSError as error:
+            if error.errno is None or error.filename not in (None, str(partial)):
+                raise
+            raise OSError(error.errno, error.strerror, str(path)) from error  # not the temporary file's name
+        finally:
+            partial.unlink(missing_ok=True)
+
+
+def write_text(path: str | os.PathLike[str], text: str) -> None:
+    """Replace a file by a text, in UTF-8 and with "\\n" at the ends of lines."""
+    write_bytes(path, text.encode())
+
+
+def write_bytes(path: str | os.PathLike[str], content: bytes) -> None:
+    """Replace a file by bytes."""
+    with replacing(path) as partial:
+        partial.write_bytes(content)
+
+
+def checked_target(path: str | os.PathLike[str]) -> Path:
+    """Return where a file is written to, behind symbolic links.
+
+    Raises:
+        OSError: there is a folder or a device.
+    """
+    target = Path(os.path.realpath(path))
+    if target.is_dir():
+        raise IsADirectoryError(f"{path} is a folder.")
+    if target.exists() and not target.is_file():
+        raise OSError(f"{path} is not a regular file.")
+    return target
+
+
+def replace(partial: Path, target: Path) -> None:
+    """Replace ``target`` by the file ``partial`` once all of it is on the disk."""
+    with partial.open("r+b") as file:
+        os.fsync(file.fileno())  # a full disk may only be noticed here
+    if target.exists():
+        shutil.copymode(target, partial)
+    os.replace(partial, target)
+
+
+@contextmanager
+def terminable() -> Iterator[None]:
+    """Let SIGTERM raise SystemExit within the block, so that temporary files are removed.
+
+    Nothing changes where the program handles SIGTERM itself, and in threads, which receive no signals.
+    """
+    is_main = threading.current_thread() is threading.main_thread()
+    if not is_main or signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL:
+        yield
+        return
+    signal.signal(signal.SIGTERM, _exit)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+
+
+def _exit(number: int, frame: FrameType | None) -> NoReturn:
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)  # a second one must not stop the removal
+    sys.exit(128 + number)  # as a shell reports a process that a signal has ended
