@@ -3,6 +3,7 @@
 Each seed has its own folder. Its files are replaced atomically, so they are complete at any time:
 
     policy.npz       the policy with its observation normalisation, which needs only numpy to run
+    best.npz         the same as it was at the best evaluation so far
     policy.zip, normalize.npz   the same for Stable-Baselines3; `--resume` continues from them
     progress.csv     a row every `log_every` steps; TensorBoard events are written too if it is installed
     settings.json    the settings of the run
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
     from stable_baselines3.common.vec_env import VecNormalize
 
 OK, FAILED, INTERRUPTED = 0, 1, 130
+_SCORE = ("evaluated_success", "evaluated_return")  # of an evaluation, what counts more first
 
 
 @dataclass(frozen=True)
@@ -248,13 +250,15 @@ def test(run: Run) -> dict[str, Any]:
     results = {}
     for arguments in run.settings.tests:
         name = ", ".join(f"{key} {value}" for key, value in arguments.items()) or "default"
-        for policy in (str(run.folder / "policy.npz"), "scripted", "random"):
+        files = {"trained": run.folder / "policy.npz", "best": run.folder / "best.npz"}
+        for kind in ("trained", "best", "scripted", "random"):
+            if kind == "best" and not files[kind].is_file():
+                continue  # there was no evaluation
             try:
-                actor = make_actor(policy, run.settings.env)
+                actor = make_actor(str(files.get(kind, kind)), run.settings.env)
             except PolicyError:
                 continue  # not every environment has a scripted policy
             result = evaluate(actor, run.settings.env, run.settings.test_episodes, TEST_SEED, arguments)
-            kind = "trained" if policy.endswith(".npz") else policy
             results[f"{name}: {kind}"] = asdict(result)
             print(f"  {name}, {kind}: {result}")
     return results
@@ -349,12 +353,21 @@ def _watcher(run: Run, progress: Any) -> BaseCallback:
             }
             if self.num_timesteps - self.evaluated >= settings.evaluate_every:
                 self.evaluated = self.num_timesteps
-                actor = export(self.model, run.normalize)
+                actor = export(self.model, run.normalize, _notes(run))
                 result = evaluate(actor, settings.env, settings.watched_episodes, VALIDATION_SEED, settings.arguments)
                 row |= {"evaluated_return": result.mean_return, "evaluated_success": result.success_rate}
+                if _is_best(row, run.rows):
+                    write_whole(run.folder / "best.npz", actor.save)
             return row
 
     def _mean(values: list[Any]) -> float:
         return float(np.mean(values)) if values else float("nan")
 
     return Watcher()
+
+
+def _is_best(row: dict[str, Any], rows: list[dict[str, Any]]) -> bool:
+    """Whether no evaluation in `rows` was better than that of `row`; of equal successes the return decides."""
+    score = tuple(row[name] for name in _SCORE)
+    evaluated = [other for other in rows if other[_SCORE[0]] != "" and other[_SCORE[0]] >= 0.0]
+    return all(score >= tuple(other[name] for name in _SCORE) for other in evaluated)

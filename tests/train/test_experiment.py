@@ -12,7 +12,7 @@ pytest.importorskip("stable_baselines3")
 
 from gsenv.envs.core.mlp import MlpPolicy
 from gsenv.train import curve, experiment
-from gsenv.train.evaluate import evaluate
+from gsenv.train.evaluate import Evaluation, evaluate
 from gsenv.train.export import load_zip
 from gsenv.train.files import read_rows
 from tests.train.small import EXPERIMENTS, PPO
@@ -34,7 +34,7 @@ def mean_observation(run: experiment.Run) -> Any:
 def test_a_run_leaves_policies_logs_and_a_result(kind: Any, settings: Any, tmp_path: Path) -> None:
     assert experiment.run_seed(kind, settings, tmp_path / "seed-0") == experiment.OK
     folder = tmp_path / "seed-0"
-    assert names(folder) == POLICY_FILES | {"settings.json", "progress.csv", "result.json"}
+    assert names(folder) == POLICY_FILES | {"best.npz", "settings.json", "progress.csv", "result.json"}
     rows = read_rows(folder / "progress.csv")
     steps = [row["steps"] for row in rows]
     assert steps == sorted(set(steps))
@@ -42,10 +42,26 @@ def test_a_run_leaves_policies_logs_and_a_result(kind: Any, settings: Any, tmp_p
     assert any(row["evaluated_success"] >= 0.0 for row in rows)
     assert json.loads((folder / "settings.json").read_text())["arguments"] == settings.arguments
     result = json.loads((folder / "result.json").read_text())
-    assert set(result) == {f"blocks 1: {policy}" for policy in ("trained", "scripted", "random")}
+    assert set(result) == {f"blocks 1: {policy}" for policy in ("trained", "best", "scripted", "random")}
     assert result["blocks 1: scripted"]["success_rate"] == 1.0
     curve.plot(tmp_path)
     assert (tmp_path / "curve.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_best_policy_is_that_of_the_best_evaluation(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    kind, settings = EXPERIMENTS[0]
+    scores = [0.2, 0.8, 0.4, 0.8, 0.1]  # of equals the larger return
+
+    def evaluation(*_: object) -> Evaluation:
+        success = scores.pop(0)
+        return Evaluation(2, success, -len(scores), 1.0)
+
+    monkeypatch.setattr(experiment, "evaluate", evaluation)
+    run = experiment.prepare(kind, replace(settings, steps=64 * 2 * 5), tmp_path)
+    assert experiment.train(run)
+    assert not scores
+    evaluated = [row["steps"] for row in run.rows if row["evaluated_success"] != ""]
+    assert MlpPolicy.load(tmp_path / "best.npz").notes["steps"] == evaluated[3]
 
 
 @BOTH
