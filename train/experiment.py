@@ -357,7 +357,7 @@ def _watcher(run: Run, progress: Any) -> BaseCallback:
                 result = evaluate(actor, settings.env, settings.watched_episodes, VALIDATION_SEED, settings.arguments)
                 row |= {"evaluated_return": result.mean_return, "evaluated_success": result.success_rate}
                 if _is_best(row, run.rows):
-                    write_whole(run.folder / "best.npz", actor.save)
+                    actor.save(run.folder / "best.npz")
             return row
 
     def _mean(values: list[Any]) -> float:
