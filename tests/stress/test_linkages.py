@@ -13,10 +13,9 @@ from tests.stress.measure import problems, run_case
 from tests.stress.spatial_linkages import CATEGORIES, STEPS, random_linkage_case
 
 OPEN_CASES = [
-    (93, "rings"), (121, "rings"), (250, "motors"), (14, "soft limits"), (36, "soft limits"), (6, "contradictory"),
-    (47, "contradictory"),
+    (250, "motors"), (14, "soft limits"), (36, "soft limits"), (36, "contradictory"), (44, "contradictory"),
 ]  # fmt: skip
-OPEN_SEEDS = (93, 121, 250)  # of those of `test_random_linkages`
+OPEN_SEEDS = (250,)
 
 
 @batches(count=300, size=15, nightly_from=30)
@@ -40,7 +39,7 @@ def test_a_free_linkage_on_stiff_springs_falls_with_gravity(articulated: bool) -
     assert np.isfinite(world.position).all()
 
 
-@pytest.mark.xfail(reason="two rings; a strong motor; soft limits; contradictory joints")
+@pytest.mark.xfail(reason="a strong motor; soft limits; contradictory joints")
 @pytest.mark.parametrize(("seed", "category"), OPEN_CASES)
 def test_open_cases(seed: int, category: str) -> None:
     broken = problems(run_case(random_linkage_case(seed, category), STEPS))

@@ -10,7 +10,7 @@ from typing import Any, Self
 
 BLOCK_SECONDS = 0.03  # of a block of steps: Ctrl-C waits for its end
 FEW_STEPS = 8  # which are taken at once where a block has as many
-MOST_BODY_STEPS = 5000  # of a block, since bodies that all sleep may wake within it and take far longer
+MOST_BODY_STEPS = 8000  # of a block, since bodies that all sleep may wake within it and take far longer
 
 try:  # CPython's own module, without the conversion to enums, which takes 20 us
     _signals: Any = import_module("_signal")

@@ -10,13 +10,23 @@ from ..records.model import Array
 from ..specification import check
 
 
+def _scaled(direction: Any) -> Any:
+    """Return finite directions over their largest component, which may have any size; others as they are."""
+    try:
+        given = np.asarray(direction, float)
+        largest = np.abs(given).max(-1, keepdims=True)
+    except (TypeError, ValueError):
+        return direction
+    return given / largest if np.isfinite(given).all() and (largest > 0.0).all() else direction
+
+
 def checked_rays(origin: Any, direction: Any, length: Any, worlds: int, dim: int) -> tuple[Array, Array, Array]:
     """Return origin (world, ray, dim) m, direction (world, ray, dim) unit and length (world, ray) m.
 
     Raises:
         ValueError: no numbers, shapes that do not fit, a length that is not positive, a direction of zero.
     """
-    parts = {"origin": origin, "direction": direction, "length": length}
+    parts = {"origin": origin, "direction": _scaled(direction), "length": length}
     given = {name: check.numbers(value, f"cast_rays: {name}") for name, value in parts.items()}
     shapes = (given["origin"].shape, given["direction"].shape, (*given["length"].shape, 1))
     try:

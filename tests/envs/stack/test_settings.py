@@ -120,7 +120,7 @@ def test_options_of_one_reset_override_arguments_in_those_worlds_alone() -> None
 @pytest.mark.parametrize("fidelity", ["fast", "balanced", "accurate"])
 def test_fidelity_reaches_the_solver(fidelity: str) -> None:
     env = StackEnv(fidelity=fidelity)
-    assert env.task.world.options == Options.preset(fidelity)
+    assert env.task.world.options == Options.preset(fidelity, articulated=False)
     env.reset(seed=0)
     for _ in range(5):
         env.step(IDLE)

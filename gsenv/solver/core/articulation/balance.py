@@ -208,13 +208,6 @@ def set_joint_imbalance(island: Any, articulation: Any) -> Any:
 
 
 @njit
-def limit_speed(world: Any, island: Any, articulation: Any) -> None:
-    """Slow the links of a substep that did not settle down to where forces have done the work."""
-    world.state.world.unconverged += 1
-    hold_energy(world, island, articulation, 1.0)
-
-
-@njit
 def hold_energy(world: Any, island: Any, articulation: Any, margin: Any) -> None:
     """Slow the links down to ``margin`` times the kinetic energy at which forces have done the work.
 

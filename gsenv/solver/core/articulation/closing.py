@@ -18,7 +18,8 @@ from ..rows import BILATERAL, UNILATERAL
 from ..slices import part
 from .balance import hold_energy
 from .dynamics import factorise_links, respond_outward, set_middle
-from .equations import bound_correction, correct_others, factorise_equations, size_of
+from .energy import keep_energy
+from .equations import bound_correction, correct_others, factorise_equations, only_closes, size_of
 from .links import largest_share, move_links, place_links, set_base
 from .other_joints import has_position, is_in_tree
 from .rows import whiten_rows
@@ -45,6 +46,7 @@ def close_others(world: Any, island: Any, s: Any, joints: Any, articulation: Any
         articulation.conjugate[f] = 0.0
     for r in range(island.other_rows):
         others.moved[r] = 0.0
+    smooth = only_closes(world, island, others) and island.smooth == 1.0
     closed = False
     last = 0.0
     for k in range(MOST_CLOSINGS):
@@ -58,7 +60,8 @@ def close_others(world: Any, island: Any, s: Any, joints: Any, articulation: Any
         closed = True
     if closed:
         _slow_links(world, island, articulation, others)
-    hold_energy(world, island, articulation, 1.0 + GAIN)
+    if not (smooth and keep_energy(world, island, articulation)):
+        hold_energy(world, island, articulation, 1.0 + GAIN)
     _leave_velocities(world, island, articulation.links)
 
 

@@ -26,10 +26,27 @@ MOST_SCALED = 0.1  # largest relative change of the rates
 
 
 @njit
-def keep_energy(world: Any, island: Any, articulation: Any) -> None:
-    """Scale the rates at the end of the substep to the energy at which forces have done the work."""
+def keep_energy(world: Any, island: Any, articulation: Any) -> Any:
+    """Scale the rates at the end of the substep to the energy at which forces have done the work, if only they do.
+
+    Returns whether it did.
+    """
     if not _conserves_energy(world, island, articulation):
-        return
+        return False
+    _scale_rest(world, island, articulation, (1.0 - MOST_SCALED) ** 2, (1.0 + MOST_SCALED) ** 2)
+    return True
+
+
+@njit
+def lose_energy(world: Any, island: Any, articulation: Any) -> None:
+    """Slow links whose rates did not settle down to where forces have done the work, if only forces do work."""
+    if not island.driven and not island.has_springs:
+        _scale_rest(world, island, articulation, 0.0, 1.0)
+
+
+@njit
+def _scale_rest(world: Any, island: Any, articulation: Any, least: Any, most: Any) -> None:
+    """Scale what is no rigid motion to the energy that forces leave it; ``least``, ``most``: of the factor's square."""
     links = articulation.links
     rate = articulation.rate
     _set_momenta(world, island, articulation)
@@ -41,7 +58,7 @@ def keep_energy(world: Any, island: Any, articulation: Any) -> None:
     inner = energy - rigid
     wanted = _energy_by_forces(world, island, links) - rigid
     if inner > 0.0:
-        scale = min(max(max(wanted, 0.0) / inner, (1.0 - MOST_SCALED) ** 2), (1.0 + MOST_SCALED) ** 2) ** 0.5
+        scale = min(max(max(wanted, 0.0) / inner, least), most) ** 0.5
         for k in range(island.body_count):
             link = links[k]
             for f in range(link.first, link.first + link.count):

@@ -243,8 +243,8 @@ def clear_biases(world: Any, island: Any, articulation: Any, others: Any) -> Any
 
 @njit
 def only_closes(world: Any, island: Any, others: Any) -> Any:
-    """Whether the rows that act only close loops, without a jump of velocities, so that they do no work."""
-    if others is None or island.other_rows == 0 or island.smooth != 1.0:
+    """Whether the rows that act only close loops, so that they do no work but in a jump of velocities."""
+    if others is None or island.other_rows == 0:
         return False
     rows = world.scratch.rows
     for r in range(island.rows):

@@ -21,11 +21,11 @@ from ..integrate import move_kinematic
 from ..joints import any_driven, clear_totals
 from ..slices import part
 from ..springs import any_sprung
-from .balance import limit_speed, restore_momenta, settle_rates
+from .balance import restore_momenta, settle_rates
 from .closing import close_others
 from .contact_balance import change_of_rows, correct_forces, end_with_rows, rates_of_rows, settle_rows
 from .dynamics import factorise_links, set_free_rates, set_middle
-from .energy import keep_energy
+from .energy import keep_energy, lose_energy
 from .equations import (
     clear_biases,
     contradiction,
@@ -170,10 +170,12 @@ def _substep(world: Any, island: Any, s: Any, joints: Any, articulation: Any) ->
                 correct_forces(world, island, articulation)
             end_with_rows(world, island, articulation)
         elif not settle_rows(world, island, articulation):
-            limit_speed(world, island, articulation)
             held = True
         elif only_closes(world, island, articulation.others):
-            keep_energy(world, island, articulation)
+            if island.smooth == 1.0:
+                keep_energy(world, island, articulation)
+            else:
+                lose_energy(world, island, articulation)
     elif not settle_rates(world, island, articulation):
         held = _divide(world, island, joints, articulation)
     add_impulses(world, island, articulation, island.joint_rows)
@@ -215,11 +217,10 @@ def _divide(world: Any, island: Any, joints: Any, articulation: Any) -> Any:
     """Take a substep whose rates did not settle again, in parts; leaves the last part to the caller.
 
     Motors and limits, whose rows are those of the whole substep, exclude this.  Returns whether the speeds of the last
-    part were limited.
+    part must be limited.
     """
     held = True
     if island.joint_rows > 0:
-        limit_speed(world, island, articulation)
         return held
     whole = island.h
     _place_at_start(world, island, articulation)
@@ -233,8 +234,6 @@ def _divide(world: Any, island: Any, joints: Any, articulation: Any) -> Any:
         _enter_middle(world, island, joints, articulation)
         set_free_rates(world, island, articulation)
         held = not settle_rates(world, island, articulation)
-        if held:
-            limit_speed(world, island, articulation)
     island.h = whole
     return held
 
@@ -364,9 +363,11 @@ def _keep_velocities(world: Any, island: Any, articulation: Any) -> None:
 
 @njit
 def _leave(world: Any, island: Any, articulation: Any, held: Any) -> None:
-    """Move the bodies to their links at the end of the substep; ``held``: whether their speeds were limited."""
-    if not held:
-        restore_momenta(world, island, articulation)
+    """Move the bodies to their links at the end of the substep; ``held``: whether their rates did not settle."""
+    restore_momenta(world, island, articulation)
+    if held:
+        world.state.world.unconverged += 1
+        lose_energy(world, island, articulation)
     links = articulation.links
     bodies = world.state.bodies
     substep_bodies = world.scratch.substep_bodies
