@@ -162,7 +162,7 @@ def test_order_of_convergence_of_a_slider_on_a_swinging_bar() -> None:
         scene.add_body("box", shapes=[Box(half_extents=(0.2, 0.2))], position=(0.5, 0.1))
         scene.add_joint("hinge", Revolute("frame", "bar", anchor=(0, 0)))
         scene.add_joint("joint", Prismatic("bar", "box", axis=(1, 0)))
-        step = {"timestep": 0.7 / steps, "substeps": 1, "max_substeps": 1}
+        step: dict[str, Any] = {"timestep": 0.7 / steps, "substeps": 1, "max_substeps": 1}
         exact = Options(**step, sleep=False, tolerance=1e-9, articulated=False)
         world = World(scene, options=exact)
         world.step(steps)

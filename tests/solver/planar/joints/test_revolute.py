@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -189,7 +190,7 @@ def test_limits_and_motor_set_at_run_time() -> None:
 def test_energy_and_order_of_a_double_pendulum() -> None:
     # a chaotic double pendulum keeps its energy; its pose after 1 s converges with the square of dt
     def after(steps: int) -> tuple[np.ndarray, float]:
-        step = {"timestep": 1.0 / steps, "substeps": 1, "max_substeps": 1}
+        step: dict[str, Any] = {"timestep": 1.0 / steps, "substeps": 1, "max_substeps": 1}
         world = chain(2, options=Options(**step, sleep=False, tolerance=1e-9, articulated=False))
         start = world.diagnostics().energy[0]
         world.step(steps)
