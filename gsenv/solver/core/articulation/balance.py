@@ -8,7 +8,7 @@ from ...jit import njit
 from ...records.articulation import LinkKind
 from ..dispatch import by_dimension
 from .dynamics import respond
-from .energy import keep_energy
+from .energy import UNEVEN_TURN, keep_energy
 from .links import move_links, place_links
 
 keep_momentum = by_dimension("articulation", "keep_momentum")
@@ -68,13 +68,13 @@ def _settle(world: Any, island: Any, articulation: Any) -> Any:
             for f in range(island.freedoms):
                 rate[f] += change[f]
             move_links(island, articulation, rate)
-            keep_energy(world, island, articulation)
+            keep_energy(world, island, articulation, UNEVEN_TURN)
             return True
         if k > 0 and error < last and error * (error / last) <= settled * energy:
             for f in range(island.freedoms):
                 rate[f] += change[f]
             _end_at_rates(world, island, articulation)
-            keep_energy(world, island, articulation)
+            keep_energy(world, island, articulation, UNEVEN_TURN)
             return True
         if k == 0 or error < least:
             least = error

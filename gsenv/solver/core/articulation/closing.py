@@ -60,7 +60,7 @@ def close_others(world: Any, island: Any, s: Any, joints: Any, articulation: Any
         closed = True
     if closed:
         _slow_links(world, island, articulation, others)
-    if not (smooth and keep_energy(world, island, articulation)):
+    if not (smooth and keep_energy(world, island, articulation, 0.0)):
         hold_energy(world, island, articulation, 1.0 + GAIN)
     _leave_velocities(world, island, articulation.links)
 

@@ -26,12 +26,12 @@ MOST_SCALED = 0.1  # largest relative change of the rates
 
 
 @njit
-def keep_energy(world: Any, island: Any, articulation: Any) -> Any:
+def keep_energy(world: Any, island: Any, articulation: Any, turn: Any) -> Any:
     """Scale the rates at the end of the substep to the energy at which forces have done the work, if only they do.
 
-    Returns whether it did.
+    ``turn``: rad, of links that turn less in the substep nothing is scaled.  Returns whether it was.
     """
-    if not _conserves_energy(world, island, articulation):
+    if not _conserves_energy(world, island, articulation, turn):
         return False
     _scale_rest(world, island, articulation, (1.0 - MOST_SCALED) ** 2, (1.0 + MOST_SCALED) ** 2)
     return True
@@ -69,9 +69,9 @@ def _scale_rest(world: Any, island: Any, articulation: Any, least: Any, most: An
 
 
 @njit
-def _conserves_energy(world: Any, island: Any, articulation: Any) -> Any:
+def _conserves_energy(world: Any, island: Any, articulation: Any, turn: Any) -> Any:
     """Whether links turn so far in the substep that its error of the energy counts, and only forces do work."""
-    if island.turning <= UNEVEN_TURN or island.taut or island.driven or island.has_springs:
+    if island.turning < turn or island.taut or island.driven or island.has_springs:
         return False
     body_parameters = world.parameters.bodies
     for k in range(island.body_count):

@@ -173,7 +173,7 @@ def _substep(world: Any, island: Any, s: Any, joints: Any, articulation: Any) ->
             held = True
         elif only_closes(world, island, articulation.others):
             if island.smooth == 1.0:
-                keep_energy(world, island, articulation)
+                keep_energy(world, island, articulation, 0.0)
             else:
                 lose_energy(world, island, articulation)
     elif not settle_rates(world, island, articulation):
