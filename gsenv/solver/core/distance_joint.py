@@ -26,7 +26,7 @@ def add_distance_rows(
         rows[row].bias = curve
         row += 1
     elif has_spring(parameters):
-        set_spring_row(rows[row], 0, length - parameters.length, 0.0, parameters, substep_bodies, h)
+        set_spring_row(rows[row], 0, length - parameters.length, 0.0, parameters, 0.0, substep_bodies, h)
         row += 1
     if has_limit(parameters):
         copy_direction(rows[row], rows[first], 1.0)

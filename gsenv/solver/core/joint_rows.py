@@ -65,9 +65,12 @@ def has_armature(parameters: Any) -> Any:
 
 
 @njit
-def soften(row: Any, parameters: Any, speed: Any, substep_bodies: Any, h: Any) -> None:
-    """Turn a rigid row into a spring and damper on its error; ``speed``, m/s or rad/s, is that of the rest point."""
-    set_spring(row, parameters, speed, substep_bodies, h)
+def soften(row: Any, parameters: Any, give: Any, speed: Any, substep_bodies: Any, h: Any) -> None:
+    """Turn a rigid row into a spring and damper on its error; ``speed``, m/s or rad/s, is that of the rest point.
+
+    ``give``: 1/kg or 1/(kg m^2), the inverse mass on which a given frequency is that of the spring; 0: the row's own.
+    """
+    set_spring(row, parameters, give, speed, substep_bodies, h)
     set_effective_mass(row, substep_bodies)
 
 
@@ -88,16 +91,18 @@ def copy_direction(row: Any, other: Any, sign: Any) -> None:
 
 
 @njit
-def set_spring_row(row: Any, slot: Any, error: Any, curve: Any, parameters: Any, substep_bodies: Any, h: Any) -> None:
-    """Make a row whose Jacobian is set a spring; ``curve`` as for motors."""
+def set_spring_row(
+    row: Any, slot: Any, error: Any, curve: Any, parameters: Any, give: Any, substep_bodies: Any, h: Any
+) -> None:
+    """Make a row whose Jacobian is set a spring; ``curve`` as for motors, ``give`` as for ``soften``."""
     finish_row(row, slot, error, substep_bodies)
     row.bias = curve
     if parameters.armature > 0.0:
         row.bias = 0.0
-        set_rotor_spring(row, parameters, substep_bodies, h)
+        set_rotor_spring(row, parameters, give, substep_bodies, h)
         set_effective_mass(row, substep_bodies)
     else:
-        soften(row, parameters, 0.0, substep_bodies, h)
+        soften(row, parameters, give, 0.0, substep_bodies, h)
     if parameters.spring_effort < _INFINITY:
         bound_row(row, h * parameters.spring_effort)
 
@@ -131,8 +136,6 @@ def set_limit_row(
     row.bias = curve + (gap / h if gap > LIMIT_SLOP else 0.0)
     if parameters.limit_restitution > 0.0:
         _rebound(row, gap, parameters.limit_restitution, curve, substep_bodies, h)
-    if parameters.limit_frequency > 0.0:
-        _soften_limit(row, gap, parameters, substep_bodies, h)
 
 
 @njit
@@ -148,15 +151,17 @@ def _rebound(row: Any, gap: Any, restitution: Any, curve: Any, substep_bodies: A
 
 
 @njit
-def _soften_limit(row: Any, gap: Any, parameters: Any, substep_bodies: Any, h: Any) -> None:
-    """Make the row of a limit a spring and damper that only pushes, of a frequency on the row's effective mass."""
+def soften_limit(row: Any, parameters: Any, give: Any, substep_bodies: Any, h: Any) -> None:
+    """Make the row of a limit with a frequency a spring and damper that only pushes; ``give`` as for ``soften``."""
+    if parameters.limit_frequency <= 0.0 or row.correction != UNILATERAL:
+        return
     omega = _TWO_PI * parameters.limit_frequency
-    square = omega * omega
-    rate = parameters.limit_damping_ratio * omega
-    if gap > 0.0:  # an implicit Euler step from where it begins to push
+    share = row.diagonal / give if give > 0.0 else 1.0
+    square = omega * omega * share
+    rate = parameters.limit_damping_ratio * omega * share
+    if row.error > 0.0:  # an implicit Euler step from where it begins to push
         row.softness = row.diagonal / (h * (2.0 * rate + h * square))
     else:
-        row.bias = 0.0
         set_oscillator(row, square, rate, 0.0, substep_bodies, h)
         row.kind = BOUNDED
     set_effective_mass(row, substep_bodies)

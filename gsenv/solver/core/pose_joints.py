@@ -24,7 +24,7 @@ def add_weld_rows(
     if has_spring(parameters):
         set_stretch_rows(rows, row, parameters, bodies, body_parameters, substep_bodies, h)
         for r in range(len(rows[row].jacobian_a)):
-            soften(rows[row + r], parameters, 0.0, substep_bodies, h)
+            soften(rows[row + r], parameters, 0.0, 0.0, substep_bodies, h)
     else:
         set_point_rows(rows, row, parameters, bodies, body_parameters, substep_bodies, h)
 
@@ -43,6 +43,6 @@ def add_target_rows(
         for d in range(len(made.jacobian_a)):
             made.jacobian_a[d] = 0.0
         finish_row(made, r, error, substep_bodies)
-        soften(made, parameters, state.target_velocity[r], substep_bodies, h)
+        soften(made, parameters, 0.0, state.target_velocity[r], substep_bodies, h)
         linear = r < len(state.target_position)
         bound_row(made, h * (parameters.max_force if linear else parameters.max_torque))

@@ -24,9 +24,9 @@ def has_spring(parameters: Any) -> Any:
 
 @njit
 def stored_energy(parameters: Any, stretch: Any, inverse_mass: Any) -> Any:
-    """Return the energy of a spring in J; a given frequency is that on the effective mass of its row.
+    """Return the energy of a spring in J.
 
-    ``stretch``: m or rad; ``inverse_mass``: J M^-1 J^T of the spring's direction, 1/kg or 1/(kg m^2).
+    ``stretch``: m or rad; ``inverse_mass``: 1/kg or 1/(kg m^2), on which a given frequency is that of the spring.
     """
     if inverse_mass <= 0.0:
         return 0.0
@@ -59,12 +59,16 @@ def distance_reading(parameters: Any, apart: Any, give: Any) -> Any:
 
 
 @njit
-def set_spring(row: Any, parameters: Any, speed: Any, substep_bodies: Any, h: Any) -> None:
-    """Make a rigid row the spring and damper of a joint; see ``set_oscillator``."""
+def set_spring(row: Any, parameters: Any, give: Any, speed: Any, substep_bodies: Any, h: Any) -> None:
+    """Make a rigid row the spring and damper of a joint; see ``set_oscillator``.
+
+    ``give``: 1/kg or 1/(kg m^2), the inverse mass on which a given frequency is that of the spring; 0: the row's own.
+    """
     m = row.diagonal
     omega = _TWO_PI * parameters.frequency
-    square = omega * omega
-    rate = parameters.damping_ratio * omega
+    share = m / give if give > 0.0 else 1.0
+    square = omega * omega * share
+    rate = parameters.damping_ratio * omega * share
     if parameters.stiffness > 0.0 or parameters.damping > 0.0:
         square = parameters.stiffness * m
         rate = 0.5 * parameters.damping * m
@@ -84,7 +88,7 @@ def mean_reach(stiffness: Any, damping: Any, h: Any) -> Any:
 
 
 @njit
-def set_rotor_spring(row: Any, parameters: Any, substep_bodies: Any, h: Any) -> None:
+def set_rotor_spring(row: Any, parameters: Any, give: Any, substep_bodies: Any, h: Any) -> None:
     """Make a rigid row the spring and damper of a joint with armature, solved with the rigid joints.
 
     Slow ones act at the mean position and speed of the substep, fast ones at its end (``set_oscillator``).  Sweeps
@@ -99,8 +103,9 @@ def set_rotor_spring(row: Any, parameters: Any, substep_bodies: Any, h: Any) -> 
     damping = parameters.damping
     if not (stiffness > 0.0 or damping > 0.0):
         omega = _TWO_PI * parameters.frequency
-        stiffness = omega * omega / m
-        damping = 2.0 * parameters.damping_ratio * omega / m
+        inertia = 1.0 / (give if give > 0.0 else row.diagonal) + parameters.armature
+        stiffness = omega * omega * inertia
+        damping = 2.0 * parameters.damping_ratio * omega * inertia
     slow = is_slow(stiffness, damping, m, h)
     reach = mean_reach(stiffness, damping, h) if slow else h * stiffness + damping
     row.softness = 1.0 / (h * reach)

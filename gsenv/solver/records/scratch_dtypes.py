@@ -128,6 +128,8 @@ ISLAND_STEP_DTYPE = np.dtype(
         ("servos", "i4"),  # 1: joints of trees have limits, motors, springs or rotors
         ("coordinates", "i4"),  # those of joints of trees
         ("taut", "i4"),  # 1: the tension of links is implicit, in joint coordinates
+        ("touched", "i4"),  # 1: rows act in this substep, in joint coordinates
+        ("apart", "i4"),  # 1: joints in no tree cannot hold in this substep, in joint coordinates
         ("substeps", "i8"),
         ("freedoms", "i8"),  # degrees of freedom, in joint coordinates
         ("joint_rows", "i8"),  # number of joint rows, which come before those of contacts

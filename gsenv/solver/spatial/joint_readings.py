@@ -23,10 +23,10 @@ from .joints.axes import (
     axis_of,
     counts_turns,
     turn_coordinate,
-    turn_direction,
     unwrapped,
 )
 from .joints.point import arm, unit_axis
+from .joints.reference import reference_give
 from .math import Vec, add, conjugate, cross, dot, multiply, norm, quaternion, scaled, sub, turn_between, turned, vec
 
 WITHOUT_COORDINATE = (
@@ -254,15 +254,12 @@ def _read_axes(body_a: Any, body_b: Any, a: Any, b: Any, joint: Any, arm_a: Vec,
     if model.coordinate < 0 or not (sprung or p.limit_frequency > 0.0):
         return error, 0.0
     if model.coordinate < 3:
-        u = axis_of(on_a, model.coordinate)
-        q = dot(u, d)
-        give = _give(body_a, body_b, a, b, arm_a, arm_b, u)
+        q = dot(axis_of(on_a, model.coordinate), d)
     else:
-        u = turn_direction(model.coordinate, on_a, on_b)
         q = turn_coordinate(model.coordinate, on_a, on_b)
         if counts_turns(model.coordinate):
             q = unwrapped(q, joint.state.angle)
-        give = _turning(body_a, a, u) + _turning(body_b, b, u)
+    give = reference_give(joint, a, b)
     energy = limit_energy(p, q, give)
     return error, energy + (stored_energy(p, q - joint.state.rest, give) if sprung else 0.0)
 

@@ -35,12 +35,12 @@ _SWEEPS = 3
 
 
 @njit
-def close_others(world: Any, island: Any, s: Any, joints: Any, articulation: Any, others: Any) -> None:
-    """Move the links after substep ``s`` to where the joints in no tree hold."""
+def close_others(world: Any, island: Any, end: Any, joints: Any, articulation: Any, others: Any) -> None:
+    """Move the links at the end of a substep, ``end`` s into the step, to where the joints in no tree hold."""
     if others is None or island.other_rows == 0:
         return
     if island.kinematic:
-        move_kinematic(world, (s + 1) * island.h)
+        move_kinematic(world, end)
     for f in range(island.freedoms):
         articulation.before[f] = 0.0
         articulation.conjugate[f] = 0.0

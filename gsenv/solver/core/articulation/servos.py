@@ -24,6 +24,7 @@ from ..joint_rows import (
     set_limit_row,
     set_motor_row,
     set_spring_row,
+    soften_limit,
     speeds_within,
 )
 from ..joints import Joint, start_impulse
@@ -44,6 +45,7 @@ coordinate_of = by_dimension("articulation", "coordinate_of")
 set_servo_direction = by_dimension("articulation", "set_servo_direction")
 set_servo_inverses = by_dimension("articulation", "set_servo_inverses", otherwise=_no_inverses)
 set_pivot_direction = by_dimension("articulation", "set_pivot_direction")
+reference_give = by_dimension("joints.reference", "reference_give")
 is_isotropic = by_dimension("articulation", "is_isotropic")
 add_ball_spring = by_dimension("articulation", "add_ball_spring")
 
@@ -279,7 +281,8 @@ def _set_spring(world: Any, row: Any, articulation: Any, servo: Any, joint: Any,
     curve = _start_row(world, row, articulation, servo, servo.place, servo.number, True, h)
     slot = slot_of(joint, SPRING)
     error = servo.begin - joint.state.rest
-    set_spring_row(row, slot, error, curve, joint.parameters, world.scratch.substep_bodies, h)
+    give = _give_of(world, joint)
+    set_spring_row(row, slot, error, curve, joint.parameters, give, world.scratch.substep_bodies, h)
 
 
 @njit
@@ -342,10 +345,19 @@ def _add_coordinate_rows(world: Any, island: Any, articulation: Any, servo: Any,
         weighed = parameters.limit_frequency > 0.0
         curve = _start_row(world, rows[row], articulation, servo, servo.place, servo.number, weighed, h)
         set_limit_row(rows[row], slot_of(joint, LIMIT), servo.begin, curve, parameters, substep_bodies, h, servo.side)
+        if weighed:
+            soften_limit(rows[row], parameters, _give_of(world, joint), substep_bodies, h)
         servo.row = row
         servo.curve = curve if rows[row].slot >= 0 else -curve
         row += 1
     return row
+
+
+@njit
+def _give_of(world: Any, joint: Any) -> Any:
+    """Return the inverse mass on which frequencies of springs are given; 0: that of the row."""
+    body_parameters = world.parameters.bodies
+    return reference_give(joint, body_parameters[joint.model.body_a], body_parameters[joint.model.body_b])
 
 
 @njit

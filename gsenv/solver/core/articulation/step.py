@@ -113,7 +113,6 @@ def step_articulated(world: Any, island: Any, joints: Any, articulation: Any) ->
         if not _substep(world, island, s, joints, articulation):
             world.state.world.row_count -= island.rows
             return False
-        close_others(world, island, s, joints, articulation, articulation.others)
     return True
 
 
@@ -148,40 +147,59 @@ def _substep(world: Any, island: Any, s: Any, joints: Any, articulation: Any) ->
         _continue(island, articulation)
     refresh_contact_rows(world, island)
     _enter_middle(world, island, joints, articulation)
+    settled = _find_rates(world, island, last, joints, articulation)
+    if not settled and _can_divide(island):
+        return _divide(world, island, s, joints, articulation)
+    if s == 0 and island.apart:
+        _return_to_start(world, island, articulation)
+        return False
+    _finish(world, island, (s + 1) * island.h, last, settled, joints, articulation)
+    return True
+
+
+@njit
+def _find_rates(world: Any, island: Any, last: Any, joints: Any, articulation: Any) -> Any:
+    """Find the rates at the end of the substep, and place the links there; returns whether they settled."""
     fast = island.turning > SLOW_TURN
     set_free_rates(world, island, articulation)
-    touched = False
-    held = False
     turn = 0.0
+    island.touched = False
+    island.apart = False
     reach_limits(world, island, articulation, articulation.free)
     if any_row_acts(island, articulation):
         _solve_rows(world, island, articulation, last)
         turn = SLOW_TURN if fast else largest_turn(world, island, articulation)
-        touched = _correct(world, island, articulation)
-        apart = island.residual > CONTRADICTED or is_apart(world, island, articulation.others)
-        if s == 0 and island.other_rows > 0 and apart:
-            _return_to_start(world, island, articulation)
-            return False
+        island.touched = _correct(world, island, articulation)
+        if island.other_rows > 0:
+            island.apart = island.residual > CONTRADICTED or is_apart(world, island, articulation.others)
     elif island.rows > 0:
         add_servo_rows(world, island, articulation, joints)
-    if touched:
-        if not fast and turn <= SLOW_TURN:
-            if turn > STILL_TURN:
-                correct_forces(world, island, articulation)
-            end_with_rows(world, island, articulation)
-        elif not settle_rows(world, island, articulation):
-            held = True
-        elif only_closes(world, island, articulation.others):
-            if island.smooth == 1.0:
-                keep_energy(world, island, articulation, 0.0)
-            else:
-                lose_energy(world, island, articulation)
-    elif not settle_rates(world, island, articulation):
-        held = _divide(world, island, joints, articulation)
+    if not island.touched:
+        return settle_rates(world, island, articulation)
+    if not fast and turn <= SLOW_TURN:
+        if turn > STILL_TURN:
+            correct_forces(world, island, articulation)
+        end_with_rows(world, island, articulation)
+        return not island.apart
+    if not settle_rows(world, island, articulation):
+        return False
+    if not only_closes(world, island, articulation.others):
+        return not island.apart
+    if island.smooth == 1.0:
+        keep_energy(world, island, articulation, 0.0)
+    return island.smooth == 1.0 and not island.apart  # loops make velocities jump in too long a substep only
+
+
+@njit
+def _finish(world: Any, island: Any, end: Any, last: Any, settled: Any, joints: Any, articulation: Any) -> None:
+    """Move the bodies to their links at the end of the substep, ``end`` s into the step; store impulses, close loops.
+
+    ``last``: whether the step ends there.
+    """
     add_impulses(world, island, articulation, island.joint_rows)
-    _leave(world, island, articulation, held)
+    _leave(world, island, articulation, not settled)
     _store(world, island, last, joints, articulation)
-    return True
+    close_others(world, island, end, joints, articulation, articulation.others)
 
 
 @njit
@@ -213,29 +231,38 @@ def _enter_middle(world: Any, island: Any, joints: Any, articulation: Any) -> No
 
 
 @njit
-def _divide(world: Any, island: Any, joints: Any, articulation: Any) -> Any:
-    """Take a substep whose rates did not settle again, in parts; leaves the last part to the caller.
+def _can_divide(island: Any) -> Any:
+    """Whether a substep can be taken again in parts: no contact acts, whose rows are those of the whole substep."""
+    return island.rows == island.joint_rows or not island.touched
 
-    Motors and limits, whose rows are those of the whole substep, exclude this.  Returns whether the speeds of the last
-    part must be limited.
-    """
-    held = True
-    if island.joint_rows > 0:
-        return held
-    whole = island.h
-    _place_at_start(world, island, articulation)
+
+@njit
+def _divide(world: Any, island: Any, s: Any, joints: Any, articulation: Any) -> Any:
+    """Take a substep whose rates did not settle again, in parts; False as for ``_substep``."""
+    last = s == island.substeps - 1
+    whole, stored_scale, warm_start = island.h, island.stored_scale, island.warm_start
     island.h = whole / PARTS
+    island.stored_scale = stored_scale * PARTS
+    island.warm_start = warm_start / PARTS
+    _place_at_start(world, island, articulation)
     for part_number in range(PARTS):
         if part_number > 0:
-            add_impulses(world, island, articulation, island.joint_rows)
-            _leave(world, island, articulation, held)
-            store_reactions(world, island, articulation, joints)
             _continue(island, articulation)
+        if island.kinematic:
+            move_kinematic(world, s * whole + part_number * island.h)
         _enter_middle(world, island, joints, articulation)
-        set_free_rates(world, island, articulation)
-        held = not settle_rates(world, island, articulation)
-    island.h = whole
-    return held
+        if island.joint_rows > 0:
+            settled = _find_rates(world, island, last, joints, articulation)
+        else:
+            set_free_rates(world, island, articulation)
+            settled = settle_rates(world, island, articulation)
+        if s == 0 and part_number == 0 and island.apart:
+            _return_to_start(world, island, articulation)
+            return False
+        end = s * whole + (part_number + 1) * island.h
+        _finish(world, island, end, last, settled, joints, articulation)
+    island.h, island.stored_scale, island.warm_start = whole, stored_scale, warm_start
+    return True
 
 
 @njit

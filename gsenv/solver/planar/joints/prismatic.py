@@ -16,6 +16,7 @@ from ...core.joint_rows import (
     set_limit_row,
     set_motor_row,
     set_spring_row,
+    soften_limit,
     speeds_within,
 )
 from ...core.springs import has_spring
@@ -88,7 +89,7 @@ def add_prismatic_rows(
     first = row
     curve = set_axis_direction(rows[first], parameters, bodies, body_parameters, substep_bodies, h)
     if has_spring(parameters):
-        set_spring_row(rows[row], 4, coordinate - joint.state.rest, 0.0, parameters, substep_bodies, h)
+        set_spring_row(rows[row], 4, coordinate - joint.state.rest, 0.0, parameters, 0.0, substep_bodies, h)
         row += 1
     if has_armature(parameters):
         copy_direction(rows[row], rows[first], 1.0)
@@ -106,3 +107,4 @@ def add_prismatic_rows(
     if has_limit(parameters):  # last, since it may reverse its direction
         copy_direction(rows[row], rows[first], 1.0)
         set_limit_row(rows[row], 2, coordinate, curve, parameters, substep_bodies, h)
+        soften_limit(rows[row], parameters, 0.0, substep_bodies, h)

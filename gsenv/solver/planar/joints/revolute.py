@@ -14,6 +14,7 @@ from ...core.joint_rows import (
     set_limit_row,
     set_motor_row,
     set_spring_row,
+    soften_limit,
     speeds_within,
 )
 from ...core.springs import has_spring
@@ -49,8 +50,9 @@ def add_revolute_rows(
         row += 1
     if has_spring(parameters):
         set_angle_direction(rows[row])
-        set_spring_row(rows[row], 4, angle - joint.state.rest, 0.0, parameters, substep_bodies, h)
+        set_spring_row(rows[row], 4, angle - joint.state.rest, 0.0, parameters, 0.0, substep_bodies, h)
         row += 1
     if has_limit(parameters):  # last in a sweep, so that it overrides the motor
         set_angle_direction(rows[row])
         set_limit_row(rows[row], 2, angle, 0.0, parameters, substep_bodies, h)
+        soften_limit(rows[row], parameters, 0.0, substep_bodies, h)

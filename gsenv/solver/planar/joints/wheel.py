@@ -15,6 +15,7 @@ from ...core.joint_rows import (
     set_limit_row,
     set_motor_row,
     set_spring_row,
+    soften_limit,
 )
 from ...core.springs import has_spring
 from ...jit import njit
@@ -50,8 +51,9 @@ def add_wheel_rows(
     first = row
     curve = set_axis_direction(rows[first], parameters, bodies, body_parameters, substep_bodies, h)
     if has_spring(parameters):
-        set_spring_row(rows[row], 1, coordinate - joint.state.rest, 0.0, parameters, substep_bodies, h)
+        set_spring_row(rows[row], 1, coordinate - joint.state.rest, 0.0, parameters, 0.0, substep_bodies, h)
         row += 1
     if has_limit(parameters):
         copy_direction(rows[row], rows[first], 1.0)
         set_limit_row(rows[row], 2, coordinate, curve, parameters, substep_bodies, h)
+        soften_limit(rows[row], parameters, 0.0, substep_bodies, h)

@@ -20,6 +20,7 @@ from ...core.joint_rows import (
     set_limit_row,
     set_motor_row,
     set_spring_row,
+    soften_limit,
     speeds_within,
 )
 from ...core.rows import start_rate
@@ -40,6 +41,7 @@ from .axes import (
     unwrapped,
 )
 from .point import JUMP, frame_ahead, set_frame_direction, set_point_rows, set_turn_direction, start_spin, unit_axis
+from .reference import reference_give
 
 _ALL = 7  # bits of three locked axes
 _SWING = 3  # of the first two: rotation about the last axis is free
@@ -186,10 +188,12 @@ def _add_servo_rows(
             row += 1
     if has_spring(p) or has_limit(p):
         first = row
+        give = reference_give(joint, body_parameters[joint.model.body_a], body_parameters[joint.model.body_b])
         q, curve = _set_coordinate(rows[first], joint, number, axes, bodies, body_parameters, substep_bodies, h)
         if has_spring(p):
-            set_spring_row(rows[row], 8, q - joint.state.rest, curve, p, substep_bodies, h)
+            set_spring_row(rows[row], 8, q - joint.state.rest, curve, p, give, substep_bodies, h)
             row += 1
         if has_limit(p):  # last in a sweep, so that it overrides the motor
             copy_direction(rows[row], rows[first], 1.0)
             set_limit_row(rows[row], 6, q, curve, p, substep_bodies, h)
+            soften_limit(rows[row], p, give, substep_bodies, h)
