@@ -137,23 +137,16 @@ def _restore_paths(world: Any, island: Any, articulation: Any) -> None:
     dim = len(gravity)
     for k in range(island.body_count):
         link = links[k]
-        root = links[link.tree]
-        if root.kind != _FREE:
-            continue
         parameters = body_parameters[link.body]
-        if link.tree == k:
-            for d in range(dim + 1):
-                root.response[d] = 0.0
         for d in range(dim):
             force = bodies[link.body].force[d] + parameters.mass * parameters.gravity_scale * gravity[d]
             momenta = link.push[d] - island.h * force + parameters.mass * link.velocity[d]
-            root.response[d] += 0.5 * island.h * momenta - parameters.mass * (link.position[d] - link.start[d])
-        root.response[dim] += parameters.mass
+            link.force[d] = 0.5 * island.h * momenta - parameters.mass * (link.position[d] - link.start[d])
+        link.force[dim] = parameters.mass
+    _average_over_trees(island, links, dim)
     for k in range(island.body_count):
-        root = links[links[k].tree]
-        if root.kind == _FREE:
-            for d in range(dim):
-                links[k].position[d] += root.response[d] / root.response[dim]
+        for d in range(dim):
+            links[k].position[d] += links[k].response[d]
 
 
 @njit
@@ -167,26 +160,40 @@ def restore_momenta(world: Any, island: Any, articulation: Any) -> None:
     dim = len(world.parameters.world.gravity)
     for k in range(island.body_count):
         link = links[k]
-        root = links[link.tree]
-        if root.kind != _FREE:
-            continue
         mass = body_parameters[link.body].mass * (1.0 + island.h * body_parameters[link.body].linear_damping)
-        if link.tree == k:
-            for d in range(dim + 1):
-                root.response[d] = 0.0
         for d in range(dim):
-            root.response[d] += link.push[d] + link.contact[d] - mass * link.velocity[d]
-        root.response[dim] += mass
+            link.force[d] = link.push[d] + link.contact[d] - mass * link.velocity[d]
+        link.force[dim] = mass
+    _average_over_trees(island, links, dim)
     for k in range(island.body_count):
         link = links[k]
-        root = links[link.tree]
-        if root.kind != _FREE:
-            continue
         for d in range(dim):
-            change = root.response[d] / root.response[dim]
-            link.velocity[d] += change
-            if link.tree == k:
-                articulation.rate[link.first + d] += change
+            link.velocity[d] += link.response[d]
+            if link.tree == k and link.kind == _FREE:
+                articulation.rate[link.first + d] += link.response[d]
+
+
+@njit
+def _average_over_trees(island: Any, links: Any, dim: Any) -> None:
+    """Set ``response`` of links to the sum of ``force`` over its tree by that of the masses, which come after it.
+
+    0 for trees that are held.
+    """
+    for k in range(island.body_count):
+        for d in range(dim + 1):
+            links[k].response[d] = 0.0
+    for k in range(island.body_count):
+        root = links[links[k].tree]
+        if root.kind == _FREE:
+            for d in range(dim + 1):
+                root.response[d] += links[k].force[d]
+    for k in range(island.body_count):
+        root = links[links[k].tree]
+        for d in range(dim):
+            if links[k].tree == k:
+                root.response[d] = root.response[d] / root.response[dim] if root.kind == _FREE else 0.0
+            else:
+                links[k].response[d] = root.response[d]
 
 
 @njit
@@ -205,40 +212,3 @@ def set_joint_imbalance(island: Any, articulation: Any) -> Any:
         energy += rotor * rate[f]
         change[f] = freedoms[f].pull - freedoms[f].stiffness * rate[f] + freedoms[f].armature * start[f] - rotor
     return energy
-
-
-@njit
-def hold_energy(world: Any, island: Any, articulation: Any, margin: Any) -> None:
-    """Slow the links down to ``margin`` times the kinetic energy at which forces have done the work.
-
-    Without springs and motors the kinetic energy grows by the work of gravity and applied forces alone.
-    """
-    links = articulation.links
-    rate = articulation.rate
-    bodies = world.state.bodies
-    body_parameters = world.parameters.bodies
-    gravity = world.parameters.world.gravity
-    if island.driven or island.has_springs:
-        return
-    allowed = island.kinetic
-    energy = 0.0
-    for k in range(island.body_count):
-        link = links[k]
-        parameters = body_parameters[link.body]
-        keep_momentum(link, parameters)
-        for d in range(len(link.momentum)):
-            energy += link.momentum[d] * link.velocity[d]
-            allowed += 2.0 * island.h * bodies[link.body].force[d] * link.velocity[d]
-        for d in range(len(gravity)):
-            weight = parameters.mass * parameters.gravity_scale * gravity[d]
-            allowed += 2.0 * weight * (link.position[d] - link.start[d])
-    for f in range(island.freedoms):
-        rotor = articulation.freedoms[f].armature
-        energy += rotor * rate[f] * rate[f]
-        allowed += rotor * articulation.start[f] * articulation.start[f]
-    allowed *= margin
-    if energy > allowed:
-        scale = (max(allowed, 0.0) / energy) ** 0.5
-        for f in range(island.freedoms):
-            rate[f] *= scale
-        move_links(island, articulation, rate)

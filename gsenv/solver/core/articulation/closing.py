@@ -16,9 +16,8 @@ from ..integrate import move_kinematic
 from ..joints import write_joint_rows
 from ..rows import BILATERAL, UNILATERAL
 from ..slices import part
-from .balance import hold_energy
 from .dynamics import factorise_links, respond_outward, set_middle
-from .energy import keep_energy
+from .energy import energy_by_forces, keep_energy, lose_energy
 from .equations import bound_correction, correct_others, factorise_equations, only_closes, size_of
 from .links import largest_share, move_links, place_links, set_base
 from .other_joints import has_position, is_in_tree
@@ -29,7 +28,6 @@ leave_link = by_dimension("articulation", "leave_link")
 LOOSE = 1e-5  # of a body's size, or rad: smaller errors are left to the next substep
 MOST_CLOSINGS = 12
 CHORDS = 4  # of them with the factor of the middle of the substep
-GAIN = 2e-3  # of the kinetic energy: largest gain in one substep, which smooth motion takes back
 _NOW = 1e-9  # of the substep: time ahead for which rows are made
 _SWEEPS = 3
 
@@ -61,7 +59,7 @@ def close_others(world: Any, island: Any, end: Any, joints: Any, articulation: A
     if closed:
         _slow_links(world, island, articulation, others)
     if not (smooth and keep_energy(world, island, articulation, 0.0)):
-        hold_energy(world, island, articulation, 1.0 + GAIN)
+        lose_energy(world, island, articulation)
     _leave_velocities(world, island, articulation.links)
 
 
@@ -159,15 +157,10 @@ def _take_step(world: Any, island: Any, articulation: Any, others: Any) -> None:
 
 @njit
 def _start_again(world: Any, island: Any, articulation: Any) -> None:
-    """Count displacements from the present poses, after the work of gravity up to these."""
+    """Count displacements from the present poses, after the work of forces up to these."""
     links = articulation.links
-    body_parameters = world.parameters.bodies
-    gravity = world.parameters.world.gravity
+    island.kinetic = energy_by_forces(world, island, links)
     for k in range(island.body_count):
-        parameters = body_parameters[links[k].body]
-        for d in range(len(gravity)):
-            weight = parameters.mass * parameters.gravity_scale * gravity[d]
-            island.kinetic += 2.0 * weight * (links[k].position[d] - links[k].start[d])
         set_base(links[k])
         for d in range(len(links[k].position)):
             links[k].start[d] = links[k].position[d]

@@ -56,7 +56,7 @@ def _scale_rest(world: Any, island: Any, articulation: Any, least: Any, most: An
             energy += links[k].momentum[d] * links[k].velocity[d]
     rigid = _set_rigid_motions(island, links)
     inner = energy - rigid
-    wanted = _energy_by_forces(world, island, links) - rigid
+    wanted = energy_by_forces(world, island, links) - rigid
     if inner > 0.0:
         scale = min(max(max(wanted, 0.0) / inner, least), most) ** 0.5
         for k in range(island.body_count):
@@ -120,7 +120,7 @@ def _set_rigid_motions(island: Any, links: Any) -> Any:
 
 
 @njit
-def _energy_by_forces(world: Any, island: Any, links: Any) -> Any:
+def energy_by_forces(world: Any, island: Any, links: Any) -> Any:
     """Return twice the kinetic energy at which gravity and applied forces have done the work of the substep."""
     bodies = world.state.bodies
     body_parameters = world.parameters.bodies
