@@ -58,8 +58,8 @@ def close_others(world: Any, island: Any, end: Any, joints: Any, articulation: A
         closed = True
     if closed:
         _slow_links(world, island, articulation, others)
-    if not (smooth and keep_energy(world, island, articulation, 0.0)):
-        lose_energy(world, island, articulation)
+    if not (smooth and keep_energy(world, island, articulation, 0.0)) and not island.has_springs:
+        lose_energy(world, island, articulation, 0.0)
     _leave_velocities(world, island, articulation.links)
 
 

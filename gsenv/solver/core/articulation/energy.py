@@ -11,7 +11,10 @@ from typing import Any
 
 from ...jit import njit
 from ...records.articulation import LinkKind
+from ...records.model import JointKind
 from ..dispatch import by_dimension
+from ..joints import Joint
+from ..slices import part
 from .equations import factorise_matrix, substitute
 from .links import move_links
 
@@ -19,8 +22,10 @@ keep_momentum = by_dimension("articulation", "keep_momentum")
 carry = by_dimension("articulation", "carry")
 set_inertia = by_dimension("articulation", "set_inertia")
 add_inertia = by_dimension("articulation", "add_inertia")
+read_joint = by_dimension("joint_readings", "read_joint")
 
 _FREE = int(LinkKind.FREE)
+_STORELESS = (int(JointKind.ROWS), int(JointKind.TARGET), int(JointKind.GEAR))
 UNEVEN_TURN = 0.02  # rad in a substep: of slower links the error of the energy is small
 MOST_SCALED = 0.1  # largest relative change of the rates
 
@@ -33,20 +38,26 @@ def keep_energy(world: Any, island: Any, articulation: Any, turn: Any) -> Any:
     """
     if not _conserves_energy(world, island, articulation, turn):
         return False
-    _scale_rest(world, island, articulation, (1.0 - MOST_SCALED) ** 2, (1.0 + MOST_SCALED) ** 2)
+    _scale_rest(world, island, articulation, 0.0, (1.0 - MOST_SCALED) ** 2, (1.0 + MOST_SCALED) ** 2)
     return True
 
 
 @njit
-def lose_energy(world: Any, island: Any, articulation: Any) -> None:
-    """Slow links whose rates did not settle down to where forces have done the work, if only forces do work."""
-    if not island.driven and not island.has_springs:
-        _scale_rest(world, island, articulation, 0.0, 1.0)
+def lose_energy(world: Any, island: Any, articulation: Any, stored: Any) -> None:
+    """Slow links whose rates did not settle down to where forces have done the work, if no motor does any.
+
+    ``stored``: J, which springs may give back in the substep.
+    """
+    if not island.driven:
+        _scale_rest(world, island, articulation, 2.0 * stored, 0.0, 1.0)
 
 
 @njit
-def _scale_rest(world: Any, island: Any, articulation: Any, least: Any, most: Any) -> None:
-    """Scale what is no rigid motion to the energy that forces leave it; ``least``, ``most``: of the factor's square."""
+def _scale_rest(world: Any, island: Any, articulation: Any, released: Any, least: Any, most: Any) -> None:
+    """Scale what is no rigid motion to the energy that forces leave it; ``least``, ``most``: of the factor's square.
+
+    ``released``: twice the energy in J that it has from elsewhere.
+    """
     links = articulation.links
     rate = articulation.rate
     _set_momenta(world, island, articulation)
@@ -56,7 +67,7 @@ def _scale_rest(world: Any, island: Any, articulation: Any, least: Any, most: An
             energy += links[k].momentum[d] * links[k].velocity[d]
     rigid = _set_rigid_motions(island, links)
     inner = energy - rigid
-    wanted = energy_by_forces(world, island, links) - rigid
+    wanted = energy_by_forces(world, island, links) + released - rigid
     if inner > 0.0:
         scale = min(max(max(wanted, 0.0) / inner, least), most) ** 0.5
         for k in range(island.body_count):
@@ -66,6 +77,29 @@ def _scale_rest(world: Any, island: Any, articulation: Any, least: Any, most: An
                 rate[f] = kept + scale * (rate[f] - kept)
         move_links(island, articulation, rate)
     _restore_centers(island, links)
+
+
+@njit
+def stored_energy(world: Any, island: Any, articulation: Any) -> Any:
+    """Return the energy in J of the springs at the poses of the bodies, and of the rotors at the old rates."""
+    bodies = world.state.bodies
+    joints = world.state.joints
+    joint_models = world.model.joints
+    body_parameters = world.parameters.bodies
+    joint_parameters = world.parameters.joints
+    island_joints = part(world.scratch.island_joints, island.joint_first, island.joint_count)
+    energy = 0.0
+    for k in range(len(island_joints)):
+        j = island_joints[k]
+        if joint_models[j].kind in _STORELESS:
+            continue
+        a, b = joint_models[j].body_a, joint_models[j].body_b
+        joint = Joint(joint_models[j], joint_parameters[j], joints[j])
+        energy += read_joint(bodies[a], bodies[b], body_parameters[a], body_parameters[b], joint)[1]
+    if island.servos:
+        for f in range(island.freedoms):
+            energy += 0.5 * articulation.freedoms[f].armature * articulation.start[f] ** 2
+    return energy
 
 
 @njit

@@ -25,7 +25,7 @@ from .balance import restore_momenta, settle_rates
 from .closing import close_others
 from .contact_balance import change_of_rows, correct_forces, end_with_rows, rates_of_rows, settle_rows
 from .dynamics import factorise_links, set_free_rates, set_middle
-from .energy import keep_energy, lose_energy
+from .energy import keep_energy, lose_energy, stored_energy
 from .equations import (
     clear_biases,
     contradiction,
@@ -394,7 +394,8 @@ def _leave(world: Any, island: Any, articulation: Any, held: Any) -> None:
     restore_momenta(world, island, articulation)
     if held:
         world.state.world.unconverged += 1
-        lose_energy(world, island, articulation)
+        stored = stored_energy(world, island, articulation) if island.has_springs else 0.0
+        lose_energy(world, island, articulation, stored)
     links = articulation.links
     bodies = world.state.bodies
     substep_bodies = world.scratch.substep_bodies
