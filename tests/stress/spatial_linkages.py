@@ -37,7 +37,6 @@ CATEGORIES = (
     "free", "hung", "spinning", "heavy end", "limits", "bouncing limits", "springs", "rotors", "friction", "rings",
     "doors", "falling", "motors", "drives",
 )  # fmt: skip
-OPEN = ("soft limits", "contradictory")  # of these, some scenes break the promises
 DRIVEN = ("motors", "drives")
 STEPS = 200
 FASTEST_TURN = 0.5  # rad in a timestep

@@ -248,7 +248,7 @@ def joint_parameter_dtype(dim: int) -> np.dtype[Any]:
             ("lower", "f8"),  # m or rad, limits of the coordinate; infinite: none
             ("upper", "f8"),
             ("limit_restitution", "f8"),
-            ("limit_frequency", "f8"),  # Hz, of a soft limit on the effective mass of the row; 0: rigid
+            ("limit_frequency", "f8"),  # Hz, of a soft limit on the effective mass of the coordinate; 0: rigid
             ("limit_damping_ratio", "f8"),
             ("frequency", "f8"),  # Hz, of the spring on the effective mass of the row
             ("damping_ratio", "f8"),

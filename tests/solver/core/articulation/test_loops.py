@@ -78,7 +78,7 @@ def test_a_whipping_ring_converges_with_the_timestep() -> None:
 def test_forces_do_the_work_that_gravity_does(build: Callable[[], Scene]) -> None:
     sideways = 3.0  # m/s^2
     tilted, pushed = build(), build()
-    tilted.gravity = (sideways, -G)
+    tilted.gravity = np.array([sideways, -G])
     one, other = articulated(tilted, sleep=False), articulated(pushed, sleep=False)
     for _ in range(240):
         for name in pushed.bodies:
