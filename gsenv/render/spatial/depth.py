@@ -29,6 +29,7 @@ from gsenv.solver.spatial.math import cross, dot, sub
 Ray = tuple[Any, Any, Any, Any, Any, Any]
 
 ENTER, LEAVE = SCRATCH, SCRATCH + 1
+NOWHERE = (FAR, -FAR, FAR, -FAR, True, False)  # bounds of no points
 NEARER = f4(1.00001)  # depth ratio by which a later item must be nearer: the first of two coincident faces shows
 
 
@@ -185,13 +186,13 @@ def find_row_form(view_ray: Ray, x: Any, y: Any, z: Any) -> tuple[Any, Any]:
 
 @inline_njit
 def find_extent(v: Any, item: Any, look: Any, bounds: Any) -> Any:
-    """Extend `bounds` (left, right, top, bottom in px, whether all is in front) by a point (m from the eye)."""
-    left, right, top, bottom, front = bounds
+    """Extend `bounds` by a point (m from the eye): left, right, top, bottom in px, whether all and any is in front."""
+    left, right, top, bottom, front, seen = bounds
     depth = v[0] * item.forward_x + v[1] * item.forward_y + v[2] * item.forward_z
     scale = ONE / (look.step * max(depth, NEAR))
     x = (v[0] * item.right_x + v[1] * item.right_y + v[2] * item.right_z) * scale - look.left / look.step
     y = look.top / look.step - (v[0] * item.up_x + v[1] * item.up_y + v[2] * item.up_z) * scale
-    return min(left, x), max(right, x), min(top, y), max(bottom, y), front and depth > NEAR
+    return min(left, x), max(right, x), min(top, y), max(bottom, y), front and depth > NEAR, seen or depth > NEAR
 
 
 @njit
@@ -208,12 +209,12 @@ def trace_triangle(
     height = dot(n, u)
     if height >= ZERO:  # back face
         return
-    left, right, top, bottom, front = FAR, -FAR, FAR, -FAR, True
-    bounds = (left, right, top, bottom, front)
-    bounds = find_extent(u, item, look, bounds)
+    bounds = find_extent(u, item, look, NOWHERE)
     bounds = find_extent(v, item, look, bounds)
     bounds = find_extent(w, item, look, bounds)
-    left, right, top, bottom, front = bounds
+    left, right, top, bottom, front, seen = bounds
+    if not seen:
+        return
     width = f4(band.shape[2])
     if not front:
         left, right, top, bottom = ZERO, width, ZERO, f4(end)
@@ -242,15 +243,48 @@ def trace_triangle(
 
 
 @njit
+def measure_cells(items: NDArray[np.void], count: int, looks: NDArray[np.void], points: FloatArray) -> None:
+    """Set columns 3 and 4 of ``points`` to the top and bottom, in px, of the cell of a heightfield that begins there.
+
+    Cells behind the eye and beside the picture are nowhere, those that only reach behind the eye everywhere.
+    """
+    look = looks[0]
+    width = f4(-TWO * look.left / look.step)
+    for k in range(count):
+        item = items[k]
+        if item.kind != HEIGHTFIELD:
+            continue
+        eye = (item.eye_x, item.eye_y, item.eye_z)
+        for r in range(item.rows - 1):
+            for c in range(item.columns - 1):
+                at = item.first + r * item.columns + c
+                bounds = NOWHERE
+                for corner in (at, at + 1, at + item.columns, at + item.columns + 1):
+                    p = sub((points[corner, 0], points[corner, 1], points[corner, 2]), eye)
+                    bounds = find_extent(p, item, look, bounds)
+                left, right, top, bottom, front, seen = bounds
+                if not seen or (front and (right < -ONE or left > width + ONE)):
+                    top, bottom = FAR, -FAR
+                elif not front:
+                    top, bottom = -FAR, FAR
+                points[at, 3], points[at, 4] = top, bottom
+
+
+@njit
 def trace_field(
     band: FloatArray, start: int, end: int, k: Any, item: Any, look: Any, shift: Any, points: FloatArray, out: Any
 ) -> None:
-    """Intersect rays with all triangles of a heightfield; a cell's diagonal joins its lowest and highest indices."""
+    """Intersect rays with the triangles of a heightfield; a cell's diagonal joins its lowest and highest indices.
+
+    ``points`` (vertex, 5): m, and where ``measure_cells`` found the cells.
+    """
     eye = (item.eye_x, item.eye_y, item.eye_z)
     columns = item.columns
     for r in range(item.rows - 1):
         for c in range(columns - 1):
             at = item.first + r * columns + c
+            if points[at, 4] < f4(start) - ONE or points[at, 3] > f4(end) + ONE:
+                continue
             p = sub((points[at, 0], points[at, 1], points[at, 2]), eye)
             at += 1
             q = sub((points[at, 0], points[at, 1], points[at, 2]), eye)

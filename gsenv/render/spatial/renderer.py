@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from gsenv.render.spatial.ambient_occlusion import occlude_band
 from gsenv.render.spatial.camera import SpatialCamera
-from gsenv.render.spatial.depth import trace_band
+from gsenv.render.spatial.depth import measure_cells, trace_band
 from gsenv.render.spatial.edges import SAMPLE_X, SAMPLE_Y, blend_band
 from gsenv.render.spatial.light import light_band
 from gsenv.render.spatial.pairs import find_pairs
@@ -87,6 +87,8 @@ class PrimitiveRenderer:
         self._set_view(camera._replace(width=self.width, height=self.height))
         faces, points = find_meshes(primitives, meshes)
         count = self._prepare(primitives, None if faces is None and points is None else meshes)
+        if points is not None:
+            measure_cells(self._items, count, self._look, points)
         shadow_count, contact_count = self._find_pairs(count)
         image = np.empty((self.height, self.width, 3), np.uint8)
         shadows, contacts = self._shadows[:shadow_count], self._contacts[:contact_count]
@@ -144,7 +146,9 @@ class PrimitiveRenderer:
 
 
 def find_meshes(primitives: Primitives, meshes: Meshes) -> tuple[FloatArray | None, FloatArray | None]:
-    """Return the faces of hulls (v, 4) and points of heightfields (v, 3); None for a kind that does not occur.
+    """Return the faces of hulls (v, 4) and points of heightfields (v, 5); None for a kind that does not occur.
+
+    The last two columns of points are for `measure_cells`.
 
     Kernels compile no code for None.
     """
@@ -152,7 +156,8 @@ def find_meshes(primitives: Primitives, meshes: Meshes) -> tuple[FloatArray | No
     if (primitives.kind == HULL).any():
         faces = np.concatenate([meshes.normal, meshes.offset[:, None]], axis=1).astype(np.float32)
     if (primitives.kind == HEIGHTFIELD).any():
-        points = meshes.point.astype(np.float32)
+        points = np.zeros((len(meshes.point), 5), np.float32)
+        points[:, :3] = meshes.point
     return faces, points
 
 
