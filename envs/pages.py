@@ -1,10 +1,11 @@
 """Writes the page of each environment, docs/envs/<id>.md, from its tables and its docstring.
 
-python -m gsenv.envs.pages [FOLDER]
+A page begins with frames of the film of the trained policy, docs/training/<id>.mp4, which become docs/envs/<id>.jpg.
 """
 
 from __future__ import annotations
 
+import argparse
 import inspect
 import sys
 from collections.abc import Sequence
@@ -12,12 +13,17 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+import imageio.v3 as imageio
+import numpy as np
+
 from gsenv.envs import ENVS, PARALLEL_ENVS, EnvEntry, ParallelEntry
 from gsenv.envs.core.policies import trained_actions
 from gsenv.envs.core.spec_tables import Entry, box_of, table
-from gsenv.files import write_text
+from gsenv.files import write_bytes, write_text
 
 FOLDER = Path("docs/envs")  # of a checkout, the working directory
+FILMS = Path("docs/training")
+MOMENTS = (0.1, 0.35, 0.65, 0.97)  # of a film: the frames that the page shows
 
 _SCALING = """\
 Entries are physical quantities in the units of the table, clipped to its bounds, and not normalised; a unit such as
@@ -73,11 +79,29 @@ def _page(name: str, env_class: type[Any], rows: Sequence[tuple[str, str]], scal
             f"<!-- `python -m gsenv.envs.pages` writes this page from the docstring of {env_class.__name__}. -->",
             f"# {name}\n",
             f"{summary}\n",
-            f"{table(('', ''), rows)}",
+            f"{_film(name)}{table(('', ''), rows)}",
             f"{rest}## Observation Scaling\n{scaling}\n",
             f"{rewards}{after}\n",
         )
     )
+
+
+def _film(name: str) -> str:
+    """Return the link to the film of the trained policy, where there is one."""
+    try:
+        trained_actions(name)
+    except LookupError:
+        return ""
+    return f"[![the trained policy at work]({name}.jpg)](../training/{name}.mp4)\n\n"
+
+
+def write_frames(film: Path, picture: Path) -> None:
+    """Write a picture of a few frames of a film, of half its size, side by side."""
+    frames = imageio.imread(film)
+    shown = [frames[int(moment * (len(frames) - 1)), ::2, ::2] for moment in MOMENTS]
+    gap = np.full((shown[0].shape[0], 4, 3), 255, np.uint8)
+    row = [part for frame in shown for part in (gap, frame)][1:]
+    write_bytes(picture, imageio.imwrite("<bytes>", np.concatenate(row, 1), extension=".jpg", quality=85))
 
 
 def _space(entries: Sequence[Entry]) -> str:
@@ -106,12 +130,16 @@ def _scaling(env_id: str, observations: Sequence[Entry]) -> str:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Write all pages into a folder; return the exit code."""
-    given = sys.argv[1:] if arguments is None else list(arguments)
-    folder = Path(given[0]) if given else FOLDER
+    parser = argparse.ArgumentParser(prog="python -m gsenv.envs.pages", description=__doc__)
+    parser.add_argument("folder", nargs="?", type=Path, default=FOLDER, help=f"default: {FOLDER}")
+    folder: Path = parser.parse_args(arguments).folder
     folder.mkdir(parents=True, exist_ok=True)
     for name, text in pages().items():
         write_text(folder / name, text)
         print(folder / name)
+        film = FILMS / name.replace(".md", ".mp4")
+        if film.exists():
+            write_frames(film, folder / name.replace(".md", ".jpg"))
     return 0
 
 
