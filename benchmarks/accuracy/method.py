@@ -47,7 +47,8 @@ restitution and initial state; Box2D and pymunk do not get shapes that cannot to
         paragraph(
             """
 The columns of settings list, for gsenv, the solver, steps per second x substeps and the tolerance, or a fidelity, and
-"joint coordinates" where these solved a linkage, as by default; other settings solve it by rows. They list, for
+"joint coordinates" where these solved a linkage; other settings solve it by rows. Fidelities use joint coordinates,
+which are the default. They list, for
 Box2D, the steps per second and the velocity and position iterations; for pymunk, the steps per second, the iterations,
 the collision_slop in m, and the part of an overlap or joint gap that is left after 1/60 s. Box2D's polygons have a skin
 of 1 cm and overlap by up to 5 mm by design. Its shapes are therefore made smaller by the skin, or ("slop taken off") by
@@ -82,7 +83,8 @@ MuJoCo and links of Featherstone's algorithm in PyBullet; in both, joints cannot
         paragraph(
             """
 The columns of settings list, for gsenv, the solver, steps per second x substeps and the tolerance, or a fidelity, and
-"joint coordinates" where these solved a linkage, as by default; other settings solve it by rows. They list, for
+"joint coordinates" where these solved a linkage; other settings solve it by rows. Fidelities use joint coordinates,
+which are the default. They list, for
 MuJoCo, the steps per second, integrator, friction cone, dmin and dmax of solimp, solver and iterations where they are
 not 100 of Newton's, noslip iterations, impratio, and solref's time constant in timesteps (two, its lower limit, where
 none is given); for PyBullet, the steps per second, iterations and erp. MuJoCo has no coefficient of restitution: where
