@@ -11,12 +11,12 @@ from benchmarks.common.plots import Axes, Figure, plain_axes, plt
 
 from .run import Result, order_text
 
-GROUPS = ("smooth motion", "sliding", "impact", "joints")
+GROUPS = ("smooth motion", "sliding", "impact", "joints", "joints by rows")
 COLORS = ("#1f77b4", "#d1701f", "#7a4fbf", "#17a2a2")
 
 
 def draw(results: Sequence[Result], rates: Sequence[int]) -> Figure:
-    figure, panels = plt.subplots(1, len(GROUPS), figsize=(15, 5.4), sharey=True, layout="constrained")
+    figure, panels = plt.subplots(1, len(GROUPS), figsize=(18, 5.4), sharey=True, layout="constrained")
     for axes, group in zip(panels, GROUPS, strict=True):
         draw_panel(axes, [r for r in results if r.group == group], rates)
         axes.set_title(group, fontsize=12, loc="left")
