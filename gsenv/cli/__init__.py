@@ -1,4 +1,4 @@
-"""The `gsenv` command: list, record, view, play, train, evaluate, dataset, warmup, pack.
+"""The `gsenv` command: list, record, replay, view, play, train, evaluate, dataset, warmup, pack.
 
 Exit codes: 0 success, 1 failure, 2 wrong command line, 130 interrupted (frames recorded so far are kept), 143 ended by
 SIGTERM (files are as they were).

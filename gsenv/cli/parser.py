@@ -11,6 +11,7 @@ from .commands import run_dataset, run_evaluate, run_list, run_train
 from .compilation import run_pack, run_warmup
 from .errors import WRONG_USAGE, CliError
 from .recording import run_record
+from .replaying import run_replay
 from .viewing import run_play, run_view
 
 POLICY_HELP = "random, scripted, trained, or a trained policy's .npz or .zip file"
@@ -24,6 +25,7 @@ examples:
   gsenv train GStack-v0 --seeds 0 1 2                         train with PPO; needs gsenv[train]
   gsenv evaluate GStack-v0 --policy trained --set blocks=3    success rate on 100 unseen episodes
   gsenv record scene:stack --size 1280x720 --out stack.gif    a scene, without a policy
+  gsenv replay run.npz --check other.npz                      where two recordings of states part
   gsenv dataset GStack-v0 --policy scripted --episodes 100    a Minari dataset; needs gsenv[dataset]
   gsenv warmup                                                compile kernels ahead of time
 """
@@ -53,13 +55,13 @@ def make_parser() -> argparse.ArgumentParser:
     record = commands.add_parser(
         "record",
         help="run an environment or a scene and write a video",
-        description="Run an environment with a policy, or a scene, which needs none, and write a video of it.\n"
-        "Ctrl-C stops early and keeps the frames recorded so far.",
+        description="Run an environment with a policy, or a scene, which needs none, and write a video of it, or the\n"
+        "states of its bodies for `gsenv replay`. Ctrl-C stops early and keeps what is recorded so far.",
         epilog=EXAMPLES,
         formatter_class=style,
     )
     record.add_argument("target", metavar="ENV_OR_SCENE", help="a name from `gsenv list`")
-    record.add_argument("--out", required=True, type=Path, metavar="FILE", help="video file, .mp4 or .gif")
+    record.add_argument("--out", required=True, type=Path, metavar="FILE", help="video, .mp4 or .gif, or states, .npz")
     record.add_argument(
         "--policy", type=_policy_name, metavar="POLICY", help=f"policy: {POLICY_HELP} (default: random)"
     )
@@ -72,6 +74,17 @@ def make_parser() -> argparse.ArgumentParser:
     )
     record.add_argument("--size", type=_size, metavar="WxH", help="frame size in pixels (default: 640x480)")
     record.set_defaults(run=run_record)
+
+    replay = commands.add_parser(
+        "replay",
+        help="run recorded states again and find where they part",
+        description="Run what `gsenv record --out FILE.npz` has recorded again, with the same actions, and compare\n"
+        "all states bit for bit; with --check, compare two recordings. Exit code 1 where they part.",
+        formatter_class=style,
+    )
+    replay.add_argument("file", type=Path, metavar="FILE", help="recording, .npz")
+    replay.add_argument("--check", type=Path, metavar="OTHER", help="compare with this recording, and run nothing")
+    replay.set_defaults(run=run_replay)
 
     _add_window_commands(commands)
 

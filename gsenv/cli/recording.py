@@ -1,4 +1,4 @@
-"""`gsenv record`: videos of environments and scenes."""
+"""`gsenv record`: videos of environments and scenes, and through replaying.py their states."""
 
 import argparse
 import importlib
@@ -17,6 +17,7 @@ from gsenv.envs import ENVS, PARALLEL_ENVS
 from .errors import FAILED, INTERRUPTED, OK, WRONG_USAGE, CliError
 from .names import SCENE_PREFIX, find_actor, suggestion
 from .progress import make_progress
+from .replaying import record_states
 
 if TYPE_CHECKING:
     import gymnasium
@@ -33,6 +34,8 @@ SCENE_FPS = 60.0  # largest frame rate of a recorded scene; with a shorter times
 
 
 def run_record(options: argparse.Namespace) -> int:
+    if options.out.suffix.lower() == ".npz":
+        return record_states(options)
     footage = _footage(options)
     video = _video_writer(options.out, footage.fps)
     try:
