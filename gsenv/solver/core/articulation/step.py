@@ -250,13 +250,11 @@ def _divide(world: Any, island: Any, s: Any, joints: Any, articulation: Any) -> 
             _continue(island, articulation)
         if island.kinematic:
             move_kinematic(world, s * whole + part_number * island.h)
+        refresh_contact_rows(world, island)
         _enter_middle(world, island, joints, articulation)
-        if island.joint_rows > 0:
-            settled = _find_rates(world, island, last, joints, articulation)
-        else:
-            set_free_rates(world, island, articulation)
-            settled = settle_rates(world, island, articulation)
+        settled = _find_rates(world, island, last, joints, articulation)
         if s == 0 and part_number == 0 and island.apart:
+            island.h, island.stored_scale, island.warm_start = whole, stored_scale, warm_start
             _return_to_start(world, island, articulation)
             return False
         end = s * whole + (part_number + 1) * island.h
