@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gsenv.solver import Options, Scene, World
+from gsenv.solver import Options, Scene
 from gsenv.solver.spatial import Axis, Box, Hinge, SixAxis, Universal
+from tests.solver.spatial.one_kernel import full_world
 
 FREQUENCY = 1.5  # Hz
 ARM = 0.3  # m
@@ -39,7 +40,7 @@ def swinging(axes: dict[str, Any]) -> Scene:
     ids=["translation", "rotation", "limits"],
 )
 def test_energy_is_conserved(axes: dict[str, Any], articulated: bool) -> None:
-    world = World(swinging(axes), options=Options(timestep=5e-4, articulated=articulated, sleep=False))
+    world = full_world(swinging(axes), options=Options(timestep=5e-4, articulated=articulated, sleep=False))
     world.step()
     start = world.diagnostics().energy[0]
     off = []
@@ -51,7 +52,7 @@ def test_energy_is_conserved(axes: dict[str, Any], articulated: bool) -> None:
 
 def test_the_stiffness_is_that_of_the_pose_in_which_the_joint_was_made() -> None:
     scene = swinging({"y": Axis(frequency=FREQUENCY), "turn_z": Axis()})
-    world = World(scene)
+    world = full_world(scene)
     stiffness = (2.0 * math.pi * FREQUENCY) ** 2 / (1.0 / MASS + ARM**2 / INERTIA[2])
     for turn in (0.0, 0.7, 2.0):
         half = 0.5 * turn
@@ -68,7 +69,7 @@ def test_a_hinge_swings_with_its_frequency(articulated: bool) -> None:
     shape = Box(half_extents=(0.1, 0.1, 0.1), mask=0)
     scene.add_body("body", shapes=[shape], mass=MASS, inertia=INERTIA, angular_velocity=(0.0, 0.0, 1.0))
     scene.add_joint("joint", Hinge("base", "body", axis=(0.0, 0.0, 1.0), frequency=FREQUENCY, damping_ratio=0.0))
-    world = World(scene, options=Options(timestep=1.0 / 120.0, articulated=articulated, sleep=False))
+    world = full_world(scene, options=Options(timestep=1.0 / 120.0, articulated=articulated, sleep=False))
     world.step(200)
     omega = 2.0 * math.pi * FREQUENCY
     assert world.joint_coordinate("joint")[0] == pytest.approx(math.sin(omega * 200 / 120) / omega, abs=1e-6)
@@ -87,7 +88,7 @@ def test_soft_limits_of_universal_joints_gain_no_energy() -> None:
             anchor=(0.05 * k, 0.0, -0.2 * k), turn_a=soft, turn_b=soft,
         )  # fmt: skip
         scene.add_joint(f"joint_{k}", joint)
-    world = World(scene, options=Options(timestep=0.02, sleep=False))
+    world = full_world(scene, options=Options(timestep=0.02, sleep=False))
     world.state.bodies["velocity"][0, -1, 3:] = (20.0, -30.0, 10.0)
     world.step()
     start = world.diagnostics().energy[0]

@@ -138,14 +138,27 @@ def test_a_snapshot_continues_bit_for_bit() -> None:
     assert everything(again) == everything(world)
 
 
-def test_reactions_are_the_change_of_momentum_in_divided_substeps_too() -> None:
-    """Of a ring that whips, but for the displacements that close it."""
-    world = articulated(ring(), sleep=False)
-    mass = 0.1 * 20
+SINGULAR = pytest.mark.xfail(reason="what closes a loop at a singular pose is in no reaction")
+
+
+@pytest.mark.parametrize(
+    ("build", "held", "rate"),
+    [
+        (four_bar, {"a": 1.0, "d": -1.0}, 240),
+        (slider_crank, {"pin": 1.0, "guide": 1.0}, 240),
+        pytest.param(ring, {"top": 1.0}, 60, marks=SINGULAR),
+    ],
+)
+def test_reactions_are_the_change_of_momentum(build: Callable[[], Scene], held: dict[str, float], rate: int) -> None:
+    """The joints to the ground and gravity alone change the momentum; ``held``: joint and sign of its reaction."""
+    world = articulated(build(), timestep=1.0 / rate, sleep=False)
+    weight = np.array([0.0, G * world.parameters.bodies["mass"][0, 1:].sum()])
     before = world.diagnostics().momentum[0]
-    for _ in range(120):
+    forces, given = [], []
+    for _ in range(2 * rate):
         world.step()
         now = world.diagnostics().momentum[0]
-        force = (now - before) * 60.0 + mass * np.array([0.0, G])
-        assert_allclose(np.abs(world.joint_reaction("top")[0, :2]), np.abs(force), rtol=0.01, atol=1e-3 * mass * G)
+        forces.append((now - before) * rate + weight)
+        given.append(sum((sign * world.joint_reaction(name)[0, :2] for name, sign in held.items()), np.zeros(2)))
         before = now
+    assert_allclose(given, forces, rtol=0.0, atol=1e-5 * float(np.abs(forces).max()))
