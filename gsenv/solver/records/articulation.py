@@ -212,6 +212,7 @@ def others_scratch(dim: int, joints: Array, trees: Array) -> dict[str, Array]:
         "free": np.zeros(rows),  # 1/kg, J M^-1 J^T of its bodies without joints in trees
         "mass": np.zeros(rows),  # kg or kg m^2, its effective mass in joint space
         "moved": np.zeros(rows),  # m kg or rad kg m^2 in 1/s: impulses that closed the joints
+        "last": np.zeros(rows),  # those of the last step of closing
         "order": np.zeros(equations, np.int32),  # row of each equation
         "give": np.zeros(equations),  # its softness
         "side": np.zeros(equations),

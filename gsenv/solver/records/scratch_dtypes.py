@@ -144,11 +144,13 @@ ISLAND_STEP_DTYPE = np.dtype(
         ("stored_scale", "f8"),  # factor of impulses that are stored for substeps of the usual length
         ("warm_start", "f8"),  # factor of the stored impulses; 0 for a cold start
         ("gravity_norm", "f8"),  # m/s^2
+        ("mass", "f8"),  # kg, of its bodies, in joint coordinates
         ("residual_scale", "f8"),  # of the squared residual in this substep
         ("residual", "f8"),  # of this substep's solve
         ("kinetic", "f8"),  # J, twice the kinetic energy at the start of the substep, in joint coordinates
         ("spin", "f8"),  # rad/s, fastest rotation of a link, in joint coordinates
         ("turning", "f8"),  # rad, fastest rotation of a link in a substep, in joint coordinates
+        ("share", "f8"),  # of the correction of positions that is made in this substep, in joint coordinates
         ("smooth", "f8"),  # 1: no velocity jumped in this substep, else 0
         ("error_sum", "f8"),  # J; sums |e|^2, |q/s|^2, |s r|^2 of the last substep, see natural_residual
         ("velocity_sum", "f8"),

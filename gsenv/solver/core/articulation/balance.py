@@ -10,6 +10,7 @@ from ..dispatch import by_dimension
 from .dynamics import respond
 from .energy import UNEVEN_TURN, keep_energy
 from .links import move_links, place_links
+from .reactions import add_corrections
 
 keep_momentum = by_dimension("articulation", "keep_momentum")
 carry = by_dimension("articulation", "carry")
@@ -31,7 +32,7 @@ def settle_rates(world: Any, island: Any, articulation: Any) -> Any:
     """Balance the momenta of a substep without rows; returns whether the corrections converged."""
     settled = _settle(world, island, articulation)
     if settled:
-        _restore_paths(world, island, articulation)
+        _restore_paths(world, island, articulation, 0.5, False)
     return settled
 
 
@@ -128,8 +129,18 @@ def set_imbalance(world: Any, island: Any, articulation: Any, touched: Any) -> A
 
 
 @njit
-def _restore_paths(world: Any, island: Any, articulation: Any) -> None:
-    """Move each tree that nothing holds as a whole, so that its centre of mass moves by its mean momentum."""
+def restore_paths_of_rows(world: Any, island: Any, articulation: Any) -> None:
+    """Restore the paths of trees where rows correct positions: finite rotations move centres by the squared angles."""
+    add_corrections(world, island, articulation)
+    _restore_paths(world, island, articulation, 0.5 * island.smooth, True)
+
+
+@njit
+def _restore_paths(world: Any, island: Any, articulation: Any, old: Any, corrected: Any) -> None:
+    """Move each tree that nothing holds as a whole, so that its centre of mass moves by its mean momentum.
+
+    ``old``: the part of the old momentum in the mean; ``corrected``: whether ``link.contact`` moves links besides.
+    """
     links = articulation.links
     body_parameters = world.parameters.bodies
     bodies = world.state.bodies
@@ -140,31 +151,34 @@ def _restore_paths(world: Any, island: Any, articulation: Any) -> None:
         parameters = body_parameters[link.body]
         for d in range(dim):
             force = bodies[link.body].force[d] + parameters.mass * parameters.gravity_scale * gravity[d]
-            momenta = link.push[d] - island.h * force + parameters.mass * link.velocity[d]
-            link.force[d] = 0.5 * island.h * momenta - parameters.mass * (link.position[d] - link.start[d])
+            momentum = old * (link.push[d] - island.h * force) + (1.0 - old) * parameters.mass * link.velocity[d]
+            if corrected:
+                momentum += link.contact[d]
+            link.force[d] = island.h * momentum - parameters.mass * (link.position[d] - link.start[d])
         link.force[dim] = parameters.mass
-    _average_over_trees(island, links, dim)
+    average_over_trees(island, links, dim)
     for k in range(island.body_count):
         for d in range(dim):
             links[k].position[d] += links[k].response[d]
 
 
 @njit
-def restore_momenta(world: Any, island: Any, articulation: Any) -> None:
-    """Move each tree that nothing holds as a whole, by rounding, so that its momentum is the one that it must be.
+def restore_momenta(world: Any, island: Any, articulation: Any, h: Any) -> None:
+    """Move each tree that nothing holds as a whole, by rounding, so that its momentum is ``push`` and ``contact``.
 
-    The corrections of the rates end before their momenta are exact; sums over many steps would show that.
+    The corrections of the rates end before their momenta are exact; sums over many steps would show that.  ``h``: s,
+    in which damping acts.
     """
     links = articulation.links
     body_parameters = world.parameters.bodies
     dim = len(world.parameters.world.gravity)
     for k in range(island.body_count):
         link = links[k]
-        mass = body_parameters[link.body].mass * (1.0 + island.h * body_parameters[link.body].linear_damping)
+        mass = body_parameters[link.body].mass * (1.0 + h * body_parameters[link.body].linear_damping)
         for d in range(dim):
             link.force[d] = link.push[d] + link.contact[d] - mass * link.velocity[d]
         link.force[dim] = mass
-    _average_over_trees(island, links, dim)
+    average_over_trees(island, links, dim)
     for k in range(island.body_count):
         link = links[k]
         for d in range(dim):
@@ -174,7 +188,7 @@ def restore_momenta(world: Any, island: Any, articulation: Any) -> None:
 
 
 @njit
-def _average_over_trees(island: Any, links: Any, dim: Any) -> None:
+def average_over_trees(island: Any, links: Any, dim: Any) -> None:
     """Set ``response`` of links to the sum of ``force`` over its tree by that of the masses, which come after it.
 
     0 for trees that are held.

@@ -10,19 +10,24 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from ...jit import njit
 from ..dispatch import by_dimension
 from ..integrate import move_kinematic
 from ..joints import write_joint_rows
 from ..rows import BILATERAL, UNILATERAL
 from ..slices import part
+from .balance import average_over_trees, restore_momenta
 from .dynamics import factorise_links, respond_outward, set_middle
 from .energy import energy_by_forces, keep_energy, lose_energy
 from .equations import bound_correction, correct_others, factorise_equations, only_closes, size_of
 from .links import largest_share, move_links, place_links, set_base
 from .other_joints import has_position, is_in_tree
+from .reactions import add_impulses, add_pushes, keep_pushes
 from .rows import whiten_rows
 
+keep_momentum = by_dimension("articulation", "keep_momentum")
 leave_link = by_dimension("articulation", "leave_link")
 
 LOOSE = 1e-5  # of a body's size, or rad: smaller errors are left to the next substep
@@ -45,22 +50,51 @@ def close_others(world: Any, island: Any, end: Any, joints: Any, articulation: A
     for r in range(island.other_rows):
         others.moved[r] = 0.0
     smooth = only_closes(world, island, others) and island.smooth == 1.0
-    closed = False
-    last = 0.0
-    for k in range(MOST_CLOSINGS):
-        error = _measure(world, island, joints, others)
-        if error <= LOOSE or (k > CHORDS and error >= last):  # the latter where joints contradict each other
-            break
-        last = error
-        if k >= CHORDS:
-            _factorise_here(world, island, articulation, others)
-        _take_step(world, island, articulation, others)
-        closed = True
-    if closed:
-        _slow_links(world, island, articulation, others)
-    if not (smooth and keep_energy(world, island, articulation, 0.0)) and not island.has_springs:
+    keep_pushes(world, island, articulation)
+    steps, closed = _close(world, island, joints, articulation, others)
+    share = _slow_links(world, island, articulation, others) if steps > 0 else 0.0
+    _set_impulses(world, island, others, share)
+    add_impulses(world, island, articulation, island.rows)
+    restore_momenta(world, island, articulation, 0.0)
+    if not (smooth and closed and keep_energy(world, island, articulation, 0.0)) and not island.has_springs:
         lose_energy(world, island, articulation, 0.0)
     _leave_velocities(world, island, articulation.links)
+    add_pushes(world, island, articulation, joints)
+
+
+@njit
+def _close(world: Any, island: Any, joints: Any, articulation: Any, others: Any) -> Any:
+    """Take steps of Newton's method while they reduce the error; returns (number of steps, whether all joints hold)."""
+    newton = False
+    last = np.inf
+    for k in range(MOST_CLOSINGS + 1):
+        error = _measure(world, island, joints, others)
+        if error <= LOOSE:
+            return k, True
+        if error >= last:
+            _take_back(world, island, articulation, others)
+            if newton:  # joints contradict each other
+                break
+            newton = True
+            last = np.inf
+            continue
+        if k == MOST_CLOSINGS:
+            return k, False
+        last = error
+        newton = newton or k >= CHORDS
+        if newton:
+            _factorise_here(world, island, articulation, others)
+        _take_step(world, island, articulation, others)
+    _measure(world, island, joints, others)
+    return k, False
+
+
+@njit
+def _set_impulses(world: Any, island: Any, others: Any, share: Any) -> None:
+    """Set the impulses of the rows to those that ``_slow_links`` has given the links."""
+    rows = world.scratch.rows
+    for r in range(island.other_rows):
+        rows[r].impulse = share * others.moved[r] if rows[r].slot == others.slots[r] else 0.0
 
 
 @njit
@@ -147,11 +181,53 @@ def _take_step(world: Any, island: Any, articulation: Any, others: Any) -> None:
     for f in range(island.freedoms):
         step[f] = share * island.h * change[f]
         articulation.before[f] += share * change[f]
-        articulation.conjugate[f] += share * z[f]
+        z[f] *= share
+        articulation.conjugate[f] += z[f]
     for r in range(island.other_rows):
-        others.moved[r] += share * rows[r].position_impulse
+        others.last[r] = share * rows[r].position_impulse
+        others.moved[r] += others.last[r]
+    _place(world, island, articulation, others)
+
+
+@njit
+def _take_back(world: Any, island: Any, articulation: Any, others: Any) -> None:
+    """Undo the last step."""
+    step = articulation.step
+    for f in range(island.freedoms):
+        step[f] = -step[f]
+        articulation.before[f] += step[f] / island.h
+        articulation.conjugate[f] -= articulation.whitened[f]
+    for r in range(island.other_rows):
+        others.last[r] = -others.last[r]
+        others.moved[r] += others.last[r]
+    _place(world, island, articulation, others)
+
+
+@njit
+def _place(world: Any, island: Any, articulation: Any, others: Any) -> None:
+    """Move the links by ``step``, and each tree that nothing holds as a whole, to where the impulses move its centre.
+
+    Of finite rotations the first does not, by the square of the angles.
+    """
+    rows = world.scratch.rows
+    links = articulation.links
+    body_parameters = world.parameters.bodies
     _start_again(world, island, articulation)
     place_links(world, island, articulation)
+    for r in range(island.other_rows):
+        rows[r].impulse = others.last[r]
+    add_impulses(world, island, articulation, island.rows)
+    dim = len(world.parameters.world.gravity)
+    for k in range(island.body_count):
+        link = links[k]
+        mass = body_parameters[link.body].mass
+        for d in range(dim):
+            link.force[d] = island.h * link.contact[d] - mass * (link.position[d] - link.start[d])
+        link.force[dim] = mass
+    average_over_trees(island, links, dim)
+    for k in range(island.body_count):
+        for d in range(dim):
+            links[k].position[d] += links[k].response[d]
     _leave(world, island, articulation)
 
 
@@ -178,8 +254,11 @@ def _leave(world: Any, island: Any, articulation: Any) -> None:
 
 
 @njit
-def _slow_links(world: Any, island: Any, articulation: Any, others: Any) -> None:
-    """Add the share of the displacement over h to the rates that leaves least energy; see joint_closing.py."""
+def _slow_links(world: Any, island: Any, articulation: Any, others: Any) -> Any:
+    """Add the share of the displacement over h to the rates that leaves least energy, and return it.
+
+    See joint_closing.py.
+    """
     rows = world.scratch.rows
     bodies = world.state.bodies
     rate = articulation.rate
@@ -198,9 +277,29 @@ def _slow_links(world: Any, island: Any, articulation: Any, others: Any) -> None
         curve += z[f] * z[f]
     share = min(max(-slope / curve, 0.0), 1.0) if curve > 0.0 else 0.0
     for f in range(island.freedoms):
-        rate[f] += share * articulation.before[f]
         articulation.step[f] = 0.0
     _start_again(world, island, articulation)
     place_links(world, island, articulation)
     move_links(island, articulation, rate)
+    energy = _energy_of(world, island, articulation.links)
+    for f in range(island.freedoms):
+        rate[f] += share * articulation.before[f]
+    move_links(island, articulation, rate)
+    if _energy_of(world, island, articulation.links) > energy:  # after far displacements, of joints that contradict
+        for f in range(island.freedoms):
+            rate[f] -= share * articulation.before[f]
+        share = 0.0
+        move_links(island, articulation, rate)
     _leave(world, island, articulation)
+    return share
+
+
+@njit
+def _energy_of(world: Any, island: Any, links: Any) -> Any:
+    """Return twice the kinetic energy of the links."""
+    energy = 0.0
+    for k in range(island.body_count):
+        keep_momentum(links[k], world.parameters.bodies[links[k].body])
+        for d in range(len(links[k].momentum)):
+            energy += links[k].momentum[d] * links[k].velocity[d]
+    return energy

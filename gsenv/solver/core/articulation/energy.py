@@ -56,6 +56,8 @@ def lose_energy(world: Any, island: Any, articulation: Any, stored: Any) -> None
 def _scale_rest(world: Any, island: Any, articulation: Any, released: Any, least: Any, most: Any) -> None:
     """Scale what is no rigid motion to the energy that forces leave it; ``least``, ``most``: of the factor's square.
 
+    Where ``least`` is 0 and forces leave less than the energy of rigid motions, these are scaled too.
+
     ``released``: twice the energy in J that it has from elsewhere.
     """
     links = articulation.links
@@ -67,14 +69,18 @@ def _scale_rest(world: Any, island: Any, articulation: Any, released: Any, least
             energy += links[k].momentum[d] * links[k].velocity[d]
     rigid = _set_rigid_motions(island, links)
     inner = energy - rigid
-    wanted = energy_by_forces(world, island, links) + released - rigid
-    if inner > 0.0:
-        scale = min(max(max(wanted, 0.0) / inner, least), most) ** 0.5
+    total = energy_by_forces(world, island, links) + released
+    wanted = total - rigid
+    whole = 1.0
+    if wanted < 0.0 and least == 0.0:  # poses that were moved may have given trees momentum
+        whole = (max(total, 0.0) / rigid) ** 0.5
+    if inner > 0.0 or whole < 1.0:
+        scale = min(max(max(wanted, 0.0) / max(inner, 1e-300), least), most) ** 0.5
         for k in range(island.body_count):
             link = links[k]
             for f in range(link.first, link.first + link.count):
                 kept = link.response[f - link.first] if link.kind == _FREE else 0.0
-                rate[f] = kept + scale * (rate[f] - kept)
+                rate[f] = whole * kept + scale * (rate[f] - kept)
         move_links(island, articulation, rate)
     _restore_centers(island, links)
 

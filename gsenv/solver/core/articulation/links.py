@@ -154,9 +154,11 @@ def _enter(world: Any, island: Any, articulation: Any) -> Any:
     joint_parameters = world.parameters.joints
     for f in range(island.freedoms):
         step[f] = 0.0
+    island.mass = 0.0
     for k in range(island.body_count):
         link = links[k]
         body = bodies[link.body]
+        island.mass += body_parameters[link.body].mass
         enter_link(link, body)
         for d in range(len(link.turn)):
             link.turn[d] = 0.0

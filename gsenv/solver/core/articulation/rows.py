@@ -15,6 +15,7 @@ from ..dispatch import by_dimension
 from ..rows import DISC, FRICTION, IDLE
 
 REGULAR = 1e-12  # of the product of the diagonals: smallest determinant of the block of two tangents
+HELD = 1e-6  # of the inverse mass of all bodies: least diagonal of a row at a point that joints hold still
 
 reduced = by_dimension("articulation", "reduced")
 added = by_dimension("articulation", "added")
@@ -38,6 +39,7 @@ def whiten_rows(world: Any, island: Any, articulation: Any) -> None:
     end = int64(island.joint_rows)  # of the contact
     while r < island.rows:
         row = rows[r]
+        least = 0.0
         if row.kind == IDLE:
             _leave_out(row, spans[r])
             r += 1
@@ -46,6 +48,7 @@ def whiten_rows(world: Any, island: Any, articulation: Any) -> None:
         if r == end:
             end = r + int(row.span)
             width = _width(rows, r, end - r)
+            least = HELD / island.mass
         a = places[row.body_a] if body_parameters[row.body_a].inv_mass > 0.0 else -1
         b = places[row.body_b] if body_parameters[row.body_b].inv_mass > 0.0 else -1
         ends = (links[a].last if a >= 0 else -1, links[b].last if b >= 0 else -1)
@@ -64,10 +67,10 @@ def whiten_rows(world: Any, island: Any, articulation: Any) -> None:
             for i in range(width):
                 _whiten_one(rows, r + i, (a, b), counts, articulation)
         if width == 3:
-            _gather_three(rows, r, spans, articulation.values)
+            _gather_three(rows, r, spans, articulation.values, least)
         else:
             for i in range(width):
-                set_diagonal(rows, r + i, spans, articulation.values)
+                _set_diagonal(rows, r + i, spans, articulation.values, least)
             if width > 1:
                 spans[r].one = _product(spans[r], spans[r + 1], articulation.values)
         way += counts[2]
@@ -88,7 +91,7 @@ def _leave_out(row: Any, span: Any) -> None:
 
 
 @njit
-def _gather_three(rows: Any, r: Any, spans: Any, values: Any) -> None:
+def _gather_three(rows: Any, r: Any, spans: Any, values: Any, least: Any) -> None:
     """Set the products of a normal and its two tangents, and write what sweeps read of them to the normal's span."""
     span = spans[r]
     nn, ns, nt, a, b, c = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
@@ -102,9 +105,9 @@ def _gather_three(rows: Any, r: Any, spans: Any, values: Any) -> None:
         b += z * z
         c += y * z
         at += uint64(3)
-    _set_size(rows[r], nn + rows[r].softness)
-    _set_size(rows[r + 1], a + rows[r + 1].softness)
-    _set_size(rows[r + 2], b + rows[r + 2].softness)
+    _set_size(rows[r], max(nn + rows[r].softness, least))
+    _set_size(rows[r + 1], max(a + rows[r + 1].softness, least))
+    _set_size(rows[r + 2], max(b + rows[r + 2].softness, least))
     rows[r + 1].coupling = c
     span.one = ns
     span.two = nt
@@ -250,9 +253,9 @@ def _write(values: Any, at: Any, root: Any, x: Any, y: Any, z: Any) -> None:
 
 
 @njit
-def set_diagonal(rows: Any, r: Any, spans: Any, values: Any) -> None:
-    """Set the diagonal and the effective mass of a row."""
-    _set_size(rows[r], rows[r].softness + _product(spans[r], spans[r], values))
+def _set_diagonal(rows: Any, r: Any, spans: Any, values: Any, least: Any) -> None:
+    """Set the diagonal, at least ``least``, and the effective mass of a row."""
+    _set_size(rows[r], max(rows[r].softness + _product(spans[r], spans[r], values), least))
 
 
 @njit

@@ -44,7 +44,10 @@ def start_solve(world: Any, island: Any, articulation: Any) -> Any:
             u = min(abs(u), row.friction * approach)
         elif row.kind > DISC:
             u = min(abs(u), max((row.friction * approach) ** 2 - slip * slip, 0.0) ** 0.5)
-        s += (fall * fall + u * u) * row.effective_mass
+        mass = row.effective_mass
+        if r >= island.joint_rows and (row.correction == UNILATERAL or spans[r].width == 0):
+            mass = min(mass, island.mass)  # more where joints hold the point still
+        s += (fall * fall + u * u) * mass
     add_all_impulses(world, island, articulation)
     return s
 

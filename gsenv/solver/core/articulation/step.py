@@ -21,11 +21,11 @@ from ..integrate import move_kinematic
 from ..joints import any_driven, clear_totals
 from ..slices import part
 from ..springs import any_sprung
-from .balance import restore_momenta, settle_rates
+from .balance import restore_momenta, restore_paths_of_rows, settle_rates
 from .closing import close_others
 from .contact_balance import change_of_rows, correct_forces, end_with_rows, rates_of_rows, settle_rows
 from .dynamics import factorise_links, set_free_rates, set_middle
-from .energy import keep_energy, lose_energy, stored_energy
+from .energy import UNEVEN_TURN, keep_energy, lose_energy, stored_energy
 from .equations import (
     clear_biases,
     contradiction,
@@ -196,6 +196,8 @@ def _finish(world: Any, island: Any, end: Any, last: Any, settled: Any, joints: 
 
     ``last``: whether the step ends there.
     """
+    if island.touched and island.share > 0.0 and (island.other_rows > 0 or island.share < 1.0):
+        restore_paths_of_rows(world, island, articulation)
     add_impulses(world, island, articulation, island.joint_rows)
     _leave(world, island, articulation, not settled)
     _store(world, island, last, joints, articulation)
@@ -307,6 +309,7 @@ def _correct(world: Any, island: Any, articulation: Any) -> Any:
         change_of_rows(island, articulation)
         share = largest_share(island, articulation)
         add_all_impulses(world, island, articulation)
+    island.share = share
     for f in range(island.freedoms):
         shift[f] = share * island.h * change[f] if corrected else 0.0
     rows = world.scratch.rows
@@ -389,11 +392,13 @@ def _keep_velocities(world: Any, island: Any, articulation: Any) -> None:
 @njit
 def _leave(world: Any, island: Any, articulation: Any, held: Any) -> None:
     """Move the bodies to their links at the end of the substep; ``held``: whether their rates did not settle."""
-    restore_momenta(world, island, articulation)
+    restore_momenta(world, island, articulation, island.h)
     if held:
         world.state.world.unconverged += 1
         stored = stored_energy(world, island, articulation) if island.has_springs else 0.0
         lose_energy(world, island, articulation, stored)
+    elif island.touched and island.turning > UNEVEN_TURN and not island.has_springs:
+        lose_energy(world, island, articulation, 0.0)
     links = articulation.links
     bodies = world.state.bodies
     substep_bodies = world.scratch.substep_bodies
