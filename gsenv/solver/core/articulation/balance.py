@@ -69,14 +69,12 @@ def _settle(world: Any, island: Any, articulation: Any) -> Any:
             for f in range(island.freedoms):
                 rate[f] += change[f]
             move_links(island, articulation, rate)
-            keep_energy(world, island, articulation, UNEVEN_TURN)
-            return True
+            return keep_energy(world, island, articulation, UNEVEN_TURN) >= 0
         if k > 0 and error < last and error * (error / last) <= settled * energy:
             for f in range(island.freedoms):
                 rate[f] += change[f]
             _end_at_rates(world, island, articulation)
-            keep_energy(world, island, articulation, UNEVEN_TURN)
-            return True
+            return keep_energy(world, island, articulation, UNEVEN_TURN) >= 0
         if k == 0 or error < least:
             least = error
             for f in range(island.freedoms):

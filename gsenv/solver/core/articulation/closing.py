@@ -56,7 +56,7 @@ def close_others(world: Any, island: Any, end: Any, joints: Any, articulation: A
     _set_impulses(world, island, others, share)
     add_impulses(world, island, articulation, island.rows)
     restore_momenta(world, island, articulation, 0.0)
-    if not (smooth and closed and keep_energy(world, island, articulation, 0.0)) and not island.has_springs:
+    if not (smooth and closed and keep_energy(world, island, articulation, 0.0) > 0) and not island.has_springs:
         lose_energy(world, island, articulation, 0.0)
     _leave_velocities(world, island, articulation.links)
     add_pushes(world, island, articulation, joints)

@@ -28,18 +28,20 @@ _FREE = int(LinkKind.FREE)
 _STORELESS = (int(JointKind.ROWS), int(JointKind.TARGET), int(JointKind.GEAR))
 UNEVEN_TURN = 0.02  # rad in a substep: of slower links the error of the energy is small
 MOST_SCALED = 0.1  # largest relative change of the rates
+MOST_LEFT = 1e-4  # of the energy: largest error that may be left then
 
 
 @njit
 def keep_energy(world: Any, island: Any, articulation: Any, turn: Any) -> Any:
     """Scale the rates at the end of the substep to the energy at which forces have done the work, if only they do.
 
-    ``turn``: rad, of links that turn less in the substep nothing is scaled.  Returns whether it was.
+    ``turn``: rad, of links that turn less in the substep nothing is scaled.  Returns 1 if they have that energy now, 0
+    if more than forces does work, -1 if the substep is too long: the error is too large to be scaled away.
     """
     if not _conserves_energy(world, island, articulation, turn):
-        return False
-    _scale_rest(world, island, articulation, 0.0, (1.0 - MOST_SCALED) ** 2, (1.0 + MOST_SCALED) ** 2)
-    return True
+        return 0
+    left = _scale_rest(world, island, articulation, 0.0, (1.0 - MOST_SCALED) ** 2, (1.0 + MOST_SCALED) ** 2)
+    return 1 if left <= MOST_LEFT else -1
 
 
 @njit
@@ -58,7 +60,7 @@ def _scale_rest(world: Any, island: Any, articulation: Any, released: Any, least
 
     Where ``least`` is 0 and forces leave less than the energy of rigid motions, these are scaled too.
 
-    ``released``: twice the energy in J that it has from elsewhere.
+    ``released``: twice the energy in J that it has from elsewhere.  Returns the error that is left, of the energy.
     """
     links = articulation.links
     rate = articulation.rate
@@ -71,7 +73,7 @@ def _scale_rest(world: Any, island: Any, articulation: Any, released: Any, least
     inner = energy - rigid
     total = energy_by_forces(world, island, links) + released
     wanted = total - rigid
-    whole = 1.0
+    scale = whole = 1.0
     if wanted < 0.0 and least == 0.0:  # poses that were moved may have given trees momentum
         whole = (max(total, 0.0) / rigid) ** 0.5
     if inner > 0.0 or whole < 1.0:
@@ -83,6 +85,7 @@ def _scale_rest(world: Any, island: Any, articulation: Any, released: Any, least
                 rate[f] = whole * kept + scale * (rate[f] - kept)
         move_links(island, articulation, rate)
     _restore_centers(island, links)
+    return abs(wanted - scale * scale * inner) / max(total, energy, 1e-300)
 
 
 @njit
