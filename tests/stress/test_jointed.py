@@ -14,14 +14,13 @@ from tests.stress.jointed import random_jointed_case
 from tests.stress.measure import problems, run_case
 
 STEPS = 300
-OPEN_SEEDS = (122, 290, 381, 1192)  # of 0 to 1499; in joint coordinates only
+OPEN_SEEDS = (1793,)  # of 0 to 4999; in joint coordinates only
 
 
 @batches(count=280, size=28, nightly_from=112)
 def test_random_jointed_scenes(seeds: range) -> None:
     """No NaN, no exception, no energy explosion, bounded speeds."""
-    closed = [seed for seed in seeds if seed not in OPEN_SEEDS]
-    broken = [problems(run_case(random_jointed_case(seed), STEPS)) for seed in closed]
+    broken = [problems(run_case(random_jointed_case(seed), STEPS)) for seed in seeds]
     assert not any(broken), "\n".join(filter(None, broken))
 
 
@@ -34,7 +33,14 @@ def test_scenes_in_joint_coordinates(seed: int) -> None:
     assert not broken, broken
 
 
-@pytest.mark.xfail(reason="contradictory joints; a heap of ragdolls that explodes in one step; a chain that spins")
+@pytest.mark.parametrize("seed", [122, 154, 290, 381, 1192])
+def test_rare_scenes(seed: int) -> None:
+    """Of 5,000 seeds: loops that cannot close, a contact whose point joints hold still, a chain that whips."""
+    broken = problems(run_case(random_jointed_case(seed), STEPS))
+    assert not broken, broken
+
+
+@pytest.mark.xfail(reason="a taut chain gains 1.3e-3 of its energy scale")
 @pytest.mark.parametrize("seed", OPEN_SEEDS)
 def test_open_seeds(seed: int) -> None:
     broken = problems(run_case(random_jointed_case(seed), STEPS))

@@ -74,7 +74,7 @@ def _scale_rest(world: Any, island: Any, articulation: Any, released: Any, least
     total = energy_by_forces(world, island, links) + released
     wanted = total - rigid
     scale = whole = 1.0
-    if wanted < 0.0 and least == 0.0:  # poses that were moved may have given trees momentum
+    if wanted < 0.0 and least == 0.0 and rigid > 0.0:  # poses that were moved may have given trees momentum
         whole = (max(total, 0.0) / rigid) ** 0.5
     if inner > 0.0 or whole < 1.0:
         scale = min(max(max(wanted, 0.0) / max(inner, 1e-300), least), most) ** 0.5

@@ -9,6 +9,7 @@ import pytest
 
 from gsenv.solver import Options, Scene, World
 from gsenv.solver.planar import Box as Box2D
+from gsenv.solver.planar import Capsule as Capsule2D
 from gsenv.solver.planar import HalfPlane, Revolute
 from gsenv.solver.spatial import Ball, Box, Plane
 
@@ -99,3 +100,19 @@ def test_fast_links_gain_no_energy_on_the_ground_and_hardly_enter_it(dim: int, s
     assert kinetic > 10.0
     assert gains.sum() < 0.01 * kinetic, gains.sum() / kinetic
     assert deepest < 0.01, deepest
+
+
+def test_a_contact_that_joints_hold_still_does_not_end_the_solve() -> None:
+    """A bar from a fixed pin to a wall, on which boxes lie: along the bar no impulse at the wall moves anything."""
+    scene = Scene(dim=2)
+    scene.add_body("ground", "static", shapes=[HalfPlane(), Box2D(half_extents=(0.1, 1.0), position=(1.15, 1.0))])
+    scene.add_body("bar", shapes=[Capsule2D(half_length=0.5, radius=0.05)], position=(0.5, 0.05))
+    scene.add_body("post", "static")
+    scene.add_joint("pin", Revolute("post", "bar", anchor=(0.0, 0.05)))
+    for k in range(3):
+        scene.add_body(f"box_{k}", shapes=[Box2D(half_extents=(0.2, 0.1))], position=(0.5, 0.2 + 0.2 * k))
+    world = World(scene, options=Options(articulated=True, sleep=False))
+    for _ in range(60):
+        world.step()
+        assert np.abs(world.linear_velocity[0]).max() < 1e-3
+        assert world.diagnostics().penetration[0] < 1e-4
