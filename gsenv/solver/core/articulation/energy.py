@@ -55,7 +55,7 @@ def lose_energy(world: Any, island: Any, articulation: Any, stored: Any) -> None
 
 
 @njit
-def _scale_rest(world: Any, island: Any, articulation: Any, released: Any, least: Any, most: Any) -> None:
+def _scale_rest(world: Any, island: Any, articulation: Any, released: Any, least: Any, most: Any) -> Any:
     """Scale what is no rigid motion to the energy that forces leave it; ``least``, ``most``: of the factor's square.
 
     Where ``least`` is 0 and forces leave less than the energy of rigid motions, these are scaled too.
