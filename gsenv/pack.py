@@ -15,9 +15,12 @@ _ZIP_TIME = (1980, 1, 1, 0, 0, 0)  # of each entry: equal kernels make equal fil
 
 
 def pack_targets() -> list[str]:
-    """Return the names of the targets of `gsenv.warmup` that a set is for: all environments, each alone and batched."""
+    """Return the names of the targets of `gsenv.warmup` that a set is for.
+
+    They are all environments, each alone and batched, and scenes of the user's own.
+    """
     environments = {entry.id for entry in ENVS} | {entry.name for entry in PARALLEL_ENVS}
-    return [name for name in warmup_targets() if name in environments]
+    return [name for name in warmup_targets() if name in environments or name.startswith("any scene")]
 
 
 def compile_for_baseline(names: list[str], processes: int, cache: Path) -> Iterator[str]:

@@ -13,6 +13,7 @@ import gymnasium
 import numpy as np
 
 from gsenv.envs import ENVS, PARALLEL_ENVS
+from gsenv.solver.records.kernel_variants import OWN_KERNELS
 
 LONGEST = ("GRagdoll", "GCar3D", "GStack3D", "GRagdoll2D")  # to compile; these come first, so that no core waits
 
@@ -33,6 +34,7 @@ def warmup_targets() -> dict[str, Callable[[], None]]:
         for name, spec in SCENES.items()
         if spec.dim == 2 or name == "cube_stack"
     }
+    targets |= {f"any scene in {dim}D": partial(_run_any_scene, dim) for dim in (2, 3)}
     targets["windows"] = _run_window
     targets["Problem and solve"] = _solve_problem
     targets["many bodies"] = _run_many_bodies
@@ -51,15 +53,15 @@ def compile_targets(
     Raises:
         the error of a target that failed.
     """
-    if processes == 1 and environment is None:
-        targets = warmup_targets()
-        for name in names:
-            targets[name]()
-            yield name
-        return
     before = dict(os.environ)
-    os.environ.update(environment or {})  # new processes inherit it
+    os.environ.update({OWN_KERNELS: "1", **(environment or {})})  # new processes inherit it
     try:
+        if processes == 1 and environment is None:
+            targets = warmup_targets()
+            for name in names:
+                targets[name]()
+                yield name
+            return
         with multiprocessing.get_context("spawn").Pool(min(processes, len(names))) as pool:
             yield from pool.imap_unordered(_run_target, names)
     finally:
@@ -146,6 +148,32 @@ def _run_jointed_terrain() -> None:
         scene.add_body(f"box_{k}", shapes=[Box(half_extents=(0.1, 0.1))], position=(0.2 * k, 0.1))
     scene.add_joint("weld", Weld("box_0", "box_1"))
     World(scene).step()
+
+
+def _run_any_scene(dim: int) -> None:
+    """Compile the kernels that step scenes without one of their own, without and with joints, and what reads worlds."""
+    from gsenv.solver import Scene, World, planar, spatial
+    from gsenv.solver.records.kernel_variants import ONE_KERNEL
+
+    plain = Scene(dim=dim)
+    jointed = Scene(dim=dim)
+    for scene in (plain, jointed):
+        for name in ("one", "other"):
+            scene.add_body(name, shapes=[planar.Circle(radius=1.0) if dim == 2 else spatial.Sphere(radius=1.0)])
+    jointed.add_joint("joint", (planar.Revolute if dim == 2 else spatial.Ball)("one", "other"))
+    before = os.environ.get(ONE_KERNEL)
+    os.environ[ONE_KERNEL] = str(dim)
+    try:
+        for scene in (plain, jointed):
+            world = World(scene)
+            world.step()
+            world.diagnostics()
+            world.contacts()
+    finally:
+        if before is None:
+            del os.environ[ONE_KERNEL]
+        else:
+            os.environ[ONE_KERNEL] = before
 
 
 def _run_window() -> None:

@@ -107,6 +107,17 @@ def entry(kernel: Any, *arguments: Any) -> Callable[..., Any]:
     return kernel.overloads[signature].entry_point
 
 
+def is_compiled(kernel: Any, *arguments: Any) -> bool:
+    """Whether the code of a kernel for arguments of these types is loaded, in the cache or among the precompiled."""
+    if not hasattr(kernel, "typeof_pyval"):  # plain Python, or a numba with other internals
+        return True
+    signature = tuple(kernel.typeof_pyval(argument) for argument in arguments)
+    if signature in kernel.overloads:
+        return True
+    stored = getattr(kernel, "_cache", None)
+    return isinstance(stored, _KernelCache) and stored.has(signature, kernel.targetctx.codegen())
+
+
 def compiled_kernels() -> list[str]:
     """Return the names ("module.function") of the kernels that this process has compiled or loaded, sorted.
 
@@ -155,11 +166,17 @@ class _EntryFiles:
         except Exception:  # missing or unreadable for any reason
             return self._load_precompiled(key)
 
+    def has(self, key: Any) -> bool:
+        """Whether there is a file of `key`, here or in the set of precompiled kernels."""
+        if self._path(key).is_file():
+            return True
+        baseline = _baseline_key(key)
+        return baseline is not None and precompiled.has(self._path(baseline).name)
+
     def _load_precompiled(self, key: Any) -> Any:
-        signature, target, codes, inner = key
-        if inner or precompiled.machine() not in precompiled.BASELINES:
+        key = _baseline_key(key)
+        if key is None:
             return None
-        key = (signature, precompiled.baseline_target(target), codes, inner)
         try:
             data = precompiled.find(self._path(key).name)
             return None if data is None else _entry(data, key)
@@ -202,6 +219,14 @@ class _EntryFiles:
                 path.unlink(missing_ok=True)
 
 
+def _baseline_key(key: Any) -> Any:
+    """Return the key of the same kernel, for the baseline CPU; None if it cannot be precompiled."""
+    signature, target, codes, inner = key
+    if inner or precompiled.machine() not in precompiled.BASELINES:
+        return None
+    return (signature, precompiled.baseline_target(target), codes, inner)
+
+
 def _entry(data: bytes, key: Any) -> Any:
     """Return what a file holds under `key`.
 
@@ -231,6 +256,10 @@ class _KernelCache(FunctionCache):
     def _index_key(self, sig: Any, codegen: Any) -> Any:
         """Return numba's key, and whether the entry has no wrapper for Python."""
         return (*super()._index_key(sig, codegen), getattr(self._kernel, "inner", False))
+
+    def has(self, sig: Any, codegen: Any) -> bool:
+        """Whether the code for a signature is stored; where it is stale, it is compiled all the same."""
+        return self._cache_file.has(self._index_key(sig, codegen))
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         try:
@@ -278,14 +307,15 @@ def _with_cache_folder(function: Callable[..., Any], options: dict[str, Any], di
 
 
 def _say_uncached(reason: str) -> None:
-    _say_once(
+    say_once(
         "uncached",
         f"gsenv: compiled kernels cannot be kept ({reason}), so every process compiles them anew; "
         "set NUMBA_CACHE_DIR to a writable folder",
     )
 
 
-def _say_once(topic: str, line: str) -> None:
+def say_once(topic: str, line: str) -> None:
+    """Print a line to stderr, the first of its topic in this process."""
     if topic not in _notices_given:
         _notices_given.add(topic)
         if sys.stderr is not None:  # None in a windowed process
@@ -329,7 +359,7 @@ class _CompileNotice(event.Listener):
 
     def _say_when_slow(self, elapsed: float) -> None:
         if self._spent + elapsed >= QUIET_SECONDS:
-            _say_once(
+            say_once(
                 "compile",
                 f"gsenv: compiling kernels, a minute or more, once: {precompiled.why_not()} "
                 "(run `gsenv warmup` to do it ahead of time)",

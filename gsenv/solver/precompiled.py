@@ -59,6 +59,10 @@ class KernelSet:
         """Return the entry of this name, or None."""
         return self._zip.read(name) if name in self._names else None
 
+    def has(self, name: str) -> bool:
+        """Whether there is an entry of this name."""
+        return name in self._names
+
     def has_other_version(self, name: str) -> bool:
         """Whether the set has this kernel, for other sources or arguments."""
         return function_of(name) in self._functions
@@ -123,6 +127,12 @@ def find(name: str) -> bytes | None:
     if data is None and found.has_other_version(name):
         _stale.append(name)
     return data
+
+
+def has(name: str) -> bool:
+    """Whether the set has an entry of this name."""
+    found = open_set()
+    return not isinstance(found, str) and found.has(name)
 
 
 def why_not() -> str:

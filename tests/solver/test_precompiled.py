@@ -146,3 +146,40 @@ def test_the_set_of_the_package_gives_the_bits_of_this_cpu(tmp_path: Path) -> No
         outputs.append(result.stdout)
     assert outputs[0] == outputs[1]
     assert not list(tmp_path.rglob("*.nb[ci]"))
+
+
+SCENES = """
+from gsenv.solver import Scene, World, planar, spatial
+for dim in (2, 3):
+    kind = planar if dim == 2 else spatial
+    half = (0.3,) * dim
+    scene = Scene(dim=dim)
+    scene.add_body("ground", "static", shapes=[kind.HalfPlane() if dim == 2 else kind.Plane()])
+    for k in range(3):
+        at = [0.0] * dim
+        at[-1] = 0.4 + 0.7 * k
+        scene.add_body(f"box_{k}", shapes=[kind.Box(half_extents=half, restitution=0.2)], position=at)
+    hinge = kind.Revolute("box_0", "box_1") if dim == 2 else kind.Hinge("box_0", "box_1", axis=(1, 0, 0))
+    scene.add_joint("hinge", hinge)
+    for jointed in (True, False):
+        scene.joints.clear() if not jointed else None
+        world = World(scene, 2)
+        world.step(10)
+        world.diagnostics()
+        world.contacts()
+"""
+
+
+def test_a_scene_of_ones_own_runs_at_once_on_the_general_kernel(tmp_path: Path) -> None:
+    if isinstance(precompiled.open_set(), str):
+        pytest.skip(str(precompiled.open_set()))
+    environment = {name: value for name, value in os.environ.items() if not name.startswith(("NUMBA_", "GSENV_"))}
+    environment["NUMBA_CACHE_DIR"] = str(tmp_path)
+    command = [sys.executable, "-c", SCENES]
+    result = subprocess.run(command, env=environment, cwd=ROOT, capture_output=True, text=True, timeout=600)
+    assert result.returncode == 0, result.stderr
+    if "is for other sources" in result.stderr:
+        pytest.skip("the sources have changed since `gsenv pack`")
+    assert result.stderr.count("\n") == 1
+    assert "runs on the kernel of all scenes" in result.stderr
+    assert not list(tmp_path.rglob("*.nb[ci]"))

@@ -19,7 +19,7 @@ from ..readings.overlaps import Overlaps
 from ..readings.rays import RayCast, RayHits
 from ..readings.sensors import read_sensors
 from ..records.bundle import Bundle
-from ..records.kernel_variants import kernel_variant_of
+from ..records.kernel_variants import KernelVariant, kernel_variant_of
 from ..records.kernel_world import has_restitution, kernel_world
 from ..records.model import Array, Model
 from ..records.scratch import Scratch, first_contact_capacity
@@ -31,6 +31,7 @@ from ..specification.scene import Scene
 from . import threads
 from .actions import Actions
 from .interrupts import FEW_STEPS, Interrupts, Pace
+from .kernel_choice import variant_of_step
 from .one_thread import OneThread
 from .options import Options
 from .parameters import OF_RANGES, Parameters, of_world
@@ -92,8 +93,7 @@ class World(Actions):
         self._ranges.check_bodies(self.model, self.model.nominal_bodies[None], 1)
         self._until = np.zeros(self.world_count, np.int64)
         self._pace = Pace(-(-self.world_count // self.threads) * len(self.model.bodies))
-        self._restitution = False  # what the prepared calls were compiled for
-        self._articulated = False
+        self._made_for = (False, False)  # what the prepared calls were compiled for, as _needed returns it
 
     # ------------------------------------------------------------- stepping
 
@@ -239,31 +239,37 @@ class World(Actions):
 
     def _prepare_calls(self) -> list[_Call]:
         """Return the kernel and its arguments for each thread, which steps a range of worlds."""
+        variant = variant_of_step(self.model, self._bundle)
+        self._scratches = self._scratches if variant == self._variant else []
+        self._variant = variant
         parts = threads.ranges(self.world_count, self.threads)
         while len(self._scratches) < len(parts):
-            self._scratches.append(Scratch(self.model, self._variant, self.state.contacts.shape[1]))
+            self._scratches.append(Scratch(self.model, variant, self.state.contacts.shape[1]))
         calls: list[_Call] = []
-        self._restitution = has_restitution(self._variant, self.parameters)
-        self._articulated = self._in_joint_coordinates()
+        self._made_for = self._needed(variant)
         for (first, last), scratch in zip(parts, self._scratches, strict=False):
-            world = kernel_world(
-                self.model,
-                self.parameters,
-                self.state,
-                scratch,
-                self._options_record,
-                self._variant,
-                self._restitution,
-                self._options.solver,
-                self._until,
-                self._articulated,
-            )
+            world = self._bundle(variant, scratch)
             kind = world.numba_type
             if kind not in self._entries:
                 self._entries[kind] = entry(step_worlds, world, first, last, 0)
             calls.append((self._entries[kind], world, first, last))
         self._calls = calls
         return calls
+
+    def _bundle(self, variant: KernelVariant, scratch: Scratch) -> Bundle:
+        restitution, articulated = self._needed(variant)
+        return kernel_world(
+            self.model,
+            self.parameters,
+            self.state,
+            scratch,
+            self._options_record,
+            variant,
+            restitution,
+            self._options.solver,
+            self._until,
+            articulated,
+        )
 
     def __getstate__(self) -> dict[str, Any]:
         return {
@@ -297,15 +303,13 @@ class World(Actions):
 
     def _choose_kernel(self) -> None:
         """Prepare the calls again where changed parameters need another kernel."""
-        if not self._calls:
-            return
-        needed = has_restitution(self._variant, self.parameters), self._in_joint_coordinates()
-        if needed != (self._restitution, self._articulated):
+        if self._calls and self._needed(self._variant) != self._made_for:
             self._calls = []
 
-    def _in_joint_coordinates(self) -> bool:
-        """Whether the kernel has the code for joint coordinates."""
-        return self._options.articulated and self.model.has_trees and self._options.solver != "soft"
+    def _needed(self, variant: KernelVariant) -> tuple[bool, bool]:
+        """Whether the kernel has the code for restitution, and for joint coordinates."""
+        articulated = self._options.articulated and self.model.has_trees and self._options.solver != "soft"
+        return has_restitution(variant, self.parameters), articulated
 
     @of_world
     def reset(self, worlds: Any = None, *, parameters: bool = True) -> None:

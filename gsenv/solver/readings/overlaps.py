@@ -6,15 +6,17 @@ from typing import Any
 
 import numpy as np
 
-from ..core.broadphase import broadphase_scratch, find_pairs
+from ..core.broadphase import find_pairs
 from ..core.dispatch import by_dimension
 from ..core.geometry import update_geometry
 from ..dimension import dimension
-from ..jit import njit
+from ..jit import is_compiled, njit
 from ..records.bundle import Bundle, per_world, select_world
+from ..records.kernel_variants import KernelVariant, choose_variant
 from ..records.model import Array, Model, contact_dtype
 from ..records.options import OPTIONS_DTYPE
 from ..records.parameters import ParameterArrays
+from ..records.scratch import broadphase_of
 from ..records.scratch_dtypes import PAIR_DTYPE, shape_geometry_dtype
 from ..records.state import State
 
@@ -34,7 +36,12 @@ class Overlaps:
     def __init__(self, model: Model, parameters: ParameterArrays, state: State) -> None:
         self._arrays = (model, parameters, state)
         self._capacity = 16 + 4 * len(model.shapes)
-        self._bundle = _bundle(*self._arrays, self._capacity)
+        self._variant = choose_variant(model, self._is_compiled)
+        self._bundle = _bundle(*self._arrays, self._variant, self._capacity)
+
+    def _is_compiled(self, variant: KernelVariant) -> bool:
+        world = _bundle(*self._arrays, variant, 1)
+        return is_compiled(_measure, world, np.zeros(1), np.zeros(1, np.int32))
 
     def measure(self) -> tuple[Array, Array]:
         """Return (m, the depth of the deepest overlap; number of overlaps deeper than ``SUNK``), each (world,)."""
@@ -47,17 +54,17 @@ class Overlaps:
             if needed <= self._capacity:
                 return depths, sunk
             self._capacity = 2 * needed
-            self._bundle = _bundle(*self._arrays, self._capacity)
+            self._bundle = _bundle(*self._arrays, self._variant, self._capacity)
 
 
-def _bundle(model: Model, parameters: ParameterArrays, state: State, capacity: int) -> Bundle:
+def _bundle(model: Model, parameters: ParameterArrays, state: State, variant: KernelVariant, capacity: int) -> Bundle:
     """Return the fields of ``kernel_world`` that poses, pairs and the narrowphase need, with scratch of its own.
 
     The timestep is 0, so that boxes and margins are those of the present.
     """
     dim = model.dim
-    vertices = per_world(parameters.vertices) if model.needs_vertices else None
-    narrowphase = dimension(dim).scratch.narrowphase_scratch(model.needs_fields, model.needs_convex)
+    vertices = per_world(parameters.vertices) if variant.vertices else None
+    narrowphase = dimension(dim).scratch.narrowphase_scratch(variant.fields, variant.convex)
     return Bundle(
         "Overlaps",
         dim,
@@ -70,7 +77,7 @@ def _bundle(model: Model, parameters: ParameterArrays, state: State, capacity: i
             "Scratch",
             dim,
             geometry=np.zeros(len(model.shapes), shape_geometry_dtype(dim)),
-            broadphase=broadphase_scratch(len(model.shapes), dim),
+            broadphase=broadphase_of(model, variant),
             pairs=np.zeros(capacity, PAIR_DTYPE),
             narrowphase=Bundle("Narrowphase", dim, **{"no_contacts": np.zeros(0, contact_dtype(dim)), **narrowphase}),
         ),

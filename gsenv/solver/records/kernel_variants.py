@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from typing import NamedTuple
 
 from .model import Model
 
 ONE_KERNEL = "GSENV_ONE_KERNEL"  # environment variable: dimensions whose scenes all share one kernel, "3" or "2,3"
+OWN_KERNELS = "GSENV_OWN_KERNELS"  # environment variable: "1" compiles the kernel of a scene that has none
 
 
 class KernelVariant(NamedTuple):
@@ -30,7 +32,7 @@ def kernel_variant_of(model: Model) -> KernelVariant:
     many different scenes compiles it only once.  The results are bit-equal.
     """
     if str(model.dim) in os.environ.get(ONE_KERNEL, "").split(","):
-        return KernelVariant(True, True, model.dim == 3, True, True, True, True, True)
+        return general_variant(model.dim)
     continuous = bool(model.bodies["continuous"].any())
     return KernelVariant(
         model.has_joints,
@@ -42,3 +44,16 @@ def kernel_variant_of(model: Model) -> KernelVariant:
         model.needs_convex,
         False,
     )
+
+
+def general_variant(dim: int) -> KernelVariant:
+    """Return all features, with which a kernel steps any scene of the dimension."""
+    return KernelVariant(True, True, dim == 3, True, True, True, True, True)
+
+
+def choose_variant(model: Model, is_compiled: Callable[[KernelVariant], bool]) -> KernelVariant:
+    """Return the features of a scene, or all where only the kernel of these is compiled.  The results are bit-equal."""
+    own, general = kernel_variant_of(model), general_variant(model.dim)
+    if own == general or os.environ.get(OWN_KERNELS) == "1" or is_compiled(own) or not is_compiled(general):
+        return own
+    return general

@@ -29,6 +29,12 @@ def first_contact_capacity(model: Model) -> int:
     return 16 + 4 * len(model.shapes)
 
 
+def broadphase_of(model: Model, variant: KernelVariant) -> Array | None:
+    """Return the scratch of ``find_pairs``; one kernel for all scenes always has the tree."""
+    shapes = max(len(model.shapes), BRUTE_FORCE_COUNT + 1) if variant.all else len(model.shapes)
+    return broadphase_scratch(shapes, model.dim)
+
+
 class Scratch:
     """The arrays of one thread; ``bundle`` makes them the argument of kernels."""
 
@@ -43,8 +49,7 @@ class Scratch:
         self.island = np.zeros((), ISLAND_STEP_DTYPE)
         self.island_bodies = np.zeros(bodies, np.int32)
         self.island_joints = np.zeros(len(model.joints), np.int32)
-        shapes = max(len(model.shapes), BRUTE_FORCE_COUNT + 1) if variant.all else len(model.shapes)
-        self.broadphase = broadphase_scratch(shapes, dim)  # one kernel for all: always with the tree
+        self.broadphase = broadphase_of(model, variant)
         self.start_poses = np.zeros(bodies, start_pose_dtype(dim)) if variant.continuous else None
         self._narrowphase = dimension(dim).scratch.narrowphase_scratch(variant.fields, variant.convex)
         self._factor, self._joint_factor = (_factor_arrays(model) for _ in range(2))

@@ -15,7 +15,7 @@ import gsenv.solver
 from gsenv.scenes import projectile, stack
 from gsenv.scenes.spatial import cube_stack, thrown_box
 from gsenv.solver import Options, Scene, World, planar, spatial
-from gsenv.solver.records.kernel_variants import ONE_KERNEL
+from gsenv.solver.records.kernel_variants import ONE_KERNEL, OWN_KERNELS
 from tests.solver.kernels import all_kernels, name_of
 
 ROOT = Path(__file__).parents[3]
@@ -216,7 +216,7 @@ def test_a_plain_scene_compiles_nothing_that_it_does_not_need(dim: int, tmp_path
         "print('\\n'.join(compiled_kernels()))\n"
     )
     # an empty cache, or callees would not be listed; optimised, as unoptimised code has other last bits
-    env = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
+    env = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path), OWN_KERNELS: "1"}
     env.pop(ONE_KERNEL, None)
     done = subprocess.run(
         [sys.executable, "-c", code], check=True, cwd=ROOT, env=env, capture_output=True, text=True, timeout=900

@@ -9,7 +9,14 @@ import numpy as np
 import pytest
 
 from gsenv.solver import Scene, planar, spatial
-from gsenv.solver.records.kernel_variants import ONE_KERNEL, KernelVariant, kernel_variant_of
+from gsenv.solver.records.kernel_variants import (
+    ONE_KERNEL,
+    OWN_KERNELS,
+    KernelVariant,
+    choose_variant,
+    general_variant,
+    kernel_variant_of,
+)
 from gsenv.solver.records.scratch import Scratch
 
 TRIANGLE = [(0, 0), (1, 0), (0, 1)]
@@ -88,3 +95,18 @@ def test_one_kernel_for_scenes_that_differ_in_everything(monkeypatch: pytest.Mon
     monkeypatch.delenv(ONE_KERNEL)
     one, other = kinds()
     assert one != other
+
+
+@pytest.mark.parametrize("dim", [2, 3], ids=["2D", "3D"])
+def test_the_general_kernel_steps_a_scene_while_it_alone_is_compiled(monkeypatch: pytest.MonkeyPatch, dim: int) -> None:
+    monkeypatch.delenv(ONE_KERNEL, raising=False)
+    monkeypatch.delenv(OWN_KERNELS, raising=False)
+    model = plain(dim).compile()
+    own, general = kernel_variant_of(model), general_variant(dim)
+    chosen = {
+        compiled: choose_variant(model, lambda variant, some=compiled: variant in some)  # type: ignore[misc]
+        for compiled in ((), (own,), (general,), (own, general))
+    }
+    assert chosen == {(): own, (own,): own, (general,): general, (own, general): own}
+    monkeypatch.setenv(OWN_KERNELS, "1")
+    assert choose_variant(model, lambda variant: variant == general) == own
