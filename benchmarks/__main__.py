@@ -3,7 +3,8 @@
 import os
 import sys
 
-os.environ.setdefault("GSENV_OWN_KERNELS", "1")  # measured is the kernel of each scene
+if "startup" not in sys.argv[1:2]:  # which measures what a user meets
+    os.environ.setdefault("GSENV_OWN_KERNELS", "1")  # measured is the kernel of each scene
 
 from benchmarks.command import main
 

@@ -13,6 +13,7 @@ from llvmlite import binding
 
 from gsenv import pack
 from gsenv.solver import precompiled
+from gsenv.solver.records.kernel_variants import ONE_KERNEL, OWN_KERNELS
 from tests.solver.mini_package import CALLEE, entries, make_package, run
 
 ROOT = Path(__file__).parents[2]
@@ -160,9 +161,11 @@ for dim in (2, 3):
         at[-1] = 0.4 + 0.7 * k
         scene.add_body(f"box_{k}", shapes=[kind.Box(half_extents=half, restitution=0.2)], position=at)
     hinge = kind.Revolute("box_0", "box_1") if dim == 2 else kind.Hinge("box_0", "box_1", axis=(1, 0, 0))
-    scene.add_joint("hinge", hinge)
-    for jointed in (True, False):
-        scene.joints.clear() if not jointed else None
+    rope = kind.Distance("ground", "box_2", length=3.0)
+    for joints in ({"hinge": hinge}, {}, {"rope": rope}, {"hinge": hinge, "rope": rope}):
+        scene.joints.clear()
+        for name, joint in joints.items():
+            scene.add_joint(name, joint)
         world = World(scene, 2)
         world.step(10)
         world.diagnostics()
@@ -183,3 +186,34 @@ def test_a_scene_of_ones_own_runs_at_once_on_the_general_kernel(tmp_path: Path) 
     assert result.stderr.count("\n") == 1
     assert "runs on the kernel of all scenes" in result.stderr
     assert not list(tmp_path.rglob("*.nb[ci]"))
+
+
+OWN_SCENES = """
+import hashlib
+from gsenv.scenes import SCENES, make_world
+for name, spec in SCENES.items():
+    if spec.dim == 2 or name == "cube_stack":
+        world = make_world(name)
+        world.step(120)
+        print(name, hashlib.sha256(world.state.bodies.tobytes()).hexdigest())
+"""
+
+
+def test_the_general_kernel_gives_the_bits_of_those_of_single_scenes(tmp_path: Path) -> None:
+    """Trees alone, trees with loops and ropes, neither: the general kernel has the code for all of them."""
+    if isinstance(precompiled.open_set(), str):
+        pytest.skip(str(precompiled.open_set()))
+    environment = {name: value for name, value in os.environ.items() if not name.startswith(("NUMBA_", "GSENV_"))}
+    environment["NUMBA_CACHE_DIR"] = str(tmp_path)
+    outputs = []
+    for changes in ({OWN_KERNELS: "1"}, {ONE_KERNEL: "2,3"}):
+        command = [sys.executable, "-c", OWN_SCENES]
+        result = subprocess.run(
+            command, env=environment | changes, cwd=ROOT, capture_output=True, text=True, timeout=600
+        )
+        assert result.returncode == 0, result.stderr
+        if "is for other sources" in result.stderr:
+            pytest.skip("the sources have changed since `gsenv pack`")
+        outputs.append(result.stdout)
+    assert outputs[0].count("\n") > 10
+    assert outputs[0] == outputs[1]

@@ -308,8 +308,8 @@ class World(Actions):
 
     def _needed(self, variant: KernelVariant) -> tuple[bool, bool]:
         """Whether the kernel has the code for restitution, and for joint coordinates."""
-        articulated = self._options.articulated and self.model.has_trees and self._options.solver != "soft"
-        return has_restitution(variant, self.parameters), articulated
+        in_trees = (variant.all or self.model.has_trees) and self._options.solver != "soft"
+        return has_restitution(variant, self.parameters), self._options.articulated and in_trees
 
     @of_world
     def reset(self, worlds: Any = None, *, parameters: bool = True) -> None:

@@ -37,8 +37,8 @@ def is_kept(contact: Any, geometry: Array) -> bool:
 def match_pair(old: Array, first: int, last: int, found: Array, start: int, found_count: int, articulation: Any) -> int:
     """Copy `impulse` from the contacts old[first:last] of one pair to found ones of the same feature.
 
-    With ``articulation``, not None, the only contact of a pair is also the same as its only one before where one of
-    them is at the nearest points: where an end of a capsule lies on the side of another, rounding decides in each
+    With ``articulation`` that has links, the only contact of a pair is also the same as its only one before where one
+    of them is at the nearest points: where an end of a capsule lies on the side of another, rounding decides in each
     step whether a feature touches.
     Searches from found[start] on; returns the index of the first found contact after the pair.
     """
@@ -50,7 +50,8 @@ def match_pair(old: Array, first: int, last: int, found: Array, start: int, foun
         end += 1
     same = False
     if articulation is not None:
-        same = last - first == 1 and end - k == 1 and is_witness(old[first], found[k])
+        trees = len(articulation.links) > 0
+        same = trees and last - first == 1 and end - k == 1 and is_witness(old[first], found[k])
     while k < end:
         for i in range(first, last):
             if same or old[i].feature == found[k].feature:

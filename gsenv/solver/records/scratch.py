@@ -89,13 +89,18 @@ class Scratch:
         }
 
     def bundle(self, articulated: bool = False) -> Bundle:
-        """Return all arrays as a bundle for kernels; parts that the scene does not need are None."""
+        """Return all arrays as a bundle for kernels; parts that the scene does not need are None.
+
+        The kernel of all scenes has each part, with no links where the scene has no trees.
+        """
         dim = self._model.dim
         if articulated and self._articulation is None:
-            joints = self._model.joints
-            self._articulation = articulation_scratch(dim, self._model.trees, len(joints), len(self.rows))
-            if other_joints(joints, self._model.trees) > 0:
-                others = others_scratch(dim, joints, self._model.trees)
+            joints, trees = self._model.joints, self._model.trees
+            if not self._model.has_trees:
+                joints, trees = joints[:0], trees[:0]
+            self._articulation = articulation_scratch(dim, trees, len(joints), len(self.rows))
+            if self._variant.all or other_joints(joints, trees) > 0:
+                others = others_scratch(dim, joints, trees)
                 self._articulation["others"] = Bundle("Others", dim, **others)
         narrowphase = Bundle("Narrowphase", dim, **self._narrowphase) if self._narrowphase else None
         return Bundle(

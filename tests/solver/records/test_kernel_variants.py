@@ -78,16 +78,18 @@ def test_features_of_a_scene(
 
 @pytest.mark.parametrize("dim", [2, 3], ids=["2D", "3D"])
 def test_one_kernel_for_scenes_that_differ_in_everything(monkeypatch: pytest.MonkeyPatch, dim: int) -> None:
-    """Buffers of a scene of three shapes and of one with hundreds and joints are of the same types."""
+    """Buffers of a scene of three shapes and of one with hundreds, joints in trees and a rope are of the same types."""
     few, many = plain(dim), plain(dim)
-    joint = planar.Revolute("ball", "box") if dim == 2 else spatial.Ball("ball", "box")
-    many.add_joint("joint", joint)
+    kinds_of: Any = (planar.Revolute, planar.Distance) if dim == 2 else (spatial.Ball, spatial.Distance)
+    many.add_joint("joint", kinds_of[0]("ball", "box"))
+    many.add_joint("rope", kinds_of[1]("ground", "box", length=2.0))
     for k in range(300):
         many.add_body(f"pebble_{k}", shapes=[planar.Circle(radius=1) if dim == 2 else spatial.Sphere(radius=1)])
 
     def kinds() -> list[Any]:
         models = [scene.compile() for scene in (few, many)]
-        return [Scratch(model, kernel_variant_of(model), 16).bundle().seal().numba_type for model in models]
+        scratches = [Scratch(model, kernel_variant_of(model), 16) for model in models]
+        return [scratch.bundle(articulated=True).seal().numba_type for scratch in scratches]
 
     monkeypatch.setenv(ONE_KERNEL, "3,2")
     one, other = kinds()

@@ -188,7 +188,7 @@ def _solve_equations(world: Any, island: Any, articulation: Any, others: Any, pu
 @njit
 def contradiction(world: Any, island: Any, others: Any) -> Any:
     """Return the residual that the compliance of the equations hides: large only where these contradict each other."""
-    if others is None:
+    if others is None or island.equations == 0:
         return 0.0
     rows = world.scratch.rows
     left = 0.0

@@ -82,9 +82,12 @@ PARTS = 8  # of a substep whose rates do not settle
 def step_articulated(world: Any, island: Any, joints: Any, articulation: Any) -> Any:
     """Advance the island by one timestep in joint coordinates; False where it needs the rows of its joints.
 
-    ``articulation`` is None unless the option is set and the scene has joints that can be in trees.
+    ``articulation`` is None unless the option is set and the scene has joints that can be in trees; in the kernel of
+    all scenes it has no links instead.
     """
     if articulation is None:
+        return False
+    if len(articulation.links) == 0:
         return False
     if world.variant.soft is not None:
         return False
