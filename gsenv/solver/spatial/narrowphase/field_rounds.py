@@ -15,6 +15,7 @@ from .spread import offer
 
 CROSSED = 1e-4  # sine: lines nearer to parallel touch at their ends
 ALONG = 1e-3  # sine: a ridge this nearly along a cylinder supports it at both ends
+KINK = 1e-9  # sine: both rims are as low
 SECTIONS = 40  # steps of the golden-section search: 0.618^40 < 1e-8
 GOLDEN = 0.6180339887498949
 # feature ids: 0 the side, 1 and 2 its ends, 3 and 4 the rims, from 5 on the flat ends
@@ -135,11 +136,30 @@ def rim_gap(fold: Fold, body: Body, d: Vec) -> tuple[float, Vec]:
 
 
 @njit
+def rises_inside(fold: Fold, body: Body, margin: float) -> bool:
+    """Whether the largest gap of the rims is within the margin and strictly between the two faces' normals.
+
+    The slope of `rim_gap` along the arc is that of its lowest point as if this were fixed (envelope theorem).
+    """
+    a, b = fold.normal_a, fold.normal_b
+    share = dot(a, b)
+    gap_a, p_a = rim_gap(fold, body, a)
+    gap_b, p_b = rim_gap(fold, body, b)
+    if max(gap_a, gap_b) > margin:
+        return False
+    rises = dot(along(b, -share, a), sub(p_a, fold.start)) > 0.0 or abs(dot(a, body.pose.z)) < KINK
+    falls = dot(along(a, -share, b), sub(p_b, fold.start)) > 0.0 or abs(dot(b, body.pose.z)) < KINK
+    return rises and falls
+
+
+@njit
 def rim_on_fold(fold: Fold, body: Body, margin: float, feature: int, scratch: Any, total: int) -> int:
     """Add the contact of a rim across a ridge, along the direction of largest gap between the two faces' normals.
 
     At an end of the range a face supports the rim, at a kink the side or the flat end touches the ridge.
     """
+    if not rises_inside(fold, body, margin):
+        return total
     low, high = 0.0, 1.0
     x, y = 1.0 - GOLDEN, GOLDEN
     gap_x = rim_gap(fold, body, between(fold, x))[0]

@@ -196,13 +196,18 @@ def is_ridge(vertices: Any, grid: Grid, row: int, column: int, k: int) -> bool:
 
 
 @njit
+def edge_end(vertices: Any, grid: Grid, row: int, column: int, k: int) -> Vec:
+    """Return the end of edge k of a sample, which is its start."""
+    return sample(vertices, grid, row + (1 if k != 0 else 0), column + (1 if k != 1 else 0))
+
+
+@njit
 def fold_of(vertices: Any, grid: Grid, row: int, column: int, k: int) -> Fold:
     """Return the fold at edge k of a sample that has this edge."""
     start = sample(vertices, grid, row, column)
+    end = edge_end(vertices, grid, row, column, k)
     if k == 2:
-        end = sample(vertices, grid, row + 1, column + 1)
         return folded(start, end, sample(vertices, grid, row, column + 1), sample(vertices, grid, row + 1, column))
-    end = sample(vertices, grid, row, column + 1) if k == 0 else sample(vertices, grid, row + 1, column)
     wall = along(start, 1.0, DOWN)
     one = other = wall
     if row + 1 < grid.rows and column + 1 < grid.columns:

@@ -33,6 +33,7 @@ from .fields import (
     cell_top,
     closest_on_segment,
     closest_on_triangle,
+    edge_end,
     fold_of,
     grid_of,
     has_edge,
@@ -159,18 +160,20 @@ def corner(vertices: Any, grid: Grid, body: Body, index: int, margin: float, scr
         return corner_inside(vertices, grid, body, grown, -height, scratch, total)
     reach = radius + margin
     span = span_of(grid, sub(p, (reach, reach, reach)), add(p, (reach, reach, reach)))
+    near = False
     for row in range(span.row, span.row_end):
         for column in range(span.column, span.column_end):
             if p[2] - reach > cell_top(vertices, grid, row, column):
                 continue
+            near = True
             for which in range(2):
                 a, b, c = triangle(vertices, grid, row, column, which)
                 n = normal_of(a, b, c)
                 gap = dot(n, sub(p, a))
-                if gap >= 0.0 and gap <= reach and is_over(p, a, b, c, n) and faces_ground(body, scratch, index, n):
+                if gap >= 0.0 and gap <= reach and faces_ground(body, scratch, index, n) and is_over(p, a, b, c, n):
                     feature = number(grid, row, column, which, index)
                     total = offer_corner(scratch, total, p, n, gap, radius, feature)
-    if span.column_end <= span.column:
+    if not near:
         return total
     for row in range(span.row, span.row_end + 1):
         for column in range(span.column, span.column_end + 1):
@@ -192,28 +195,33 @@ def corner_beside(
     """Add contacts of a corner with a sample and its ridges, where the corner is between the faces' normals."""
     index, p, radius = corner
     row, column = cell
+    start = sample(vertices, grid, row, column)
+    room = (reach, reach, reach)
+    low, high = sub(p, room), add(p, room)
     for k in range(3):
         if not has_edge(grid, row, column, k) or not is_ridge(vertices, grid, row, column, k):
             continue
-        fold = fold_of(vertices, grid, row, column, k)
-        if fold.turn <= FLAT:
+        end = edge_end(vertices, grid, row, column, k)
+        if beside(start, end, low, high):
             continue
-        q = closest_on_segment(p, fold.start, fold.end)
-        d = sub(p, q)
+        way = sub(end, start)
+        t = dot(sub(p, start), way)
+        if not (t > 0.0 and t < dot(way, way)):
+            continue
+        d = sub(p, closest_on_segment(p, start, end))
         distance = norm(d)
         if not (distance <= reach and distance > 0.0):
             continue
-        way = sub(fold.end, fold.start)
-        t = dot(sub(p, fold.start), way)
         d = scaled(d, 1.0 / distance)
-        if t > 0.0 and t < dot(way, way) and d[2] >= 0.0 and beyond_fold(fold, d) <= 0.0:
-            if faces_ground(body, scratch, index, d):
+        if d[2] >= 0.0 and faces_ground(body, scratch, index, d):
+            fold = fold_of(vertices, grid, row, column, k)
+            if fold.turn > FLAT and beyond_fold(fold, d) <= 0.0:
                 total = offer_corner(scratch, total, p, d, distance, radius, number(grid, row, column, 2 + k, index))
-    d = sub(p, sample(vertices, grid, row, column))
+    d = sub(p, start)
     distance = norm(d)
     if distance <= reach and distance > 0.0 and is_peak(vertices, grid, row, column):
         d = scaled(d, 1.0 / distance)
-        if beyond_peak(vertices, grid, row, column, d) <= 0.0 and faces_ground(body, scratch, index, d):
+        if faces_ground(body, scratch, index, d) and beyond_peak(vertices, grid, row, column, d) <= 0.0:
             total = offer_corner(scratch, total, p, d, distance, radius, number(grid, row, column, 5, index))
     return total
 
@@ -269,9 +277,12 @@ def nearest(
 def ridge(vertices: Any, grid: Grid, body: Body, cell: Cell, k: int, margin: float, scratch: Any, total: int) -> int:
     """Add the contacts of an edge of the field with the edges and the round side of the shape."""
     row, column = cell
+    start, end = sample(vertices, grid, row, column), edge_end(vertices, grid, row, column, k)
+    room = (margin, margin, margin)
+    if beside(start, end, sub(body.low, room), add(body.high, room)):
+        return total
     fold = fold_of(vertices, grid, row, column, k)
-    low, high = body.low[2] - margin, body.high[2] + margin
-    if fold.turn <= FLAT or max(fold.start[2], fold.end[2]) < low or min(fold.start[2], fold.end[2]) > high:
+    if fold.turn <= FLAT:
         return total
     feature = number(grid, row, column, 2 + k, 0)
     if body.kind == CAPSULE or body.kind == CYLINDER:
@@ -279,6 +290,15 @@ def ridge(vertices: Any, grid: Grid, body: Body, cell: Cell, k: int, margin: flo
     for edge in range(body.edges):
         total = edge_on_fold(fold, body, edge, margin, feature + edge, scratch, total)
     return total
+
+
+@njit
+def beside(a: Vec, b: Vec, low: Vec, high: Vec) -> bool:
+    """Whether a segment lies beyond one of the sides of a box."""
+    for d in range(3):
+        if max(a[d], b[d]) < low[d] or min(a[d], b[d]) > high[d]:
+            return True
+    return False
 
 
 @njit
