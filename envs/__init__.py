@@ -109,6 +109,14 @@ ENVS = (
         "ragdoll2d.policy:balance",
     ),
     EnvEntry(
+        "GRagdoll2D-get-up-v0",
+        "ragdoll2d.env:RagdollGetUpEnv",
+        "ragdoll2d.env:RagdollGetUpVectorEnv",
+        300,
+        5.0,
+        "2D: the figure lies on the ground and gets up",
+    ),
+    EnvEntry(
         "GRagdoll-v0",
         "ragdoll.env:RagdollEnv",
         "ragdoll.env:RagdollVectorEnv",
@@ -125,6 +133,14 @@ ENVS = (
         9.0,
         "3D: the same with harder pushes",
         "ragdoll.policy:balance",
+    ),
+    EnvEntry(
+        "GRagdoll-get-up-v0",
+        "ragdoll.env:RagdollGetUpEnv",
+        "ragdoll.env:RagdollGetUpVectorEnv",
+        300,
+        5.0,
+        "3D: the figure lies on the ground and gets up",
     ),
 )
 

@@ -102,6 +102,7 @@ RAGDOLL3D = replace(
     arguments={"push": 0.7},
     lessons=({"push": 0.1}, {"push": 0.3}, {"push": 0.5}),
 )
+GET_UP = replace(RAGDOLL, steps=3_000_000, log_std=-0.7, arguments={}, lessons=(), tests=({},))
 SETTINGS = {
     "GStack-v0": replace(
         STACK,
@@ -157,6 +158,7 @@ SETTINGS = {
     ),
     "GRagdoll2D-v0": RAGDOLL,
     "GRagdoll2D-hardcore-v0": replace(RAGDOLL, arguments={"push": 1.2}),
+    "GRagdoll2D-get-up-v0": GET_UP,
     "GRagdoll-v0": RAGDOLL3D,
     "GRagdoll-hardcore-v0": replace(RAGDOLL3D, arguments={"push": 1.2}),
 }

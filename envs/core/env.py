@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 import gymnasium
 import numpy as np
@@ -48,7 +48,7 @@ class TaskEnv(gymnasium.Env[Any, NDArray[np.float32]]):
         ValueError: a bad value; the message names the argument.
     """
 
-    task_class: ClassVar[type[Task]]
+    task_class: type[Task]  # of the class; an environment of several tasks has its own
     metadata: dict[str, Any] = render_metadata()
 
     def __init_subclass__(cls) -> None:

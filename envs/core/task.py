@@ -170,6 +170,7 @@ class Task(ABC):
         return Bundle(
             "TaskWorld",
             model.dim,
+            model=Bundle("Model", model.dim, shapes=model.shapes),
             state=Bundle(
                 "State",
                 model.dim,

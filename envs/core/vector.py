@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 from gymnasium.error import ResetNeeded
@@ -56,7 +56,7 @@ class TaskVectorEnv(VectorEnv[Any, NDArray[np.float32], Array]):
             (`set_attr("blocks", 3)`) for episodes to come.
     """
 
-    task_class: ClassVar[type[Task]]
+    task_class: type[Task]  # of the class; an environment of several tasks has its own
     metadata: dict[str, Any] = render_metadata(autoreset_mode=AutoresetMode.NEXT_STEP)
 
     def __init_subclass__(cls) -> None:

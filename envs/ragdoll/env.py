@@ -12,11 +12,19 @@ from gsenv.envs import time_limit
 from gsenv.envs.core.env import TaskEnv
 from gsenv.envs.core.spec_tables import Entry
 from gsenv.envs.core.steering import Stick, pair
-from gsenv.envs.core.task import Array, documented
+from gsenv.envs.core.task import Array, Task, documented
 from gsenv.envs.core.vector import TaskVectorEnv
 from gsenv.envs.ragdoll import figure, rules
 from gsenv.envs.ragdoll.build import build_scene, paint
-from gsenv.envs.ragdoll2d.task import ARGUMENTS, LAST_TERMS, POSTURE_TERM, BalanceTask, push_setting, stand_term
+from gsenv.envs.ragdoll2d.task import (
+    ARGUMENTS,
+    LAST_TERMS,
+    POSTURE_TERM,
+    BalanceTask,
+    choose_task,
+    push_setting,
+    stand_term,
+)
 from gsenv.solver import Scene
 
 EYE = (-1.55, -2.75, 0.5)  # m, of the camera, from where it looks
@@ -112,8 +120,9 @@ class RagdollTask(BalanceTask):
         return built
 
     def initialize_episode(self, worlds: Array, draws: Array, options: Mapping[str, Any]) -> None:
-        push, timestep = options["push"], self.world.timestep
-        rules.initialize_worlds(self.kernel_world, self.figure, worlds, push, draws, timestep)
+        rules.initialize_worlds(
+            self.kernel_world, self.figure, worlds, options["push"], self.getting_up, draws, self.world.timestep
+        )
 
     def apply_action(self, actions: Array) -> int:
         return rules.apply_actions(self.kernel_world, self.figure, actions)
@@ -137,6 +146,17 @@ class RagdollHardcoreTask(RagdollTask):
     arguments = push_setting(1.0)
 
 
+class RagdollGetUpTask(RagdollTask):
+    """The figure lies on the ground and gets up."""
+
+    max_episode_steps = time_limit("GRagdoll-get-up-v0")
+    arguments = push_setting(0.0)
+    getting_up = True
+
+
+TASKS: dict[str, type[Task]] = {"balance": RagdollTask, "get_up": RagdollGetUpTask}
+
+
 _SPECIFICATION = (
     """Keep a figure on its feet in 3D: {id}.
 
@@ -148,7 +168,8 @@ _SPECIFICATION = (
     left leg collides with the right one; arms and trunk touch only the ground. The figure is the file
     `assets/ragdoll.xml`, in MuJoCo's format.
 
-    GRagdoll-v0 pushes with up to 0.6 m/s, GRagdoll-hardcore-v0 with up to 1 m/s.
+    GRagdoll-v0 pushes with up to 0.6 m/s, GRagdoll-hardcore-v0 with up to 1 m/s. In GRagdoll-get-up-v0
+    the figure lies on any side and gets up; nothing pushes it.
 
     ## Action Space
     `Box(-1, 1, (21,), float32)`. Values beyond are clipped; NaN and infinity are refused.
@@ -156,7 +177,8 @@ _SPECIFICATION = (
     {action_table}
 
     An action a sets the target of each drive to the angle of the stand plus 0.6 of half the joint's
-    range times a; 0 asks for the stand. The drive is a spring and damper of 300 N m/rad and 30 N m s/rad
+    range times a; 0 asks for the stand. To get up, an action is relative to the angles that the joints
+    have when it is taken, so 0 asks them to stay. The drive is a spring and damper of 300 N m/rad and 30 N m s/rad
     with at most 150 N m at waist, hips and knees; 150 N m/rad, 15 N m s/rad and 80 N m at the ankles;
     60 N m/rad, 6 N m s/rad and 50 N m in the arms. Positive angles bend a hip or an elbow, lift the toes,
     lean the chest back or to the right, turn it to the left, lift an arm forwards, spread a leg or an arm,
@@ -177,17 +199,28 @@ _SPECIFICATION = (
 
     {reward_table}
 
+    Getting up has no cost of falls. There the term "stand"
+    is 0.03 m, with m the mean of h and of the height of the hips over that in the stand, at most 1, and "posture" is
+    multiplied by m^2.
+
     ## Starting State
     The figure looks along -y and stands on one foot or both, each joint within 0.04 rad of the stand, and
     moves with up to 0.1 m/s along x and y. The first push comes after 1 to 4 s, the others 2 to 4 s after
     the one before. A push lasts 0.1 s and changes the velocity of the whole figure by 0.1 m/s to `push`,
     uniformly drawn, in any direction along the ground.
 
+    To get up, the figure is at rest on its lowest point, the trunk within 0.4 rad of the ground, turned
+    by any angle about its length and about the vertical, and each joint is within 0.3 of half its range
+    of the stand; the hips spread the legs and do not cross them.
+
     ## Episode End
     - Termination: a fall. The crown is below 0.6 of its height in the stand, pelvis or chest tilt by
       more than 1 rad, or anything but the feet touches the ground.
     - Truncation: after 600 steps (20 s), by `gymnasium.make`, `gymnasium.make_vec` and the vector environment.
       Standing at that time is success.
+    - Getting up never terminates and is truncated after 300 steps (10 s). It is a success at steps where
+      the figure has stood for 1 s: the crown at 0.9 of its height in the stand or more, the cosine of the
+      chest's tilt 0.9 or more, nothing but the feet on the ground.
 
     `info` has `success` and `is_success` (bool), `fell` (bool), `time` (s) and `pushes` (their number).
 
@@ -206,15 +239,23 @@ _SPECIFICATION = (
 class RagdollEnv(TaskEnv, Env[Any, Any]):
     __doc__ = _SPECIFICATION.replace("{id}", "GRagdoll-v0")
 
-    task_class = RagdollTask
+    task_class: type[Task] = RagdollTask
     push: float
+
+    def __init__(self, *args: Any, task: str = "balance", **kwargs: Any) -> None:
+        self.task_class = choose_task(task, TASKS)
+        super().__init__(*args, **kwargs)
 
 
 class RagdollVectorEnv(TaskVectorEnv, VectorEnv[Any, Any, Any]):
     """N worlds of GRagdoll-v0 in one batch; see RagdollEnv for the task, TaskVectorEnv for the rest."""
 
-    task_class = RagdollTask
+    task_class: type[Task] = RagdollTask
     push: float
+
+    def __init__(self, *args: Any, task: str = "balance", **kwargs: Any) -> None:
+        self.task_class = choose_task(task, TASKS)
+        super().__init__(*args, **kwargs)
 
 
 @documented
@@ -229,4 +270,19 @@ class RagdollHardcoreVectorEnv(TaskVectorEnv, VectorEnv[Any, Any, Any]):
     """N worlds of GRagdoll-hardcore-v0 in one batch; see RagdollEnv for the task, TaskVectorEnv for the rest."""
 
     task_class = RagdollHardcoreTask
+    push: float
+
+
+@documented
+class RagdollGetUpEnv(TaskEnv, Env[Any, Any]):
+    __doc__ = _SPECIFICATION.replace("{id}", "GRagdoll-get-up-v0")
+
+    task_class = RagdollGetUpTask
+    push: float
+
+
+class RagdollGetUpVectorEnv(TaskVectorEnv, VectorEnv[Any, Any, Any]):
+    """N worlds of GRagdoll-get-up-v0 in one batch; see RagdollEnv for the task, TaskVectorEnv for the rest."""
+
+    task_class = RagdollGetUpTask
     push: float

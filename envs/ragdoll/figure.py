@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gsenv.envs.ragdoll.scene import AXIS_DTYPE, FEET, HANDS, LEGS, LINK_DTYPE, PARTS_DTYPE, PELVIS, REACH, TORSO
+from gsenv.envs.ragdoll2d.shared_rules import FALLEN_REACH
 from gsenv.mjcf import MjcfModel, parse_mjcf
 from gsenv.mjcf.build import Names
 from gsenv.solver.records.bundle import Bundle
@@ -67,6 +68,9 @@ def tables(model: Model, names: Names) -> Bundle:
     axes = np.zeros(len(places), AXIS_DTYPE)
     axes["turn"] = model.joints["coordinate"][numbers]
     axes["sign"] = [place.sign for place in places]
+    axes["fallen_most"] = [FALLEN_REACH * axis.span for axis in AXES]
+    inwards = [0.0 if "hip_spread" in axis.name else -1.0 for axis in AXES]  # legs that cross would overlap
+    axes["fallen_least"] = inwards * axes["fallen_most"]
     bodies = model.joints["body_b"][numbers]
     first = np.flatnonzero(np.diff(bodies, prepend=-1))
     links = np.zeros(len(first), LINK_DTYPE)

@@ -11,17 +11,26 @@ from typing import Any
 from gsenv.envs.core.kernels import active_contacts, between, clip, first_not_finite
 from gsenv.envs.ragdoll import scene
 from gsenv.envs.ragdoll2d import shared_rules as shared
-from gsenv.envs.ragdoll2d.shared_rules import FALL_HEIGHT, FALL_TILT, PUSH_STEPS, PUSHES, SHOWN_STEPS
+from gsenv.envs.ragdoll2d.shared_rules import (
+    FALL_HEIGHT,
+    FALL_TILT,
+    FALLEN_TILT,
+    PUSH_STEPS,
+    PUSHES,
+    SHOWN_STEPS,
+)
 from gsenv.solver.core.edit import place_body, set_mass
 from gsenv.solver.core.trig import sin_cos
 from gsenv.solver.jit import njit
 from gsenv.solver.records.bundle import select_world
+from gsenv.solver.spatial.geometry import bounding_box, shape_place
 from gsenv.solver.spatial.joints.axes import FIRST_TURN, NODE_TURN, turn_coordinate, turn_direction
 from gsenv.solver.spatial.math import (
     add,
     conjugate,
     dot,
     multiply,
+    pose_of,
     quaternion,
     scaled,
     sub,
@@ -50,7 +59,7 @@ START_SPEED = 0.1  # m/s
 
 _MOST_TILTED = math.cos(FALL_TILT)
 _TILT = scene.STAND_TILT
-_STAND_HEIGHT = scene.STAND_HEIGHT
+_STAND_HEIGHT, _HIPS_HEIGHT = scene.STAND_HEIGHT, scene.HIPS_HEIGHT
 _HEEL, _TOE, _ANKLE, _CROWN = scene.HEEL, scene.TOE, scene.ANKLE, scene.CROWN
 _HALF_SOLE = scene.HALF_SOLE
 _HAND = scene.HAND
@@ -107,15 +116,20 @@ def _axis_of(turn):  # type: ignore[no-untyped-def]
 
 @njit
 def _place_figure(world, figure, hips, turn, velocity, draws):  # type: ignore[no-untyped-def]
-    """Place the figure near its stand, the hips at a point in m, the pelvis rotated; all bodies have one velocity."""
+    """Place the figure, the hips at a point in m, the pelvis rotated; all bodies have one velocity.
+
+    Its joints are near those of the stand, or anywhere around them where it has fallen.
+    """
+    fallen = world.task.state.getting_up != 0
     _place(world, figure.parts.pelvis, hips, turn, velocity)
     for n in range(len(figure.links)):
         link = figure.links[n]
         joint = world.parameters.joints[link.joint]
         rotation = multiply(quaternion(world.state.bodies[link.parent].rotation), quaternion(joint.frame))
         for a in range(link.first, link.first + link.count):
-            angle = figure.stand[a] + between(-START_ANGLE, START_ANGLE, draws[a])
             axis = figure.axes[a]
+            least, most = (axis.fallen_least, axis.fallen_most) if fallen else (-START_ANGLE, START_ANGLE)
+            angle = figure.stand[a] + between(least, most, draws[a])
             rotation = multiply(rotation, turn_about(_axis_of(axis.turn), axis.sign * angle))
         rotation = multiply(rotation, conjugate(_frame_in_b(joint)))
         anchor = point_of(world, link.parent, vec(joint.anchor_a))
@@ -138,20 +152,53 @@ def _lowest_sole(world, figure):  # type: ignore[no-untyped-def]
 
 
 @njit
-def initialize_world(world, figure, most, draws):  # type: ignore[no-untyped-def]
-    """Begin an episode: the figure stands with bent knees, nearly at rest, with one foot on the ground."""
-    task = world.task.state
-    _apply_physics(world, figure)
-    own = draws[ACTIONS:]
+def _stand(world, figure, draws, own):  # type: ignore[no-untyped-def]
+    """Place the figure on its feet with bent knees, nearly at rest, with one foot on the ground."""
     tilt = (between(-START_TILT, START_TILT, own[0]), between(-START_TILT, START_TILT, own[1]) - _TILT, 0.0)
     vx, vy = between(-START_SPEED, START_SPEED, own[2]), between(-START_SPEED, START_SPEED, own[3])
     velocity = (vx, vy, 0.0, 0.0, 0.0, 0.0)
     turn = multiply(turn_about(_Z, START_HEADING), turn_of(tilt))
     _place_figure(world, figure, (0.0, 0.0, 0.0), turn, velocity, draws)
     _place_figure(world, figure, (0.0, 0.0, -_lowest_sole(world, figure)), turn, velocity, draws)
+
+
+@njit
+def _lowest_point(world, figure):  # type: ignore[no-untyped-def]
+    """Return the height in m of the figure's lowest point."""
+    parameters, low = world.parameters, math.inf
+    for s in range(len(world.model.shapes)):
+        b = world.model.shapes[s].body
+        if figure.parts.first <= b <= figure.parts.last and world.model.shapes[s].mask != 0:
+            at, turn = shape_place(world.state.bodies[b], parameters.bodies[b], parameters.shapes[s])
+            lower, _ = bounding_box(world.model.shapes[s], parameters.shapes[s], parameters.vertices, pose_of(at, turn))
+            low = min(low, lower[2])
+    return low
+
+
+@njit
+def _lie(world, figure, draws, own):  # type: ignore[no-untyped-def]
+    """Lay the figure down in any direction and on any side, at rest, its lowest point on the ground."""
+    world.task.state.getting_up = 1
+    heading, roll = math.pi * between(-1.0, 1.0, own[0]), math.pi * between(-1.0, 1.0, own[1])
+    down = 0.5 * math.pi + between(-FALLEN_TILT, FALLEN_TILT, own[2])
+    turn = multiply(turn_about(_Z, heading), multiply(turn_about(_Y, down), turn_about(_Z, roll)))
+    _place_figure(world, figure, (0.0, 0.0, 0.0), turn, _STILL, draws)
+    _place_figure(world, figure, (0.0, 0.0, -_lowest_point(world, figure)), turn, _STILL, draws)
+
+
+@njit
+def initialize_world(world, figure, most, getting_up, draws):  # type: ignore[no-untyped-def]
+    """Begin an episode: the figure stands, or lies where it is to get up."""
+    task = world.task.state
+    _apply_physics(world, figure)
+    own = draws[ACTIONS:]
     shared.plan_pushes(task, most, own[4:])
     for k in range(PUSHES):
         task.headings[k] = math.pi * own[4 + shared.PUSH_DRAWS + k]
+    if getting_up:
+        _lie(world, figure, draws, own)
+    else:
+        _stand(world, figure, draws, own)
     task.gaze[0] = world.state.bodies[figure.parts.pelvis].position[0]
     task.gaze[1] = world.state.bodies[figure.parts.pelvis].position[1]
 
@@ -169,6 +216,9 @@ def apply_actions(world, figure, actions):  # type: ignore[no-untyped-def]
         select_world(world, w)
         task = world.task.state
         shared.act(task, world.state.control, actions[w], figure.stand, figure.span, world.task.physics[_DELAY])
+        if task.getting_up != 0:  # from the present angles instead
+            for a in range(ACTIONS):
+                world.state.control[a] += task.angles[a]
         shared.begin_push(task)
         if task.pushed == 0:
             task.heading = task.headings[(task.push_count - 1) % PUSHES]
@@ -256,13 +306,16 @@ def evaluate_world(world, figure, timestep):  # type: ignore[no-untyped-def]
     _read_joints(world, figure)
     _, velocity = mass_motion(world, figure)
     height = point_of(world, parts.torso, (0.0, 0.0, _CROWN))[2] / _STAND_HEIGHT
+    hips = point_of(world, parts.pelvis, (0.0, 0.0, 0.0))[2] / _HIPS_HEIGHT
     upright = _upright(world, parts.torso)
     _, _, others = shared.foot_loads(active_contacts(world), parts.feet, timestep)
     tilted = min(upright, _upright(world, parts.pelvis)) < _MOST_TILTED
-    fell = height < FALL_HEIGHT or tilted or others
+    fell = task.getting_up == 0 and (height < FALL_HEIGHT or tilted or others)
+    if task.getting_up != 0:
+        shared.count_stood(task, height, upright, others)
     square = velocity[0] * velocity[0] + velocity[1] * velocity[1]
     effort = shared.effort(world.state.joints, figure.joints, _SPRING_SLOT, figure.bounds, timestep)
-    shared.write_terms(task, term, (height, upright, square, _posture(task), effort), fell)
+    shared.write_terms(task, term, (height, hips, upright, square, _posture(task), effort), fell)
     shared.write_info(task, world.task.info, fell, fell)
     hips = world.state.bodies[parts.pelvis].position
     for d in range(2):
@@ -354,11 +407,11 @@ def observe_world(world, figure, timestep):  # type: ignore[no-untyped-def]
 
 
 @njit
-def initialize_worlds(world, figure, worlds, most, draws, timestep):  # type: ignore[no-untyped-def]
+def initialize_worlds(world, figure, worlds, most, getting_up, draws, timestep):  # type: ignore[no-untyped-def]
     """Begin episodes in chosen worlds; `draws` is (chosen world, number), uniform in [0, 1)."""
     for i in range(len(worlds)):
         select_world(world, worlds[i])
-        initialize_world(world, figure, most, draws[i])
+        initialize_world(world, figure, most, getting_up, draws[i])
         _read_joints(world, figure)
         observe_world(world, figure, timestep)
 

@@ -20,6 +20,7 @@ PARKED = (0.0, 0.0, -40.0)  # m, of the arrow while no push is shown
 
 CROWN = lengths.CROWN  # m, above the waist
 STAND_HEIGHT = lengths.stand_height()  # m, of the crown in the stand
+HIPS_HEIGHT = lengths.hips_height()  # m
 ANKLE, HEEL, TOE = lengths.ANKLE, lengths.HEEL, lengths.TOE  # of the sole, from the ankle
 HALF_SOLE = 0.047  # m, half its width
 HAND = (0.004, 0.0, -0.3)  # m, the middle of a hand in the frame of the forearm
@@ -43,6 +44,8 @@ AXIS_DTYPE = np.dtype(
     [
         ("turn", "i4"),  # number of the coordinate (gsenv/solver/spatial/joints/axes.py)
         ("sign", "f8"),  # of the coordinate over the angle of the file
+        ("fallen_least", "f8"),  # rad, deviation from the stand where the figure has fallen
+        ("fallen_most", "f8"),
     ],
     align=True,
 )

@@ -8,10 +8,19 @@ from typing import Any
 from gsenv.envs.core.kernels import active_contacts, between, clip, first_not_finite
 from gsenv.envs.ragdoll2d import scene
 from gsenv.envs.ragdoll2d import shared_rules as shared
-from gsenv.envs.ragdoll2d.shared_rules import CONTROL_TIME, FALL_HEIGHT, FALL_TILT, PUSH_STEPS, SHOWN_STEPS
+from gsenv.envs.ragdoll2d.shared_rules import (
+    CONTROL_TIME,
+    FALL_HEIGHT,
+    FALL_TILT,
+    FALLEN_REACH,
+    FALLEN_TILT,
+    PUSH_STEPS,
+    SHOWN_STEPS,
+)
 from gsenv.solver.core.edit import place_body, set_mass
 from gsenv.solver.core.trig import sin_cos
 from gsenv.solver.jit import njit
+from gsenv.solver.planar.geometry import bounding_box, shape_pose
 from gsenv.solver.records.bundle import select_world
 
 ACTIONS = len(scene.AXES)
@@ -27,6 +36,7 @@ TASK_STATE_FIELDS: list[tuple[Any, ...]] = [
 START_ANGLE = 0.06  # rad, largest deviation of a joint from the stand at the start
 START_TILT = 0.03  # rad
 START_SPEED = 0.1  # m/s
+FALLEN_SHOULDER = 0.5  # rad, largest deviation of a shoulder where the figure has fallen
 
 APART = 0.2  # m between the ankles, beyond which the feet are apart
 MOST_APART = 2.0  # s
@@ -44,9 +54,10 @@ _ANCHOR_X = tuple(axis.anchor[0] for axis in scene.JOINTS)
 _ANCHOR_Y = tuple(axis.anchor[1] for axis in scene.JOINTS)
 _STAND = tuple(axis.stand for axis in scene.JOINTS)
 _SPAN = tuple(0.5 * scene.REACH * (axis.limits[1] - axis.limits[0]) for axis in scene.AXES)
+_FALLEN = tuple(FALLEN_REACH * span for span in _SPAN) + (FALLEN_SHOULDER,) * (JOINTS - ACTIONS)
 _EFFORT = tuple(axis.effort for axis in scene.AXES)
 _TILT = -sum(axis.stand for axis in scene.AXES[1:4])  # of the pelvis where the soles are level
-_STAND_HEIGHT = scene.stand_height()
+_STAND_HEIGHT, _HIPS_HEIGHT = scene.stand_height(), scene.hips_height()
 _LEGS = (scene.NEAR_THIGH, scene.FAR_THIGH, scene.NEAR_SHIN, scene.FAR_SHIN, scene.NEAR_FOOT, scene.FAR_FOOT)
 _HEEL, _TOE, _ANKLE, _CROWN = scene.HEEL, scene.TOE, scene.ANKLE, scene.CROWN
 _ARROW_LENGTH, _ARROW_HEAD, _ARROW_GAP = scene.ARROW_LENGTH, scene.ARROW_HEAD, scene.ARROW_GAP
@@ -89,7 +100,11 @@ def _place(world, b, x, y, angle, speed):  # type: ignore[no-untyped-def]
 
 @njit
 def _place_figure(world, x, y, tilt, speed, draws):  # type: ignore[no-untyped-def]
-    """Place the figure near its stand, the hips at (x, y) m and the pelvis tilted; all bodies move at `speed` m/s."""
+    """Place the figure, the hips at (x, y) m and the pelvis tilted; all bodies move at `speed` m/s.
+
+    Its joints are near those of the stand, or anywhere around them where it has fallen.
+    """
+    fallen = world.task.state.getting_up != 0
     bodies, parameters = world.state.bodies, world.parameters.bodies
     _place(world, _PELVIS, x, y, tilt, speed)
     for j in range(JOINTS):
@@ -97,7 +112,8 @@ def _place_figure(world, x, y, tilt, speed, draws):  # type: ignore[no-untyped-d
         c, s = parent.rotation[0], parent.rotation[1]
         ax = _ANCHOR_X[j] - parameters[_PARENTS[j]].center[0]
         ay = _ANCHOR_Y[j] - parameters[_PARENTS[j]].center[1]
-        angle = parent.angle + _STAND[j] + between(-START_ANGLE, START_ANGLE, draws[j])
+        most = _FALLEN[j] if fallen else START_ANGLE
+        angle = parent.angle + _STAND[j] + between(-most, most, draws[j])
         _place(
             world, _CHILDREN[j], parent.position[0] + c * ax - s * ay, parent.position[1] + s * ax + c * ay,
             angle, speed,
@@ -123,14 +139,45 @@ def _lowest_sole(world):  # type: ignore[no-untyped-def]
 
 
 @njit
-def initialize_world(world, most, draws):  # type: ignore[no-untyped-def]
-    """Begin an episode: the figure stands with bent knees, nearly at rest, with one foot on the ground."""
-    _apply_physics(world)
+def _stand(world, draws):  # type: ignore[no-untyped-def]
     tilt = _TILT + between(-START_TILT, START_TILT, draws[JOINTS])
     speed = between(-START_SPEED, START_SPEED, draws[JOINTS + 1])
     _place_figure(world, 0.0, 0.0, tilt, speed, draws)
     _place_figure(world, 0.0, -_lowest_sole(world), tilt, speed, draws)
+
+
+@njit
+def _lowest_point(world):  # type: ignore[no-untyped-def]
+    """Return the height in m of the figure's lowest point."""
+    parameters, low = world.parameters, math.inf
+    for s in range(len(world.model.shapes)):
+        b = world.model.shapes[s].body
+        if b >= _FIRST and world.model.shapes[s].mask != 0:
+            pose = shape_pose(world.state.bodies[b], parameters.bodies[b], parameters.shapes[s])
+            lower, _ = bounding_box(world.model.shapes[s], parameters.shapes[s], parameters.vertices, pose)
+            low = min(low, lower[1])
+    return low
+
+
+@njit
+def _lie(world, draws):  # type: ignore[no-untyped-def]
+    """Begin an episode in which the figure has fallen: it lies on its back or front, at rest on its lowest point."""
+    world.task.state.getting_up = 1
+    side = 1.0 if draws[JOINTS + 1] < 0.5 else -1.0
+    tilt = side * (0.5 * math.pi + between(-FALLEN_TILT, FALLEN_TILT, draws[JOINTS]))
+    _place_figure(world, 0.0, 0.0, tilt, 0.0, draws)
+    _place_figure(world, 0.0, -_lowest_point(world), tilt, 0.0, draws)
+
+
+@njit
+def initialize_world(world, most, getting_up, draws):  # type: ignore[no-untyped-def]
+    """Begin an episode: the figure stands with bent knees, nearly at rest, with one foot on the ground, or lies."""
+    _apply_physics(world)
     shared.plan_pushes(world.task.state, most, draws[JOINTS + 2 :])
+    if getting_up:
+        _lie(world, draws)
+    else:
+        _stand(world, draws)
     world.task.state.gaze = world.state.bodies[_PELVIS].position[0]
 
 
@@ -147,6 +194,9 @@ def apply_actions(world, actions):  # type: ignore[no-untyped-def]
         select_world(world, w)
         task = world.task.state
         shared.act(task, world.state.control, actions[w], _STAND, _SPAN, world.task.physics[_DELAY])
+        if task.getting_up != 0:  # from the present angles instead
+            for a in range(ACTIONS):
+                world.state.control[a] += _joint_angle(world.state.bodies, a) - _STAND[a]
         shared.begin_push(task)
         world.state.bodies[_PELVIS].force[0] += shared.push_force(task)
     return -1
@@ -225,16 +275,21 @@ def evaluate_world(world, timestep):  # type: ignore[no-untyped-def]
     task.steps += 1
     _, _, vx, _ = mass_motion(world)
     height = _crown(world) / _STAND_HEIGHT
+    hips = point_of(bodies[_PELVIS], world.parameters.bodies[_PELVIS], 0.0, 0.0)[1] / _HIPS_HEIGHT
     upright = bodies[_TORSO].rotation[0]
     _, _, others = shared.foot_loads(active_contacts(world), _FEET, timestep)
     tilt = max(abs(bodies[_TORSO].angle), abs(bodies[_PELVIS].angle))
-    fell = height < FALL_HEIGHT or tilt > FALL_TILT or others
+    balances = task.getting_up == 0
+    fell = balances and (height < FALL_HEIGHT or tilt > FALL_TILT or others)
     stride = _stride(world)
-    task.apart = max(task.apart + (CONTROL_TIME if stride > APART else -CONTROL_TIME), 0.0)
+    if balances:
+        task.apart = max(task.apart + (CONTROL_TIME if stride > APART else -CONTROL_TIME), 0.0)
+    else:
+        shared.count_stood(task, height, upright, others)
     failed = fell or task.apart > MOST_APART
     effort = shared.effort(world.state.joints, _ACTUATED, _SPRING_SLOT, _EFFORT, timestep)
-    shared.write_terms(task, term, (height, upright, vx * vx, _posture(bodies), effort), failed)
-    term.apart = APART_WEIGHT * min(max(stride - FREE_STRIDE, 0.0) / STRIDE, 1.0)
+    shared.write_terms(task, term, (height, hips, upright, vx * vx, _posture(bodies), effort), failed)
+    term.apart = APART_WEIGHT * min(max(stride - FREE_STRIDE, 0.0) / STRIDE, 1.0) if balances else 0.0
     shared.write_info(task, info, fell, failed)
     task.gaze += 0.12 * (bodies[_PELVIS].position[0] - task.gaze)
     _show_push(world)
@@ -306,11 +361,11 @@ def observe_world(world, timestep):  # type: ignore[no-untyped-def]
 
 
 @njit
-def initialize_worlds(world, worlds, most, draws, timestep):  # type: ignore[no-untyped-def]
+def initialize_worlds(world, worlds, most, getting_up, draws, timestep):  # type: ignore[no-untyped-def]
     """Begin episodes in chosen worlds; `draws` is (chosen world, number), uniform in [0, 1)."""
     for i in range(len(worlds)):
         select_world(world, worlds[i])
-        initialize_world(world, most, draws[i])
+        initialize_world(world, most, getting_up, draws[i])
         observe_world(world, timestep)
 
 

@@ -85,9 +85,19 @@ ARROW_HEAD = 0.11  # m
 ARROW_GAP = 0.16  # m, from the middle of the pelvis to its tip
 
 
+def hips_height() -> float:
+    """Return the height in m of the hips above the soles in the stand."""
+    hip, knee = (axis.stand for axis in AXES[1:3])
+    tilt = _stand_tilt()
+    return ANKLE + THIGH * math.cos(tilt + hip) + SHIN * math.cos(tilt + hip + knee)
+
+
 def stand_height() -> float:
     """Return the height in m of the crown above the soles in the stand."""
-    waist, hip, knee, ankle = (axis.stand for axis in AXES[:4])
-    tilt = -(hip + knee + ankle)  # of the pelvis over level soles
-    leg = ANKLE + THIGH * math.cos(tilt + hip) + SHIN * math.cos(tilt + hip + knee)
-    return leg + WAIST * math.cos(tilt) + CROWN * math.cos(tilt + waist)
+    tilt = _stand_tilt()
+    return hips_height() + WAIST * math.cos(tilt) + CROWN * math.cos(tilt + AXES[0].stand)
+
+
+def _stand_tilt() -> float:
+    """Return the tilt in rad of the pelvis over level soles in the stand."""
+    return -sum(axis.stand for axis in AXES[1:4])

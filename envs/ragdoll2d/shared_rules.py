@@ -1,4 +1,7 @@
-"""Rules that the 2D and the 3D figure share: pushes, actions, loads of the feet, reward. Kernels know no geometry."""
+"""Rules that the 2D and the 3D figure share: pushes, actions, loads of the feet, reward. Kernels know no geometry.
+
+The figure keeps its balance, or gets up where the task state's `getting_up` is set.
+"""
 
 from __future__ import annotations
 
@@ -19,6 +22,13 @@ SHOWN_STEPS = 14  # how long a push's arrow is shown
 FEWEST_GAP, MOST_GAP = 60, 120  # steps from the begin of a push to the next
 FIRST_GAP = 30  # steps before the first push, at least
 LEAST_PUSH = 0.1  # m/s
+
+NEVER = 1 << 40  # step
+FALLEN_TILT = 0.4  # rad, largest angle of the trunk to the ground where the figure is to get up
+FALLEN_REACH = 0.5  # of a full action: largest deviation of a joint from the stand there
+STOOD_HEIGHT = 0.9  # of the height of the stand: it has got up
+STOOD_UPRIGHT = 0.9  # cosine of the chest's tilt
+STOOD_STEPS = 30  # in a row
 
 FALL_HEIGHT = 0.6  # of the height of the stand
 FALL_TILT = 1.0  # rad
@@ -43,6 +53,8 @@ def task_state_fields(actions: int) -> list[tuple[Any, ...]]:
         ("push_count", "i8"),
         ("push", "f8"),  # m/s, the last push
         ("pushed", "i8"),  # steps since it began
+        ("getting_up", "i8"),  # 1: the task is to get up
+        ("stood", "i8"),  # steps in a row that the figure has stood since
     ]
 
 
@@ -59,7 +71,7 @@ def plan_pushes(task, most, draws):  # type: ignore[no-untyped-def]
         side = 2.0 * draws[2 * k + 1] - 1.0
         size = between(least, most, abs(side))
         task.pushes[k] = size if side >= 0.0 else -size
-    task.next_push = task.gaps[0]
+    task.next_push = task.gaps[0] if most > 0.0 else NEVER
     task.pushed = SHOWN_STEPS
 
 
@@ -145,22 +157,36 @@ def bell(x):  # type: ignore[no-untyped-def]
 def write_terms(task, term, motion, failed):  # type: ignore[no-untyped-def]
     """Set the shared reward terms.
 
-    `motion` is the height of the crown over that in the stand, the cosine of the chest's tilt, the square of the
-    horizontal speed in m^2/s^2, the squared deviation from the stand in rad^2, and the `effort`.
+    `motion` is the height of the crown over that in the stand, the same of the hips, the cosine of the chest's tilt,
+    the square of the horizontal speed in m^2/s^2, the squared deviation from the stand in rad^2, and the `effort`.
     """
-    height, upright, square, posture, efforts = motion
-    calm = bell(square / (CALM_SPEED * CALM_SPEED))
-    term.stand = STAND_WEIGHT * min(max(height, 0.0), 1.0) * max(upright, 0.0) * calm
-    term.posture = POSTURE_WEIGHT * bell(posture)
+    crown, hips, upright, square, posture, efforts = motion
+    crown = min(max(crown, 0.0), 1.0)
+    if task.getting_up != 0:  # which takes speed and other postures; upright and seated is no way to the stand
+        up = 0.5 * (crown + min(max(hips, 0.0), 1.0))
+        term.stand = STAND_WEIGHT * up
+        term.posture = POSTURE_WEIGHT * up * up * bell(posture)
+    else:
+        term.stand = STAND_WEIGHT * crown * max(upright, 0.0) * bell(square / (CALM_SPEED * CALM_SPEED))
+        term.posture = POSTURE_WEIGHT * bell(posture)
     term.smoothness = SMOOTH_WEIGHT * task.change
     term.effort = EFFORT_WEIGHT * efforts
     term.fall = FALL_REWARD if failed else 0.0
 
 
 @njit
+def count_stood(task, height, upright, others):  # type: ignore[no-untyped-def]
+    """Count the steps in a row that the figure has stood, upright and on nothing but its feet."""
+    stands = height >= STOOD_HEIGHT and upright >= STOOD_UPRIGHT and not others
+    task.stood = task.stood + 1 if stands else 0
+
+
+@njit
 def write_info(task, info, fell, failed):  # type: ignore[no-untyped-def]
     """Set the info of a step."""
     info.success = task.steps >= SUCCESS_STEPS and not failed
+    if task.getting_up != 0:
+        info.success = task.stood >= STOOD_STEPS
     info.is_success = info.success
     info.fell = fell
     info.time = task.steps * CONTROL_TIME

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any, ClassVar
 
@@ -26,6 +26,13 @@ RANGES = {  # drawn in each episode, unless `randomize` says otherwise
 def check_push(push: Any) -> float:
     """Return a push from 0 to 3 m/s as a float; raises ValueError for anything else."""
     return number_within(push, 0.0, 3.0, "push must be a speed from 0 to 3 m/s")
+
+
+def choose_task(task: Any, tasks: Mapping[str, type[Task]]) -> type[Task]:
+    """Return the task that the argument `task` of an environment names; raises ValueError for anything else."""
+    if not isinstance(task, str) or task not in tasks:
+        raise ValueError(f"task must be one of {list(tasks)}, got {task!r}.")
+    return tasks[task]
 
 
 def push_setting(most: float) -> tuple[Setting, ...]:
@@ -53,6 +60,9 @@ LAST_TERMS = (
 )
 
 ARGUMENTS = """{argument_table}
+
+    - `task`: "balance" or "get_up", when the environment is made. The ids above have one each; with `task="get_up"`
+      another id gets its rules and start, and keeps its own time limit in `gymnasium.make`.
 
     `reset(options={"push": p})` sets it for one episode. All environments also have these:
 
@@ -87,6 +97,7 @@ class BalanceTask(Task):
         Quantity("delay", "actions act one step late where this is 0.5 or more", 0.0, 0.0, 1.0, "steps"),
     )
     balanced_substeps: ClassVar[int] = 2
+    getting_up: ClassVar[bool] = False  # the figure lies at the start
 
     def solver_options(self) -> Options:
         options = Options.preset(self.fidelity)

@@ -20,7 +20,8 @@ from gsenv.envs import ENVS
 from gsenv.envs.core.vector import TaskVectorEnv
 
 IDS = [entry.id for entry in ENVS]
-TASK_IDS = [i for i in IDS if "-hardcore-" not in i]  # one of each task: tiers differ in numbers alone
+TIERS = ("-hardcore-", "-get-up-")
+TASK_IDS = [i for i in IDS if not any(tier in i for tier in TIERS)]  # one of each task: tiers share its kernels
 COSTLY = ("GCar3D-v0", "GRagdoll-v0")  # in tests of what all tasks share, the 3D robots run at night only
 EACH_TASK = [pytest.param(i, marks=pytest.mark.slow) if i in COSTLY else i for i in TASK_IDS]
 MODES = list(AutoresetMode)

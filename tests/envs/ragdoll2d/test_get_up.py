@@ -1,0 +1,165 @@
+"""Getting up, in 2D and in 3D: starts, actions relative to the present angles, success, time limit, idle policies."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import gymnasium
+import numpy as np
+import pytest
+
+from gsenv.envs.core.vector import TaskVectorEnv
+from gsenv.envs.ragdoll import env as spatial
+from gsenv.envs.ragdoll import figure
+from gsenv.envs.ragdoll2d import env as planar
+from gsenv.envs.ragdoll2d import rules, scene
+from gsenv.envs.ragdoll2d import shared_rules as shared
+
+
+class Figure(NamedTuple):
+    """One of the two figures."""
+
+    env_id: str
+    module: Any
+    joints: tuple[str, ...]  # with drives
+    stand: Any  # rad
+    span: Any
+
+
+FIGURES = [
+    Figure(
+        "GRagdoll2D-get-up-v0",
+        planar,
+        tuple(axis.name for axis in scene.AXES),
+        np.array([axis.stand for axis in scene.AXES]),
+        np.array(rules._SPAN),
+    ),
+    Figure(
+        "GRagdoll-get-up-v0",
+        spatial,
+        tuple(axis.name for axis in figure.AXES),
+        np.array([axis.stand for axis in figure.AXES]),
+        np.array([axis.span for axis in figure.AXES]),
+    ),
+]
+each_figure = pytest.mark.parametrize("figure", FIGURES, ids=["2D", "3D"])
+
+
+def lying(figure: Figure, count: int = 40) -> TaskVectorEnv:
+    vector: TaskVectorEnv = figure.module.RagdollGetUpVectorEnv(count)
+    vector.reset(seed=3)
+    return vector
+
+
+def deviations(vector: TaskVectorEnv, figure: Figure) -> Any:
+    """(world, drive) rad, of the joints from the stand, as observed."""
+    first = [entry.name for entry in vector.task.observations].index(f"{figure.joints[0]}_angle")
+    return vector.task.observation[:, first : first + len(figure.joints)]
+
+
+@each_figure
+def test_it_lies_on_the_ground_at_rest_in_many_ways(figure: Figure) -> None:
+    vector = lying(figure)
+    world, names = vector.task.world, [entry.name for entry in vector.task.observations]
+    assert (world.state.bodies["velocity"] == 0.0).all()
+    assert world.diagnostics().penetration.max() < 1e-9
+    assert (vector.task.observation[:, names.index("height")] / 5.0 + 1.0 < 0.75).all()
+    most = shared.FALLEN_REACH * figure.span
+    assert (abs(deviations(vector, figure)) <= most + 1e-6).all()
+    assert (deviations(vector, figure).max(0) > 0.8 * most).all()
+    inwards = np.array(["hip_spread" in name for name in figure.joints])
+    assert (deviations(vector, figure)[:, inwards] > -1e-6).all()
+    assert (deviations(vector, figure)[:, ~inwards].min(0) < -0.8 * most[~inwards]).all()
+    if figure.module is planar:
+        sine = vector.task.observation[:, names.index("pelvis_sine")]
+        assert (abs(sine) >= math.cos(shared.FALLEN_TILT) - 1e-6).all()
+        assert 0.25 < (sine > 0.0).mean() < 0.75
+    else:
+        down = vector.task.observation[:, names.index("down_x") : names.index("down_z") + 1]
+        assert (abs(down[:, 2]) <= math.sin(shared.FALLEN_TILT) + 1e-6).all()
+        for side in range(2):  # face up and face down, on the left and on the right
+            assert (down[:, side] > 0.7).any()
+            assert (down[:, side] < -0.7).any()
+    world.step()
+    assert (world.diagnostics().contacts > 0).all()  # the lowest point was on the ground
+
+
+@each_figure
+def test_actions_are_relative_to_the_present_angles(figure: Figure) -> None:
+    vector = lying(figure)
+    vector.task.physics[:, -1] = 0.0  # no delay
+    for step in range(10):
+        angles = figure.stand + deviations(vector, figure)
+        vector.task.apply_action(np.zeros_like(vector.task._actions))
+        np.testing.assert_allclose(vector.task.world.control[:, : len(figure.joints)], angles, atol=1e-5)
+        vector.task.apply_action(np.full_like(vector.task._actions, -0.5))
+        np.testing.assert_allclose(
+            vector.task.world.control[:, : len(figure.joints)], angles - 0.5 * figure.span, atol=1e-5
+        )
+        vector.task.step(np.full_like(vector.task._actions, 0.3 if step % 2 else -0.3))
+
+
+@each_figure
+def test_nothing_pushes_and_nothing_ends_before_the_limit(figure: Figure) -> None:
+    vector: Any = gymnasium.make_vec(f"gsenv:{figure.env_id}", num_envs=8)
+    vector.reset(seed=0)
+    for step in range(300):
+        _, _, terminated, truncated, info = vector.step(np.zeros(vector.action_space.shape, np.float32))
+        assert not terminated.any()
+        assert (truncated == (step == 299)).all()
+    assert (info["pushes"] == 0).all()
+    assert not info["success"].any()
+    assert (info["reward_fall"] == 0.0).all()
+    assert gymnasium.spec(figure.env_id).max_episode_steps == 300
+
+
+@each_figure
+def test_standing_for_one_second_is_success(figure: Figure) -> None:
+    """A figure on its feet whose drives hold the stand; then it lets go and sinks."""
+    vector: TaskVectorEnv = figure.module.RagdollVectorEnv(5, push=0.0, randomize={})
+    vector.reset(seed=0)
+    task = vector.task
+    task.task_state["getting_up"] = 1
+    for step in range(1, 41):
+        task.step(-deviations(vector, figure) / figure.span)
+        assert (task.infos["success"] == (step >= shared.STOOD_STEPS)).all()
+    for _ in range(60):
+        task.step(np.ones_like(task._actions))
+    assert not task.infos["success"].any()
+    assert not task.terminated.any()
+
+
+@each_figure
+def test_the_argument_task_gives_the_same_episodes(figure: Figure) -> None:
+    one = figure.module.RagdollEnv(task="get_up")
+    other: Any = gymnasium.make(f"gsenv:{figure.env_id}").unwrapped
+    for env in (one, other):
+        env.reset(seed=5)
+    action = np.full(other.action_space.shape, 0.2, np.float32)
+    for _ in range(20):
+        first, second = one.step(action), other.step(action)
+        np.testing.assert_array_equal(first[0], second[0])
+        assert first[1:4] == second[1:4]
+        assert first[4] == second[4]
+    vector: Any = gymnasium.make_vec(f"gsenv:{figure.env_id.replace('-get-up', '')}", num_envs=2, task="get_up")
+    assert vector.max_episode_steps == 300
+    np.testing.assert_array_equal(vector.reset(seed=5)[0][0], other.reset(seed=5)[0])
+    for bad in ("getup", None, 1):
+        for env_class in (figure.module.RagdollEnv, figure.module.RagdollVectorEnv):
+            with pytest.raises(ValueError, match=r"task must be one of \['balance', 'get_up'\], got"):
+                env_class(task=bad)
+
+
+@each_figure
+def test_zero_constant_and_random_actions_do_not_get_up(figure: Figure) -> None:
+    count = 60
+    vector = lying(figure, count)
+    generator = np.random.default_rng(0)
+    constant: Any = generator.uniform(-1.0, 1.0, vector.task._actions.shape)
+    constant[0] = 0.0
+    for policy in (lambda: constant, lambda: generator.uniform(-1.0, 1.0, constant.shape)):
+        vector.reset(seed=4)
+        for _ in range(299):
+            vector.task.step(policy())
+            assert not vector.task.infos["success"].any()
