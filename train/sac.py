@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from gsenv.train import experiment
+from gsenv.train import experiment, ppo
 
 if TYPE_CHECKING:
     from stable_baselines3 import SAC
@@ -24,20 +24,23 @@ if TYPE_CHECKING:
 class Settings(experiment.Settings):
     """Settings of one SAC run."""
 
-    steps: int = 1_000_000
-    world_count: int = 16
+    steps: int = 1_200_000
+    world_count: int = 64
+    discount: float = 0.995
     buffer_size: int = 500_000
     batch_size: int = 512
-    learning_rate: float = 3e-4  # decreases linearly to 5 % of this
-    learning_starts: int = 5_000
+    learning_rate: float = 7e-4  # decreases linearly to 5 % of this
+    learning_starts: int = 10_000
     target_update: float = 0.005  # weight of the new parameters in the target network's moving average
-    gradient_steps: int = 4  # updates after each step of all worlds
-    layers: tuple[int, ...] = (256, 256)
+    gradient_steps: int = 8  # updates after each step of all worlds
+    layers: tuple[int, ...] = (64, 64)
 
 
 DEFAULTS = Settings()
+# the curricula of PPO: what a task is, and what is easier, does not depend on the algorithm
 SETTINGS = {
-    "GStack-v0": replace(DEFAULTS, arguments={"blocks": 5}, tests=({"blocks": 3}, {"blocks": 5})),
+    name: replace(DEFAULTS, arguments=task.arguments, lessons=task.lessons, tests=task.tests)
+    for name, task in ppo.SETTINGS.items()
 }
 
 
