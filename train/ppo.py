@@ -90,17 +90,17 @@ CAR = replace(
 )
 RAGDOLL3D = replace(
     RAGDOLL,
-    steps=3_000_000,
+    steps=10_000_000,
     world_count=256,
     rollout=32,
     batch_size=4096,  # half of them mirrored
-    epochs=4,
-    learning_rate=4e-4,
+    epochs=5,
+    learning_rate=1e-3,
     log_std=-1.3,
-    wanted_kl=0.012,
+    wanted_kl=0.02,
     mirrored=True,
-    arguments={"push": 0.7},
-    lessons=({"push": 0.1}, {"push": 0.3}, {"push": 0.5}),
+    arguments={"push": 0.8},
+    lessons=({"push": 0.1}, {"push": 0.3}, {"push": 0.45}, {"push": 0.6}, {"push": 0.7}),
 )
 GET_UP = replace(RAGDOLL, steps=3_000_000, log_std=-0.7, arguments={}, lessons=(), tests=({},))
 SETTINGS = {
