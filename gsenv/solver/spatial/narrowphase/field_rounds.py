@@ -136,20 +136,25 @@ def rim_gap(fold: Fold, body: Body, d: Vec) -> tuple[float, Vec]:
 
 
 @njit
-def rises_inside(fold: Fold, body: Body, margin: float) -> bool:
-    """Whether the largest gap of the rims is within the margin and strictly between the two faces' normals.
+def peaks_inside(fold: Fold, body: Body, margin: float) -> bool:
+    """Whether the gap of the rims may have a maximum within the margin strictly between the two faces' normals.
 
-    The slope of `rim_gap` along the arc is that of its lowest point as if this were fixed (envelope theorem).
+    Over the angle t of the arc, the gap f of a rim fulfils f'' + f <= 0, and so does the smaller of two.  With a
+    maximum at t, f(0) <= f(t) cos t and f(t) <= f(0) cos t + f'(0) sin t (Sturm), so f'(0) >= min(f(0), 0) tan t.
+    f' is the slope with the lowest point fixed (envelope theorem).
     """
     a, b = fold.normal_a, fold.normal_b
     share = dot(a, b)
+    if share <= KINK:
+        return True
     gap_a, p_a = rim_gap(fold, body, a)
     gap_b, p_b = rim_gap(fold, body, b)
     if max(gap_a, gap_b) > margin:
         return False
-    rises = dot(along(b, -share, a), sub(p_a, fold.start)) > 0.0 or abs(dot(a, body.pose.z)) < KINK
-    falls = dot(along(a, -share, b), sub(p_b, fold.start)) > 0.0 or abs(dot(b, body.pose.z)) < KINK
-    return rises and falls
+    most = (1.0 - share * share) / share
+    rises = dot(along(b, -share, a), sub(p_a, fold.start)) >= min(gap_a, 0.0) * most
+    falls = dot(along(a, -share, b), sub(p_b, fold.start)) >= min(gap_b, 0.0) * most
+    return (rises or abs(dot(a, body.pose.z)) < KINK) and (falls or abs(dot(b, body.pose.z)) < KINK)
 
 
 @njit
@@ -158,7 +163,7 @@ def rim_on_fold(fold: Fold, body: Body, margin: float, feature: int, scratch: An
 
     At an end of the range a face supports the rim, at a kink the side or the flat end touches the ridge.
     """
-    if not rises_inside(fold, body, margin):
+    if not peaks_inside(fold, body, margin):
         return total
     low, high = 0.0, 1.0
     x, y = 1.0 - GOLDEN, GOLDEN
