@@ -151,19 +151,24 @@ def _run_jointed_terrain() -> None:
 
 
 def _run_any_scene(dim: int) -> None:
-    """Compile the kernel that steps scenes without one of their own, and what reads worlds."""
+    """Compile the kernel that steps scenes without one of their own, and what reads worlds without and with joints."""
     from gsenv.solver import Scene, World, planar, spatial
     from gsenv.solver.records.kernel_variants import ONE_KERNEL
 
-    scene = Scene(dim=dim)
-    scene.add_body("ball", shapes=[planar.Circle(radius=1.0) if dim == 2 else spatial.Sphere(radius=1.0)])
+    plain = Scene(dim=dim)
+    jointed = Scene(dim=dim)
+    for scene in (plain, jointed):
+        for name in ("one", "other"):
+            scene.add_body(name, shapes=[planar.Circle(radius=1.0) if dim == 2 else spatial.Sphere(radius=1.0)])
+    jointed.add_joint("joint", (planar.Revolute if dim == 2 else spatial.Ball)("one", "other"))
     before = os.environ.get(ONE_KERNEL)
     os.environ[ONE_KERNEL] = str(dim)
     try:
-        world = World(scene)
-        world.step()
-        world.diagnostics()
-        world.contacts()
+        for scene in (plain, jointed):
+            world = World(scene)
+            world.step()
+            world.diagnostics()
+            world.contacts()
     finally:
         if before is None:
             del os.environ[ONE_KERNEL]

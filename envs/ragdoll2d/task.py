@@ -62,7 +62,7 @@ LAST_TERMS = (
 ARGUMENTS = """{argument_table}
 
     - `task`: "balance" or "get_up", when the environment is made. The ids above have one each; with `task="get_up"`
-      another id gets its rules and start, and keeps its own time limit in `gymnasium.make`.
+      another id gets its rules and start, and keeps its own time limit in `gymnasium.make` and `make_vec`.
 
     `reset(options={"push": p})` sets it for one episode. All environments also have these:
 

@@ -27,8 +27,8 @@ def parse_mjcf(source: str | os.PathLike[str]) -> MjcfModel:
         source: a path, or XML text that starts with ``<``.
 
     Raises:
-        MjcfError: a file that MuJoCo would not read either, or one with global coordinates; the message names
-            file, line and element.
+        MjcfError: a file that MuJoCo would not read either, or one with global coordinates or a hinge beside a ball
+            on one body; the message names file, line and element.
     """
     notes = Notes()
     document = read_document(source)

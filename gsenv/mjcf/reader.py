@@ -53,6 +53,8 @@ def read_document(source: str | os.PathLike[str], outermost: str = "mujoco") -> 
         MjcfError: no such file, no well-formed XML, a document type declaration, another root than
             ``outermost``, or a file that is included twice or includes itself.
     """
+    if not isinstance(source, (str, os.PathLike)) or (isinstance(source, str) and not source.strip()):
+        raise MjcfError(f"a path or the text of a file is needed, got {source!r}.")
     if isinstance(source, str) and source.lstrip("\ufeff \t\r\n").startswith("<"):
         document = Document(_parse(source.lstrip("\ufeff \t\r\n").encode(), "string"), Path())
         seen: set[Path] = set()

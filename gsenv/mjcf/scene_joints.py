@@ -95,6 +95,8 @@ def axes_of(joints: Sequence[Joint], pose: Pose) -> Axes | None:
     """
     kinds = [joint.kind for joint in joints]
     hinges = [joint for joint in joints if joint.kind == "hinge"]
+    if not {"slide", "hinge"}.issuperset(kinds):
+        return None
     if sorted(kinds, reverse=True) != kinds or not 1 <= len(joints) <= 6:
         return None
     if any(np.linalg.norm(one.position - hinges[0].position) > TOGETHER for one in hinges):

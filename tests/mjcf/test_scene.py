@@ -231,3 +231,22 @@ def test_joint_torques_of_a_standing_robot() -> None:
     same(-300.0 * qpos[0, 3:], wanted, "torques", 0.02)
     reactions = [world.joint_reaction(names.joints[k].joint)[0, 4] for k in range(3, 7)]
     same(reactions, wanted, "reactions", 0.02)
+
+
+@pytest.mark.parametrize("directions", [["0 0 1"], ["1 0 0", "0 1 0", "0 0 1"]], ids=["one", "three"])
+def test_a_ball_after_slides_turns_about_all_axes(directions: list[str]) -> None:
+    """The ball became a hinge, without a word."""
+    slides = "".join(f'<joint type="slide" axis="{direction}"/>' for direction in directions)
+    text = f"""<mujoco><option gravity="0 0 0"/><worldbody><body pos="0 0 1">
+      {slides}<joint name="b" type="ball"/>
+      <geom type="box" size=".1 .1 .1"/></body></worldbody></mujoco>"""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", MjcfWarning)
+        scene = load_mjcf(text)
+    world = World(scene)
+    for spin in np.eye(3):
+        world.reset()
+        body = int(np.flatnonzero(world.parameters.bodies["mass"][0] > 1.0)[0])
+        world.set_velocity(world.model.body_names[body], angular=tuple(spin))
+        world.step(30)
+        np.testing.assert_allclose(world.angular_velocity[0, body], spin, atol=1e-2)

@@ -16,7 +16,7 @@ from numba import int64
 
 from ..jit import njit
 from .activity import ALL_ASLEEP, AWAKE, DRIVEN, KINEMATIC_CONTACT
-from .joint_rows import has_armature, has_friction, has_limit, has_motor
+from .joint_rows import has_armature, has_friction, has_limit, has_motor, runs
 from .springs import has_spring
 
 # labels of bodies outside all islands, and of all bodies before the islands are numbered
@@ -228,7 +228,7 @@ def _fill_contacts(contacts: Any, listed: Any, listed_count: Any, islands: Any, 
 
 
 @njit
-def _fill_joints(joint_models: Any, joint_parameters: Any, islands: Any, island_joints: Any) -> None:
+def _fill_joints(joint_models: Any, joint_parameters: Any, joints: Any, islands: Any, island_joints: Any) -> None:
     for j in range(len(joint_models)):
         a = islands[joint_models[j].body_a]
         b = islands[joint_models[j].body_b]
@@ -238,7 +238,7 @@ def _fill_joints(joint_models: Any, joint_parameters: Any, islands: Any, island_
         island = islands[i]
         island_joints[island.joint_first + island.joint_count] = j
         island.joint_count += 1
-        if joint_models[j].driven and island.activity != KINEMATIC_CONTACT:
+        if (joint_models[j].driven or runs(joint_parameters[j], joints[j])) and island.activity != KINEMATIC_CONTACT:
             island.activity = DRIVEN
         if a.label == MOVING or b.label == MOVING:
             island.activity = KINEMATIC_CONTACT
@@ -281,5 +281,5 @@ def build_islands(world: Any, found_count: Any, joints: Any) -> Any:
     _fill_bodies(bodies, islands, world.scratch.island_bodies)
     _fill_contacts(contacts, listed, listed_count, islands, world.scratch.island_contacts)
     if joints is not None:
-        _fill_joints(world.model.joints, world.parameters.joints, islands, world.scratch.island_joints)
+        _fill_joints(world.model.joints, world.parameters.joints, joints, islands, world.scratch.island_joints)
     return count

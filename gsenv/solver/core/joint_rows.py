@@ -53,6 +53,12 @@ def has_motor(parameters: Any) -> Any:
 
 
 @njit
+def runs(parameters: Any, joint: Any) -> Any:
+    """Whether a joint has a motor with a speed to reach, so that its island may not fall asleep."""
+    return has_motor(parameters) and joint.motor_speed != 0.0
+
+
+@njit
 def has_friction(parameters: Any) -> Any:
     """Whether a joint has dry friction."""
     return parameters.friction_effort > 0.0

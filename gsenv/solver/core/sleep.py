@@ -5,6 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from ..jit import njit
+from .dispatch import by_dimension
+
+gyration = by_dimension("rotation", "gyration")
 
 
 @njit
@@ -47,7 +50,8 @@ def update_sleep(
     least = options.sleep_time
     for k in range(len(island_bodies)):
         body = bodies[island_bodies[k]]
-        radius = body_parameters[island_bodies[k]].radius
+        parameters = body_parameters[island_bodies[k]]
+        radius = parameters.radius if parameters.radius > 0.0 else gyration(parameters)  # of a body without shapes
         speed = _speed(body.velocity, radius)
         # the position pass moves bodies at rest as well
         speed = max(speed, _speed(substep_bodies[island_bodies[k]].displacement, radius) / options.timestep)

@@ -61,3 +61,9 @@ def rotate_from_start(body: Any, substep_body: Any, time: Any) -> None:
 def _turn(body: Any, angle: Any) -> None:
     body.angle += angle
     body.rotation[0], body.rotation[1] = turn(body.rotation[0], body.rotation[1], angle)
+
+
+@njit
+def gyration(parameters: Any) -> Any:
+    """Return the radius of gyration of a body, m."""
+    return (parameters.inertia * parameters.inv_mass) ** 0.5

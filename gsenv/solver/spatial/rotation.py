@@ -317,3 +317,10 @@ def leave_link_frames(world: Any, island: Any) -> None:
         set_spin(substep_body.start_velocity, in_world(substep_body, spin_of(substep_body.start_velocity)))
         set_spin(substep_body.free_velocity, in_world(substep_body, spin_of(substep_body.free_velocity)))
         _set_world_frame(substep_body)
+
+
+@njit
+def gyration(parameters: Any) -> Any:
+    """Return the largest radius of gyration of a body, m."""
+    inertia = parameters.inertia
+    return (max(inertia[0], inertia[1], inertia[2]) * parameters.inv_mass) ** 0.5

@@ -59,6 +59,9 @@ def _driven_axis(spec: JointSpec, axis: str | None, mode: str, dim: int, what: s
     if axis is not None:
         raise ValueError(f"{what}: only a target has an axis to choose, got {axis!r}.")
     if DRIVEN[mode] == "motor" and not spec.motor_effort > 0.0:
+        wheel, _, part = spec.name.rpartition("/")
+        if part == "spin":
+            raise ValueError(f"{what}: the motor of a wheel is driven by the wheel's own name, {wheel!r}.")
         raise ValueError(f"{what}: joint {spec.name!r} has no motor; give it a motor_effort.")
     if DRIVEN[mode] == "spring" and (spec.kind == "distance" or not spec.has_spring):
         raise ValueError(f"{what}: joint {spec.name!r} has no spring to set the rest of; give it a frequency.")

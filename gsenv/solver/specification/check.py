@@ -170,7 +170,7 @@ def choice(value: Any, known: Iterable[str], what: str) -> str:
         return value
     near = difflib.get_close_matches(str(value), names, 1)
     hint = f"; did you mean {near[0]!r}?" if near else ""
-    raise ValueError(f"{what} {value!r} is unknown; known are {', '.join(names)}{hint}.")
+    raise ValueError(f"{what} {value!r} is unknown; known are {', '.join(names) or 'none'}{hint}.")
 
 
 def worlds(selection: Any, count: int, what: str = "worlds") -> NDArray[np.intp]:

@@ -103,6 +103,8 @@ def _set_length(spec: JointSpec, joint: Distance, what: str) -> None:
         raise ValueError(f"{what}: a distance can't be below {spec.upper!r}.")
     if joint.length is not None:
         spec.length = check.not_negative(joint.length, f"{what}: length")
+        if joint.limits is not None and not spec.has_spring:
+            raise ValueError(f"{what}: give length for a rod or limits for a rope; only a spring has both.")
 
 
 def _target(name: str, joint: Target, scene: SceneSpec) -> JointSpec:

@@ -140,7 +140,8 @@ class Wheel(Servo, PairJoint):
     Its coordinate q is the translation, m; limits and spring act on q, the motor on the rotation of the wheel.
 
     In 3D ``"<name>/spin"`` names the angle of the wheel about its own axis, and ``"<name>/steering"`` that of its axis
-    about the suspension, rad, for actuators, readings, gears and ``Parameters.set``.
+    about the suspension, rad, for readings, gears and, of the steering, actuators and ``Parameters.set``.  The motor of
+    the rotation is driven by the joint's own name.
 
     Args:
         axis: direction in the world at the initial poses; fixed in body_a from then on.
@@ -180,7 +181,7 @@ class Distance(Sprung, PairJoint):
         anchor: m, world point at the initial poses; or anchor_a and anchor_b, m, in the bodies' own frames.
             Default: the origin of each body.
         length: m, of the rod or relaxed spring. Default: the initial distance.
-        limits: m, (lower, upper) of q, infinite for none. Default: none.
+        limits: m, (lower, upper) of q, infinite for none. Default: none. Only a spring has both.
         frequency: Hz, of a spring on the effective mass of the joint, and damping_ratio (default 1); or
             stiffness, N/m, and damping, N s/m. Default 0: no spring.
         spring_effort: N, largest force of the spring, default unbounded.

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
 
 from gsenv.scenes import stack
-from gsenv.solver import Options, Scene, World
+from gsenv.solver import Options, Scene, World, planar, spatial
 from gsenv.solver.planar import Box, Circle
 from tests.solver.bits import everything
 
@@ -270,3 +271,56 @@ def test_sleepers_change_nothing_for_those_awake() -> None:
         assert len(world.contacts()) == len(before)
         moves.append((world.position[0, tower], world.linear_velocity[0, tower]))
     np.testing.assert_array_equal(moves[0], moves[1])
+
+
+# ---------------------------------------------------------------- joints
+
+
+def on_a_pin(dim: int, joint: dict[str, Any], rate: float = 0.0, shapes: bool = False) -> World:
+    """A rotor on a pin in the world, without gravity."""
+    scene = Scene(dim=dim, gravity=(0.0,) * dim)
+    scene.add_body("ground", "static")
+    solid: Any = planar.Box(half_extents=(0.2, 0.1)) if dim == 2 else spatial.Box(half_extents=(0.2, 0.1, 0.1))
+    body: dict[str, Any] = (
+        {"shapes": [solid]} if shapes else {"mass": 2.0, "inertia": 0.3 if dim == 2 else (0.1, 0.2, 0.3)}
+    )
+    spin: Any = rate if dim == 2 else (0.0, 0.0, rate)
+    scene.add_body("rotor", angular_velocity=spin, **body)
+    pin: Any = planar.Revolute("ground", "rotor", **joint)
+    if dim == 3:
+        pin = spatial.Hinge("ground", "rotor", axis=(0, 0, 1), **joint)
+    scene.add_joint("pin", pin)
+    return World(scene)
+
+
+@pytest.mark.parametrize("articulated", [True, False], ids=["joint coordinates", "rows"])
+@pytest.mark.parametrize("dim", [2, 3], ids=["2D", "3D"])
+def test_a_rotor_without_shapes_spins_on(dim: int, articulated: bool) -> None:
+    """Its size, which its speed is judged by, is its radius of gyration."""
+    world = on_a_pin(dim, {}, rate=20.0)
+    world.options = Options(articulated=articulated)
+    world.step(300)
+    assert not world.asleep[0, 1]
+    assert world.joint_rate("pin")[0] == pytest.approx(20.0, rel=1e-9)
+
+
+@pytest.mark.parametrize("dim", [2, 3], ids=["2D", "3D"])
+def test_a_body_without_shapes_comes_to_rest_where_its_spring_does(dim: int) -> None:
+    world = on_a_pin(dim, {"stiffness": 0.3, "damping": 0.3, "rest": 0.5})
+    world.step(60 * 30)
+    assert world.asleep[0, 1]
+    assert world.joint_coordinate("pin")[0] == pytest.approx(0.5, abs=0.02)
+
+
+@pytest.mark.parametrize("shapes", [True, False], ids=["box", "no shapes"])
+@pytest.mark.parametrize("dim", [2, 3], ids=["2D", "3D"])
+def test_a_slow_motor_turns_on(dim: int, shapes: bool) -> None:
+    world = on_a_pin(dim, {"motor_speed": 0.002, "motor_effort": 100.0}, shapes=shapes)
+    world.step(600)
+    assert world.joint_coordinate("pin")[0] == pytest.approx(0.02, rel=1e-3)
+    world.set_motor("pin", speed=0.0)
+    world.step(120)
+    assert world.asleep[0, 1]
+    world.set_motor("pin", speed=0.001)
+    world.step(600)
+    assert world.joint_coordinate("pin")[0] == pytest.approx(0.03, rel=1e-3)
