@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -13,6 +13,12 @@ from gsenv.solver.records.scratch_dtypes import shape_geometry_dtype
 from gsenv.solver.spatial.narrowphase.clip import WITNESS
 
 SHAPES = 12
+
+
+class Joined(NamedTuple):
+    """What the cache asks of an articulation."""
+
+    links: Any
 
 
 def random_contacts(rng: np.random.Generator, dim: int, pairs: list[tuple[int, int]]) -> Array:
@@ -100,7 +106,7 @@ def test_a_single_contact_at_the_nearest_points_is_the_same(before: int, after: 
         contacts["shape_b"] = 1
     old["feature"], old["impulse"] = before, 1.0
     new["feature"] = np.arange(len(new)) + after
-    _, contacts, _ = update(old, new, all_awake(3), articulation=0)
+    _, contacts, _ = update(old, new, all_awake(3), articulation=Joined(np.zeros(1)))
     assert (contacts[: len(new)]["impulse"] == float(kept)).all()
 
 

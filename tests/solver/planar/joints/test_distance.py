@@ -121,7 +121,8 @@ def test_lengths_are_not_negative() -> None:
 
 @pytest.mark.parametrize("given", [{}, {"limits": (0, 0.0)}, {"frequency": 2.0}, {"limits": (0, 1.0)}])
 def test_anchors_that_meet_are_calm(given: dict[str, Any]) -> None:
-    world = held("distance", gravity=G, anchor=(0, 0), length=0.0, **given)
+    length = {} if "limits" in given else {"length": 0.0}
+    world = held("distance", gravity=G, anchor=(0, 0), **length, **given)
     start = energy(world)
     for _ in range(300):
         world.step()
@@ -158,3 +159,9 @@ def test_rod_between_free_bodies() -> None:
     assert world.joint_coordinate("rod")[0] == pytest.approx(1, abs=1e-6)
     turned = math.atan2(*(world.position[0, 1] - world.position[0, 0])[::-1]) % (2 * math.pi)
     assert turned == pytest.approx(2.0 * 2.0, abs=1e-3)
+
+
+def test_a_rod_has_no_limits() -> None:
+    with pytest.raises(ValueError, match="give length for a rod or limits for a rope; only a spring has both"):
+        held("distance", anchor=(0, 0), length=1.0, limits=(0.0, 2.0))
+    held("distance", anchor=(0, 0), length=1.0, limits=(0.0, 2.0), stiffness=10.0)
