@@ -121,7 +121,7 @@ def test_lengths_are_not_negative() -> None:
 
 @pytest.mark.parametrize("given", [{}, {"limits": (0, 0.0)}, {"frequency": 2.0}, {"limits": (0, 1.0)}])
 def test_anchors_that_meet_are_calm(given: dict[str, Any]) -> None:
-    length = {} if "limits" in given else {"length": 0.0}
+    length: dict[str, Any] = {} if "limits" in given else {"length": 0.0}
     world = held("distance", gravity=G, anchor=(0, 0), **length, **given)
     start = energy(world)
     for _ in range(300):
