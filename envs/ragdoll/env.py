@@ -199,9 +199,8 @@ _SPECIFICATION = (
 
     {reward_table}
 
-    Getting up has no cost of falls. There the term "stand"
-    is 0.03 m, with m the mean of h and of the height of the hips over that in the stand, at most 1, and "posture" is
-    multiplied by m^2.
+    Getting up has no cost of falls. There the term "stand" is 0.03 m, with m the mean of h and of the
+    height of the hips over that in the stand, at most 1, and "posture" is multiplied by m^2.
 
     ## Starting State
     The figure looks along -y and stands on one foot or both, each joint within 0.04 rad of the stand, and

@@ -178,9 +178,8 @@ _SPECIFICATION = (
 
     {reward_table}
 
-    Getting up has no cost of falls or of feet apart. There the term "stand"
-    is 0.03 m, with m the mean of h and of the height of the hips over that in the stand, at most 1, and "posture" is
-    multiplied by m^2.
+    Getting up has no cost of falls or of feet apart. There the term "stand" is 0.03 m, with m the mean of
+    h and of the height of the hips over that in the stand, at most 1, and "posture" is multiplied by m^2.
 
     ## Starting State
     The figure stands on one foot or both, each joint within 0.06 rad of the stand, and moves forwards

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import warnings
 from pathlib import Path
+from typing import Any
 
 import pytest
 
-from gsenv.mjcf import MjcfError, parse_mjcf
+from gsenv.mjcf import MjcfError, load_mjcf, parse_mjcf
 
 
 def world(text: str) -> str:
@@ -167,3 +168,9 @@ def test_parsing_issues_no_warnings() -> None:
         warnings.simplefilter("error")
         parsed = parse_mjcf(world('<geom size=".1" colour="red"/>'))
     assert len(parsed.geoms) == 1
+
+
+@pytest.mark.parametrize("nothing", ["", " \n", None, 3])
+def test_what_is_no_path_and_no_text_is_refused_in_one_sentence(nothing: Any) -> None:
+    with pytest.raises(MjcfError, match=r"^a path or the text of a file is needed, got .*"):
+        load_mjcf(nothing)

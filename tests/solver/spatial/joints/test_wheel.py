@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from gsenv.solver import Scene
 from gsenv.solver.spatial import Axis, Box, Cylinder, Hinge, Wheel
 from tests.solver.spatial.joints.rigs import FINE, INERTIA, MASS, G, held, oscillator, scene_of
 from tests.solver.spatial.one_kernel import full_world, space
@@ -113,3 +114,13 @@ def test_bad_arguments_are_named() -> None:
         scene_of(Wheel("base", "it", axis=(0, 0, 1)))
     with pytest.raises(ValueError, match="axis and spin_axis must be perpendicular"):
         scene_of(Wheel("base", "it", axis=(0, 0, 1), spin_axis=(0, 1, 1)))
+
+
+def test_the_motor_of_a_wheel_has_the_name_of_the_wheel() -> None:
+    scene = Scene(dim=3)
+    scene.add_body("frame", "static")
+    scene.add_body("wheel", mass=1.0, inertia=(1.0, 1.0, 1.0))
+    scene.add_joint("w", Wheel("frame", "wheel", axis=(0, 0, 1), spin_axis=(0, 1, 0), motor_effort=5.0))
+    with pytest.raises(ValueError, match="the motor of a wheel is driven by the wheel's own name, 'w'"):
+        scene.add_actuator("drive", "w/spin", mode="torque")
+    scene.add_actuator("drive", "w", mode="torque")
