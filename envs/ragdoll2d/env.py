@@ -21,7 +21,7 @@ from gsenv.envs.ragdoll2d.task import (
     LAST_TERMS,
     POSTURE_TERM,
     BalanceTask,
-    choose_task,
+    OneOfTasks,
     push_setting,
     stand_term,
 )
@@ -215,26 +215,20 @@ _SPECIFICATION = (
 
 
 @documented
-class RagdollEnv(TaskEnv, Env[Any, Any]):
+class RagdollEnv(OneOfTasks, TaskEnv, Env[Any, Any]):
     __doc__ = _SPECIFICATION.replace("{id}", "GRagdoll2D-v0")
 
-    task_class: type[Task] = RagdollTask
+    tasks = TASKS
+    task_class = RagdollTask
     push: float
 
-    def __init__(self, *args: Any, task: str = "balance", **kwargs: Any) -> None:
-        self.task_class = choose_task(task, TASKS)
-        super().__init__(*args, **kwargs)
 
-
-class RagdollVectorEnv(TaskVectorEnv, VectorEnv[Any, Any, Any]):
+class RagdollVectorEnv(OneOfTasks, TaskVectorEnv, VectorEnv[Any, Any, Any]):
     """N worlds of GRagdoll2D-v0 in one batch; see RagdollEnv for the task, TaskVectorEnv for the rest."""
 
-    task_class: type[Task] = RagdollTask
+    tasks = TASKS
+    task_class = RagdollTask
     push: float
-
-    def __init__(self, *args: Any, task: str = "balance", **kwargs: Any) -> None:
-        self.task_class = choose_task(task, TASKS)
-        super().__init__(*args, **kwargs)
 
 
 @documented

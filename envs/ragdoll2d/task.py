@@ -28,11 +28,17 @@ def check_push(push: Any) -> float:
     return number_within(push, 0.0, 3.0, "push must be a speed from 0 to 3 m/s")
 
 
-def choose_task(task: Any, tasks: Mapping[str, type[Task]]) -> type[Task]:
-    """Return the task that the argument `task` of an environment names; raises ValueError for anything else."""
-    if not isinstance(task, str) or task not in tasks:
-        raise ValueError(f"task must be one of {list(tasks)}, got {task!r}.")
-    return tasks[task]
+class OneOfTasks:
+    """An environment whose argument `task` names its rules among `tasks`; ValueError for a name that is not there."""
+
+    tasks: ClassVar[Mapping[str, type[Task]]]
+    task_class: type[Task]
+
+    def __init__(self, *args: Any, task: Any = "balance", **kwargs: Any) -> None:
+        if not isinstance(task, str) or task not in self.tasks:
+            raise ValueError(f"task must be one of {list(self.tasks)}, got {task!r}.")
+        self.task_class = self.tasks[task]
+        super().__init__(*args, **kwargs)
 
 
 def push_setting(most: float) -> tuple[Setting, ...]:
