@@ -17,7 +17,7 @@ from ..solver.specification.axis_joints import Hinge, SixAxis, Slider
 from ..solver.specification.joint_base import Axis
 from ..solver.specification.joints import Ball, Gear, Weld
 from ..solver.specification.scene import Scene
-from .contact_bits import contact_bits
+from .contact_bits import contact_bits, overruled
 from .drives import Drive, Drives, drives_of
 from .errors import MjcfError, MjcfWarning, Notes
 from .frames import Pose
@@ -214,8 +214,10 @@ class _Builder:
         return self.names.bodies[self.model.bodies[body].parent][0]
 
     def _meets_parent(self, body: int) -> bool:
-        """Whether a body may touch its parent: in MuJoCo if the parent is fixed."""
+        """Whether a body may touch its parent: in MuJoCo if the parent is fixed, or if a pair of geoms says so."""
         parent = self.model.bodies[body].parent
+        if (min(parent, body), max(parent, body)) in overruled(self.model):
+            return True
         return self._is_fixed(parent) or not self.model.simulation.parent_filter
 
     def _add_single(self, number: int, joint: Joint, pair: dict[str, Any], pose: Pose) -> str:
@@ -385,7 +387,7 @@ class _Builder:
             self.notes.add(f"the equality is ignored, {str(error).rstrip('.')}", title)
 
     def _exclude(self) -> None:
-        for first, second in self.model.excludes:
+        for first, second in set(self.model.excludes) - overruled(self.model):
             a, b = self.names.bodies[first][0], self.names.bodies[second][0]
             if a != b:
                 self.scene.exclude(a, b)

@@ -250,3 +250,34 @@ def test_a_ball_after_slides_turns_about_all_axes(directions: list[str]) -> None
         world.set_velocity(world.model.body_names[body], angular=tuple(spin))
         world.step(30)
         np.testing.assert_allclose(world.angular_velocity[0, body], spin, atol=1e-2)
+
+
+OVERRULED = """
+<mujoco>
+  <worldbody>
+    <geom type="plane" size="1 1 1"/>
+    <body name="a" pos="0 0 .1"><freejoint/><geom name="a1" size=".1"/></body>
+    <body name="b" pos="0 0 .35"><freejoint/><geom name="b1" size=".1"/>
+      <geom name="b2" size=".02" pos="0 0 -.12"/></body>
+    <body name="c" pos="5 0 1"><joint axis="0 1 0"/><geom name="c1" size=".1"/>
+      <body name="d" pos="0 0 .15"><joint type="slide" axis="0 0 1"/><geom name="d1" size=".1"/></body></body>
+  </worldbody>
+  <contact><exclude body1="a" body2="b"/><pair geom1="a1" geom2="b1"/>{pair}</contact>
+</mujoco>
+"""
+
+
+def test_a_pair_overrules_an_exclude_and_the_filter_of_parents() -> None:
+    def step(pair: str) -> World:
+        world = World(load_mjcf(OVERRULED.format(pair=pair)), options=Options(timestep=1 / 240))
+        world.step(240)
+        return world
+
+    world = step("")
+    height = world.position[0, :, 2]
+    assert height[world.model.body_names.index("a")] == pytest.approx(0.1, abs=1e-3)
+    assert height[world.model.body_names.index("b")] == pytest.approx(0.3, abs=1e-3)  # b2 passes a by
+    slide = world.model.body_names.index("d")
+    assert height[slide] == pytest.approx(0.1, abs=1e-3)  # on the ground
+    height = step('<pair geom1="c1" geom2="d1"/>').position[0, :, 2]
+    assert height[slide] == pytest.approx(1.2, abs=1e-3)

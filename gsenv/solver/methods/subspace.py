@@ -8,7 +8,8 @@ For the active rows, with w their present velocities and s = epsilon A_rr + soft
 (A + diag(s - softness)) d = -w  is solved for the change d of the impulses in body space:
 (M + J^T s^-1 J) x = -J^T s^-1 w,  d = -(w + J x) / s.  epsilon makes redundant rows harmless: it
 keeps d small, so repeated steps converge to the exact solution whatever epsilon is.
-The step is shortened until it lowers the energy function that the solve minimises, or not taken;
+A step that raises the energy function that the solve minimises is repeated without the rows that it left inactive,
+then shortened, or not taken;
 rows that contradict each other (a body between a press and the ground) would keep w = -epsilon A_rr d,
 and are left to the sweeps.  Only islands in contact with a moving kinematic body can have such rows;
 elsewhere the remainder is a slow mode, which the next step reduces further.
@@ -17,6 +18,9 @@ elsewhere the remainder is a slow mode, which the next step reduces further.
 from __future__ import annotations
 
 from typing import Any
+
+import numpy as np
+from numba import int64
 
 from ..core.rows import DISC, EQUATION, FRICTION, apply_impulse, on_disc
 from ..jit import njit
@@ -34,7 +38,11 @@ from .nncg import solve_nncg
 
 EPSILON = 1e-6
 CONTRADICTION = 0.05  # remaining fraction of sum w^2 / A_rr above which rows contradict each other
-TRIALS = 3  # step lengths 1, 1/2, 1/4
+ROUNDS = 5  # direct steps, each on the rows that the one before left active
+NEARER = 0.5  # of the rise of the energy function: steps that reduce it less are the last,
+SLIDING = 10  # as are those with which one in so many contacts slides: the energy function ignores that bounds change
+TRIALS = 2  # step lengths 1/2, 1/4
+PROGRESS = 0.3  # of the residual: if a step and its sweeps reduce it less, the rest is left to sweeps
 FIRST_SWEEPS = 4  # sweeps before the first step
 SWEEPS_BETWEEN = 4  # sweeps between steps, each of which costs two or three sweeps
 
@@ -55,12 +63,26 @@ def _is_active(rows: Any, r: Any) -> Any:
     if row.diagonal <= 0.0:
         return False
     if row.kind == FRICTION:
-        return abs(row.impulse) < row.friction * rows[r - row.base].impulse
+        return abs(row.impulse) < row.friction * rows[r - int64(row.base)].impulse
     if row.kind >= DISC:
         one = r if row.kind == DISC else r - 1
-        bound = rows[one].friction * rows[one - rows[one].base].impulse
+        bound = rows[one].friction * rows[one - int64(rows[one].base)].impulse
         return rows[one].impulse ** 2 + rows[one + 1].impulse ** 2 < bound * bound
     return row.lower < row.impulse < row.upper or row.kind == EQUATION
+
+
+@njit
+def _many_slide(rows: Any, count: Any) -> Any:
+    """Whether more than one in ``SLIDING`` loaded contacts slides."""
+    loaded = 0
+    sliding = 0
+    for r in range(count):
+        row = rows[r]
+        if (row.kind == FRICTION or row.kind == DISC) and rows[r - int64(row.base)].impulse > 0.0:
+            loaded += 1
+            if not _is_active(rows, r):
+                sliding += 1
+    return SLIDING * sliding > loaded
 
 
 @njit
@@ -87,10 +109,10 @@ def _move(rows: Any, count: Any, bodies: Any, length: Any) -> None:
         row = rows[r]
         new = row.previous + length * row.direction
         if row.kind == FRICTION:
-            bound = row.friction * rows[r - row.base].impulse
+            bound = row.friction * rows[r - int64(row.base)].impulse
             new = min(max(new, -bound), bound)
         elif row.kind == DISC:
-            bound = row.friction * rows[r - row.base].impulse
+            bound = row.friction * rows[r - int64(row.base)].impulse
             new, other = on_disc(new, rows[r + 1].previous + length * rows[r + 1].direction, bound)
         elif row.kind > DISC:
             new = other
@@ -103,8 +125,8 @@ def _move(rows: Any, count: Any, bodies: Any, length: Any) -> None:
 
 
 @njit
-def subspace_step(rows: Any, count: Any, bodies: Any, island_bodies: Any, scratch: Any, kinematic_contact: Any) -> Any:
-    """Take one direct step on the active rows; returns whether it was taken. Bounds hold before and after."""
+def _set_directions(rows: Any, count: Any, bodies: Any, scratch: Any, kinematic_contact: Any) -> Any:
+    """Set the direct step of the active rows; False where there is none, or where rows contradict each other."""
     substep_bodies = scratch.substep_bodies
     entries = scratch.factor.entries
     blocks = scratch.factor.blocks
@@ -132,15 +154,43 @@ def subspace_step(rows: Any, count: Any, bodies: Any, island_bodies: Any, scratc
             row.direction = -(w + change_of(row, entries)) / (hold + row.softness)
             violation += w * w / row.diagonal
             left += (hold * row.direction) ** 2 / row.diagonal
-    if kinematic_contact and left > CONTRADICTION * violation:
-        return False
+    return not (kinematic_contact and left > CONTRADICTION * violation)
+
+
+@njit
+def subspace_step(rows: Any, count: Any, bodies: Any, island_bodies: Any, scratch: Any, kinematic_contact: Any) -> Any:
+    """Take a direct step on the active rows; returns whether it was taken. Bounds hold before and after.
+
+    A step that raises the energy function is followed by one on the rows that are still active after it, such as
+    without the corners of a box that it lifts.  If these do not lower it in the end, a part of the way is tried.
+    """
+    substep_bodies = scratch.substep_bodies
     before = _objective(rows, count, island_bodies, bodies, substep_bodies)
+    for r in range(count):
+        rows[r].position_impulse = rows[r].impulse  # for the way back
+    last = np.inf
+    straight = False  # whether directions are those of the first step
+    for k in range(ROUNDS):
+        if not _set_directions(rows, count, bodies, scratch, kinematic_contact):
+            break
+        _move(rows, count, bodies, 1.0)
+        after = _objective(rows, count, island_bodies, bodies, substep_bodies)
+        if after <= before:
+            return True
+        if after - before > NEARER * (last - before) or _many_slide(rows, count):
+            straight = k == 0
+            break
+        last = after
+    if not straight:
+        for r in range(count):
+            rows[r].previous = rows[r].position_impulse
+            rows[r].direction = rows[r].impulse - rows[r].previous
     length = 1.0
     for _ in range(TRIALS):
+        length *= 0.5
         _move(rows, count, bodies, length)
         if _objective(rows, count, island_bodies, bodies, substep_bodies) <= before:
             return True
-        length *= 0.5
     _move(rows, count, bodies, 0.0)
     return False
 
@@ -173,8 +223,10 @@ def solve_subspace(
     while fits and residual > tolerance and used < max_sweeps:
         fits = subspace_step(rows, count, bodies, island_bodies, scratch, kinematic_contact)
         next_few = (min(SWEEPS_BETWEEN, max_sweeps - used), tolerance, scale)
+        before = residual
         more, residual = solve_nncg(rows, count, bodies, island_bodies, joint_factor, next_few)
         used += more
+        fits = fits and residual < PROGRESS * before
     forget_factor(island_bodies, entries)
     if residual > tolerance and used < max_sweeps:
         rest = (max_sweeps - used, tolerance, scale)

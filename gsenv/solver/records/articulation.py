@@ -162,7 +162,8 @@ def span_dtype(dim: int) -> np.dtype[Any]:
             ("two", "f8"),  # and to the second
             # what sweeps read and write of a normal with two tangents, in one place
             ("mass", "f8"),  # kg, effective mass of the normal
-            ("sizes", "f8", (3,)),  # 1/kg, diagonals
+            ("give", "f8"),  # 1/kg, compliance in all three directions
+            ("sizes", "f8", (3,)),  # 1/kg, diagonals, with it
             ("cross", "f8"),  # 1/kg, coupling of the tangents
             ("inverse", "f8", (3,)),  # kg, inverse of the tangents' block: xx, xy, yy; 0 where that is singular
             ("friction", "f8"),

@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from gsenv.scenes import stack
-from gsenv.solver import Options, Scene, World
+from gsenv.solver import Options, Scene, World, spatial
 from gsenv.solver.planar import Circle, HalfPlane
 
 G = 9.81
@@ -101,3 +101,21 @@ def test_the_default_holds() -> None:
     assert abs(height_after(5.0, Options(sleep=False))) < 1e-3
     warm = Options(solver="pgs", substeps=1, position_sweeps=0, sleep=False, sweeps=30)
     assert abs(height_after(5.0, warm)) < 2e-2
+
+
+@pytest.mark.parametrize("count", [20, 32, 48])
+def test_a_column_that_lands_box_on_box_stands(count: int) -> None:
+    scene = Scene(dim=3)
+    scene.add_body("ground", "static", [spatial.Plane()])
+    for k in range(count):
+        scene.add_body(f"box {k}", shapes=[spatial.Box((0.05, 0.05, 0.05))], position=(0, 0, 0.06 + 0.11 * k))
+    world = World(scene)
+    unsettled = 0
+    for _ in range(300):
+        world.step()
+        unsettled += int(world.diagnostics().unconverged[0])
+    position = world.position[0, 1:]
+    assert unsettled <= 30  # 500 before direct steps went on without the corners that they lift
+    assert abs(position[:, :2]).max() < 1e-3
+    assert position[-1, 2] == pytest.approx(0.1 * count - 0.05, abs=1e-3)
+    assert world.asleep[0, -1]

@@ -10,11 +10,12 @@ from typing import Any
 
 from numba import int64, uint64
 
-from ...jit import njit
+from ...jit import inline_njit, njit
 from ..dispatch import by_dimension
 from ..rows import DISC, FRICTION, IDLE
 
 REGULAR = 1e-12  # of the product of the diagonals: smallest determinant of the block of two tangents
+GIVE = 1e-4  # of the inverse masses of a contact that joints hold in one direction: compliance
 HELD = 1e-6  # of the inverse mass of all bodies: least diagonal of a row at a point that joints hold still
 
 reduced = by_dimension("articulation", "reduced")
@@ -69,10 +70,10 @@ def whiten_rows(world: Any, island: Any, articulation: Any) -> None:
         if width == 3:
             _gather_three(rows, r, spans, articulation.values, least)
         else:
+            if width == 2:
+                _gather_two(rows, r, spans, articulation.values)
             for i in range(width):
                 _set_diagonal(rows, r + i, spans, articulation.values, least)
-            if width > 1:
-                spans[r].one = _product(spans[r], spans[r + 1], articulation.values)
         way += counts[2]
         value += width * counts[2]
         r += width
@@ -105,9 +106,18 @@ def _gather_three(rows: Any, r: Any, spans: Any, values: Any, least: Any) -> Non
         b += z * z
         c += y * z
         at += uint64(3)
-    _set_size(rows[r], max(nn + rows[r].softness, least))
-    _set_size(rows[r + 1], max(a + rows[r + 1].softness, least))
-    _set_size(rows[r + 2], max(b + rows[r + 2].softness, least))
+    minors = nn * a - ns * ns + nn * b - nt * nt + a * b - c * c
+    whole = nn * (a * b - c * c) - ns * (ns * b - nt * c) + nt * (ns * c - nt * a)
+    give = _give(nn + a + b, whole, minors)
+    span.give = give
+    for i in range(3):
+        rows[r + i].softness = give
+    nn += give
+    a += give
+    b += give
+    _set_size(rows[r], max(nn, least))
+    _set_size(rows[r + 1], max(a, least))
+    _set_size(rows[r + 2], max(b, least))
     rows[r + 1].coupling = c
     span.one = ns
     span.two = nt
@@ -125,6 +135,29 @@ def _gather_three(rows: Any, r: Any, spans: Any, values: Any, least: Any) -> Non
         span.sizes[i] = rows[r + i].diagonal
     for i in range(2):
         span.slip[i] = spans[r + 1 + i].free
+
+
+@njit
+def _gather_two(rows: Any, r: Any, spans: Any, values: Any) -> None:
+    """Set the coupling of a normal and its tangent, and their compliance."""
+    one = _product(spans[r], spans[r + 1], values)
+    nn = _product(spans[r], spans[r], values)
+    a = _product(spans[r + 1], spans[r + 1], values)
+    spans[r].one = one
+    give = _give(nn + a, nn * a - one * one, nn + a)
+    rows[r].softness = give
+    rows[r + 1].softness = give
+
+
+@inline_njit
+def _give(trace: Any, last: Any, before: Any) -> Any:
+    """Return the compliance that keeps the least eigenvalue of a contact's block above ``GIVE`` of its trace.
+
+    ``last`` and ``before``: the last two coefficients of its characteristic polynomial, whose ratio is that eigenvalue
+    where it is small.
+    """
+    least = last / before if before > 0.0 else 0.0
+    return max(GIVE * trace - max(least, 0.0), 0.0)
 
 
 @njit

@@ -19,6 +19,7 @@ from .equations import add_to, correct_others, dot_with, start_corrections, swee
 _PGS = int(SolverKind.PGS)
 LOOK = 6  # sweeps between two looks at the progress
 STALLED = 0.7  # of the least squared change before: sweeps that reduce it less are the last
+WEDGED = 1e-3  # of the squared effect of the impulses of a contact: smaller if they almost cancel in the joints
 POOR = 1e-3  # of the inverse masses: compliance of corrections, which joints hinder where levers are short
 
 
@@ -48,7 +49,47 @@ def start_solve(world: Any, island: Any, articulation: Any) -> Any:
         if r >= island.joint_rows and (row.correction == UNILATERAL or spans[r].width == 0):
             mass = min(mass, island.mass)  # more where joints hold the point still
         s += (fall * fall + u * u) * mass
+    _forget_wedged(world, island, articulation)
     add_all_impulses(world, island, articulation)
+    return s
+
+
+@njit
+def _forget_wedged(world: Any, island: Any, articulation: Any) -> None:
+    """Clear the stored impulses of contacts between two bodies if they almost cancel in the joints.
+
+    Such contacts can be stuck with any impulse, so a solve would keep one that an unfinished solve left there.
+    From zero, they stick only if the free motion wedges them.
+    """
+    rows = world.scratch.rows
+    spans = articulation.spans
+    z = articulation.whitened
+    for f in range(island.freedoms):
+        z[f] = 0.0
+    r = int64(island.joint_rows)
+    while r < island.rows:
+        first = r
+        last = r
+        apart = 0.0
+        while r < island.rows and rows[r].body_a == rows[first].body_a and rows[r].body_b == rows[first].body_b:
+            p = rows[r].impulse
+            if p != 0.0:
+                apart += p * p * rows[r].diagonal
+                add_to(spans[r], articulation.ways, articulation.values, z, p)
+                last = r
+            r += 1
+        if apart > 0.0 and _take_square(spans[last], articulation.ways, z) < WEDGED * apart:
+            for i in range(first, r):
+                rows[i].impulse = 0.0
+
+
+@njit
+def _take_square(span: Any, ways: Any, z: Any) -> Any:
+    """Return the square of z on the degrees of freedom of a row, and set z to 0 there."""
+    s = 0.0
+    for p in range(span.places, span.places + span.count):
+        s += z[ways[p]] * z[ways[p]]
+        z[ways[p]] = 0.0
     return s
 
 
@@ -117,10 +158,11 @@ def _solve_three(span: Any, ways: Any, values: Any, z: Any, push: Any) -> Any:
         return 0.0, 0.0
     w, u, v = _dot_three(span, ways, values, z)
     a, b, c = span.sizes[1], span.sizes[2], span.cross
-    new = max(n - span.mass * (span.free + w), 0.0)
+    give = span.give
+    new = max(n - span.mass * (span.free + w + give * n), 0.0)
     d = new - n
-    u += span.slip[0] + span.one * d - a * s - c * t
-    v += span.slip[1] + span.two * d - c * s - b * t
+    u += span.slip[0] + span.one * d - (a - give) * s - c * t
+    v += span.slip[1] + span.two * d - c * s - (b - give) * t
     bound = span.friction * new
     x = -span.inverse[0] * u - span.inverse[1] * v
     y = -span.inverse[1] * u - span.inverse[2] * v
