@@ -67,7 +67,7 @@ def _frailer(few: int, more: int) -> tuple[dict[str, float], ...]:
 
 RAGDOLL = replace(
     DEFAULTS,
-    steps=1_500_000,
+    steps=2_500_000,
     world_count=128,
     rollout=64,
     epochs=5,

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..solver.records.model import Array
 from ..solver.spatial.initial_state import multiplied, turned_by
+from ..solver.specification import check
 from .build import Names
 from .inertia import rigid_inertias, rigid_roots
 from .kinematics import motions
@@ -33,13 +34,10 @@ def set_coordinates(
     Raises:
         ValueError: a wrong count of numbers, numbers that are not finite, a quaternion of 0; nothing is changed then.
     """
-    positions = np.asarray(qpos, float)
-    rates = np.zeros(model.rate_count) if qvel is None else np.asarray(qvel, float)
-    if positions.shape != (model.coordinate_count,) or rates.shape != (model.rate_count,):
-        counts = f"({model.coordinate_count},) and ({model.rate_count},)"
-        raise ValueError(f"set_coordinates: qpos and qvel must be {counts}, got {positions.shape} and {rates.shape}.")
-    if not (np.isfinite(positions).all() and np.isfinite(rates).all()):
-        raise ValueError("set_coordinates: qpos and qvel must be finite.")
+    positions = check.vector(qpos, model.coordinate_count, "set_coordinates: qpos")
+    rates = check.vector(
+        np.zeros(model.rate_count) if qvel is None else qvel, model.rate_count, "set_coordinates: qvel"
+    )
     for joint in model.joints:
         first = joint.coordinate + (3 if joint.kind == "free" else 0)
         if joint.kind in ("free", "ball") and not positions[first : first + 4].any():

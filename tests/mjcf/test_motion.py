@@ -115,8 +115,10 @@ def test_state_survives_a_round_trip() -> None:
     same(q[1], qpos, "qpos")
     same(v[1, 6:], qvel[6:], "qvel")
     assert abs(q[0] - qpos).max() > 0.1
-    with pytest.raises(ValueError, match=r"qpos and qvel must be \(24,\) and \(23,\), got \(3,\)"):
+    with pytest.raises(ValueError, match=r"qpos must be 24 numbers, got an array of shape \(3,\)"):
         set_coordinates(world, ours, names, [1, 2, 3])
+    with pytest.raises(ValueError, match=r"qvel must be 23 numbers, got 'fast'"):
+        set_coordinates(world, ours, names, qpos, "fast")
 
 
 def test_bad_coordinates_change_nothing() -> None:

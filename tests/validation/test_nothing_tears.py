@@ -33,26 +33,26 @@ def ball(dim: int, radius: float) -> planar.Shape | spatial.Shape:
     return planar.Circle(radius=radius) if dim == 2 else spatial.Sphere(radius=radius)
 
 
-def worst_stretch(world: World) -> float:
-    """The largest error of a rod or rope over its length, by the poses."""
-    worst = 0.0
+def worst_stretch(world: World) -> np.ndarray:
+    """(worlds,) the largest error of a rod or rope over its length, by the poses."""
+    worst = np.zeros(world.world_count)
     for name, p in zip(world.model.joint_names, world.parameters.joints[0], strict=True):
-        q = float(world.joint_coordinate(name)[0])
-        error = abs(q / p["length"] - 1.0) if p["rigid"] else max(q / p["upper"] - 1.0, 0.0)
-        worst = max(worst, error)
+        q = world.joint_coordinate(name)
+        error = np.abs(q / p["length"] - 1.0) if p["rigid"] else np.maximum(q / p["upper"] - 1.0, 0.0)
+        worst = np.maximum(worst, error)
     return worst
 
 
-def largest_stretch(world: World, steps: int) -> float:
-    """The same over a run; diagnostics must say so if a length is off by more than 1 %."""
-    worst = 0.0
+def largest_stretch(world: World, steps: int) -> np.ndarray:
+    """(worlds,) the same over a run; diagnostics must say so if a length is off by more than 1 %."""
+    worst = np.zeros(world.world_count)
     for _ in range(steps):
         world.step()
         stretch = worst_stretch(world)
         d = world.diagnostics()
-        assert d.relative_joint_error[0] == pytest.approx(stretch, abs=1e-9)
-        assert d.unconverged[0] > 0 or stretch <= 0.01
-        worst = max(worst, stretch)
+        assert d.relative_joint_error == pytest.approx(stretch, abs=1e-9)
+        assert np.all((d.unconverged > 0) | (stretch <= 0.01))
+        worst = np.maximum(worst, stretch)
     return worst
 
 
@@ -135,14 +135,33 @@ def bridge(dim: int, gap: float, length: float, rope: bool, crates: int) -> Scen
     return scene
 
 
+ROPE, RODS = (0.055, 0.06, True), (0.0195, 0.02, False)  # gap, length, whether ropes
+
+
 @BOTH
-@pytest.mark.parametrize(("gap", "length", "rope"), [(0.055, 0.06, True), (0.0195, 0.02, False)])
-@pytest.mark.parametrize("crates", [0, 2])
-def test_bridge_on_short_ropes_and_rods_holds(dim: int, gap: float, length: float, rope: bool, crates: int) -> None:
-    world = World(bridge(dim, gap, length, rope, crates))
+@pytest.mark.parametrize(("gap", "length", "rope"), [ROPE, RODS])
+def test_bridge_on_short_ropes_and_rods_holds(dim: int, gap: float, length: float, rope: bool) -> None:
+    world = World(bridge(dim, gap, length, rope, crates=0))
     if not rope:
         world.step()  # the rods start too short
-    assert largest_stretch(world, 240) < (0.02 if crates else 0.01)  # more in the step in which a crate lands
+    assert largest_stretch(world, 240) < 0.01
+
+
+@BOTH
+@pytest.mark.parametrize(("gap", "length", "rope"), [ROPE, RODS])
+def test_bridge_holds_when_crates_land_on_it(dim: int, gap: float, length: float, rope: bool) -> None:
+    """Crates that start with a few mm/s land elsewhere; the largest stretch is that of the step in which one does."""
+    worlds = 12 if dim == 2 else 4
+    world = World(bridge(dim, gap, length, rope, crates=2), world_count=worlds)
+    rng = np.random.default_rng(0)
+    for crate in ("crate0", "crate1"):
+        world.set_velocity(crate, linear=1e-3 * rng.standard_normal((worlds, dim)))
+    if not rope:
+        world.step()
+    stretch = largest_stretch(world, 240)
+    assert np.median(stretch) < 0.02
+    assert np.max(stretch) < 0.2
+    assert np.max(worst_stretch(world)) < 0.01
 
 
 def rope_over_drum(dim: int) -> Scene:

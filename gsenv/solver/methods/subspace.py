@@ -42,7 +42,6 @@ ROUNDS = 5  # direct steps, each on the rows that the one before left active
 NEARER = 0.5  # of the rise of the energy function: steps that reduce it less are the last,
 SLIDING = 10  # as are those with which one in so many contacts slides: the energy function ignores that bounds change
 TRIALS = 2  # step lengths 1/2, 1/4
-PROGRESS = 0.3  # of the residual: if a step and its sweeps reduce it less, the rest is left to sweeps
 FIRST_SWEEPS = 4  # sweeps before the first step
 SWEEPS_BETWEEN = 4  # sweeps between steps, each of which costs two or three sweeps
 
@@ -226,7 +225,7 @@ def solve_subspace(
         before = residual
         more, residual = solve_nncg(rows, count, bodies, island_bodies, joint_factor, next_few)
         used += more
-        fits = fits and residual < PROGRESS * before
+        fits = fits and residual < before  # else the rest is left to sweeps
     forget_factor(island_bodies, entries)
     if residual > tolerance and used < max_sweeps:
         rest = (max_sweeps - used, tolerance, scale)

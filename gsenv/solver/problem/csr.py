@@ -117,6 +117,8 @@ class CsrMatrix:
 def dense_array(value: ArrayLike, name: str) -> Vector:
     """Return `value` as a new float array; ValueError naming the argument if it is no array of numbers."""
     try:
+        if np.iscomplexobj(value):
+            raise TypeError
         return np.array(value, dtype=np.float64)
     except (TypeError, ValueError):
         raise ValueError(f"{name} must be an array of real numbers.") from None

@@ -68,11 +68,11 @@ WORLDS: dict[str, tuple[Callable[[], World], int]] = {  # and how many steps
     "3D chain": (lambda: World(spatial_chain(), options=AWAKE), 120),
 }
 GOLDEN = {
-    "2D mixed": "a9240e9fb7e7e9fdcef6a137fd5c58850b5b89af6feed53382a3b353116998b1",
-    "2D tumble": "168d5f4081d20800f5e3c6af3e2b73b3a696c82eba38e64394291d4978f4019f",
+    "2D mixed": "1de0f4910e20d93f1374f2336afc4d9e821b673527a1587594589fed8eb5ec31",
+    "2D tumble": "83c86c735cd1bd7a2ee92b80f07f9be8e73fd8a25c301b20236a12b136a7b7ab",
     "2D pyramid": "edb5f93318832ff604f2b0f0c3f8760b3a8dd4c42e721d2a0531ba6bb7c82121",
-    "3D mixed": "abd947fe738a02d59558b70e662dbab49f3dde1978e07f73ae1233273ad1355c",
-    "3D tumble": "0a7e26293a3fcebe350e42d9db169245e26c874978d57a78c27ae16d0c80cedb",
+    "3D mixed": "5668ac5762a8cf4584c29a082be347fc28b37d10424e0724742e896c48b2aa0b",
+    "3D tumble": "6ad98122649c4e2da45790ef42f4b51a2f0fb5ab6cca78a85f0e315ffe827c71",
     "3D chain": "63b56e76b960808901c553629e854a47f58698b1dd199743381a13a99c0f8f8f",
 }
 

@@ -21,6 +21,7 @@ NAN, INF = float("nan"), float("inf")
         ({"jacobian": [1.0, 2.0]}, r"jacobian has shape \(2,\)"),
         ({"jacobian": [[1.0, NAN]]}, r"jacobian\[0, 1\] is nan"),
         ({"jacobian": [[1.0], [1.0, 2.0]]}, r"jacobian must be an array of real numbers"),
+        ({"jacobian": [[1.0, 1.0j]]}, r"jacobian must be an array of real numbers"),
         ({"velocity": [1.0]}, r"velocity has shape \(1,\), expected a scalar or \(2,\)"),
         ({"velocity": [1.0, INF]}, r"velocity\[1\] is inf"),
         ({"velocity": "fast"}, r"velocity must be an array"),
