@@ -24,6 +24,7 @@ class EnvEntry:
     reward_threshold: float  # mean return at which the task counts as solved; scripted policies exceed it
     summary: str  # for `gsenv list`
     scripted_policy: str | None = None  # (..., entry) observations to (..., action) actions
+    trained_as: str = ""  # id of the environment whose trained policy is that of this one, too
 
 
 ENVS = (
@@ -107,6 +108,7 @@ ENVS = (
         10.0,
         "2D: the same with harder pushes",
         "ragdoll2d.policy:balance",
+        trained_as="GRagdoll2D-v0",
     ),
     EnvEntry(
         "GRagdoll2D-get-up-v0",
@@ -133,6 +135,7 @@ ENVS = (
         9.0,
         "3D: the same with harder pushes",
         "ragdoll.policy:balance",
+        trained_as="GRagdoll-v0",
     ),
     EnvEntry(
         "GRagdoll-get-up-v0",

@@ -111,6 +111,13 @@ SETTINGS = {
         lessons=_frailer(2, 3),
         tests=({},),
     ),
+    "GStack-hardcore-v0": replace(
+        STACK,
+        steps=8_000_000,
+        arguments={"blocks": 7, "crack_speed": 0.25},
+        lessons=(*_frailer(2, 3), {"blocks": 5, "crack_speed": 0.4}),
+        tests=({},),
+    ),
     "GStack3D-v0": replace(
         STACK,
         steps=3_000_000,
@@ -141,7 +148,13 @@ SETTINGS = {
         lessons=({"difficulty": 0.2}, {"difficulty": 0.35}),
         tests=({"difficulty": 0.3}, {"difficulty": 0.5}),
     ),
-    "GCar-hardcore-v0": CAR,
+    "GCar-hardcore-v0": replace(
+        CAR,
+        steps=6_000_000,
+        arguments={"difficulty": 1.0},
+        lessons=({"difficulty": 0.2}, {"difficulty": 0.35}, {"difficulty": 0.5}, {"difficulty": 0.75}),
+        tests=({"difficulty": 0.5}, {"difficulty": 1.0}),
+    ),
     "GCar3D-v0": replace(
         CAR,
         world_count=128,
@@ -157,7 +170,7 @@ SETTINGS = {
         tests=({"difficulty": 0.3}, {"difficulty": 0.5}),
     ),
     "GRagdoll2D-v0": RAGDOLL,
-    "GRagdoll2D-hardcore-v0": replace(RAGDOLL, arguments={"push": 1.2}),
+    "GRagdoll2D-hardcore-v0": RAGDOLL,  # pushes of up to 1.2 m/s in its place: 77 instead of 97 to 100 %
     "GRagdoll2D-get-up-v0": GET_UP,
     "GRagdoll-v0": RAGDOLL3D,
     "GRagdoll-hardcore-v0": replace(RAGDOLL3D, arguments={"push": 1.2}),

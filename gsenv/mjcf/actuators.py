@@ -49,15 +49,15 @@ def _actuator(element: Element, compiler: Compiler, defaults: Defaults, joints: 
     dynamics = attributes.text("dyntype", "none")
     affine = element.tag in AFFINE_TAGS and gain_kind == "fixed" and bias_kind in ("none", "affine")
     affine = affine and dynamics == "none"
-    gain, bias = 1.0, attributes.array("biasprm", (0.0,) * 10)[:3]
+    gain, bias, damping_ratio = 1.0, attributes.array("biasprm", (0.0,) * 10)[:3], 0.0
     if affine:
         gain = attributes.vector("gainprm", (1.0,) + (0.0,) * 9)[0]
-        for name in ("timeconst", "dampratio"):
-            if name in attributes and attributes.number(name, 0.0) > 0.0:
-                attributes.notes.add(f"{name} of an actuator is ignored", attributes.title)
+        if attributes.number("timeconst", 0.0) > 0.0:
+            attributes.notes.add("timeconst of an actuator is ignored", attributes.title)
         for name in ("armature", "damping"):
             if name in attributes and any(attributes.numbers(name)):
                 attributes.notes.add(f"{name} of an actuator is ignored; give it to the joint", attributes.title)
+        damping_ratio = _damping_ratio(attributes, element, gain, bias)
     else:
         attributes.read.update(attributes.values)
     actuator = Actuator(
@@ -72,10 +72,31 @@ def _actuator(element: Element, compiler: Compiler, defaults: Defaults, joints: 
         control_range=_control_range(attributes, compiler, joints.get(target), gain, bias),
         force_range=attributes.limits("forcerange", "forcelimited", compiler.autolimits),
         place=element.place,
+        damping_ratio=damping_ratio,
     )
     attributes.read.update(UNUSED)
     attributes.finish()
     return actuator
+
+
+def _damping_ratio(attributes: Attributes, element: Element, gain: float, bias: Array) -> float:
+    """Return the damping ratio of a position actuator and take its damping out of ``bias``, where it has one.
+
+    A positive bias[2] of a general actuator with gain = -bias[1] is a damping ratio, too.
+    """
+    if element.tag == "position":
+        ratio = attributes.number("dampratio", 0.0)
+        if ratio < 0.0:
+            raise attributes.error(f"dampratio must not be negative, got {ratio:g}")
+        if "kv" in element.attributes:
+            if "dampratio" in element.attributes:
+                raise attributes.error("kv and dampratio exclude each other")
+            ratio = 0.0  # that of its class
+    else:
+        ratio = max(float(bias[2]), 0.0) if gain == -bias[1] != 0.0 else 0.0
+    if ratio > 0.0:
+        bias[2] = 0.0
+    return ratio
 
 
 def _control_range(attributes: Attributes, compiler: Compiler, joint: Joint | None, gain: float, bias: Array) -> Range:

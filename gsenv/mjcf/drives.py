@@ -11,8 +11,11 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from ..solver.records.model import Array
 from .errors import Notes
+from .kinematics import mass_matrix
 from .model import Actuator, Joint, MjcfModel
+from .relations import initial_coordinates
 
 NOT_AFFINE = "an actuator of this kind is not supported"
 NOT_A_JOINT = "only actuators of slides and hinges are supported"
@@ -57,6 +60,7 @@ def drives_of(model: MjcfModel, notes: Notes) -> dict[int, Drives]:
     """Return the drives of the joints that have any, by the joints' indices."""
     numbers = {joint.name: k for k, joint in enumerate(model.joints) if joint.name}
     found: dict[int, Drives] = {}
+    inertias = _apparent_inertias(model)
     for k, actuator in enumerate(model.actuators):
         title = f"{actuator.place}: {actuator.kind}" + (f" {actuator.name!r}" if actuator.name else "")
         if not actuator.affine:
@@ -66,7 +70,7 @@ def drives_of(model: MjcfModel, notes: Notes) -> dict[int, Drives]:
         if index < 0 or model.joints[index].kind not in ("slide", "hinge"):
             notes.add(NOT_A_JOINT, title)
             continue
-        drive = _drive(actuator, actuator.name or f"actuator {k}", model.joints[index], notes, title)
+        drive = _drive(actuator, actuator.name or f"actuator {k}", model.joints[index], inertias, notes, title)
         if drive is None:
             notes.add(NOT_A_DRIVE, title)
             continue
@@ -97,7 +101,14 @@ def _with_own_spring(drive: Drive, joint: Joint) -> Drive:
     return replace(drive, gain=share * drive.gain, offset=offset, stiffness=stiffness, damping=damping)
 
 
-def _drive(actuator: Actuator, name: str, joint: Joint, notes: Notes, title: str) -> Drive | None:
+def _apparent_inertias(model: MjcfModel) -> Array:
+    """Return the inertia (rate,) against a force on each joint in the initial pose, where no other joint is held."""
+    if not any(actuator.damping_ratio > 0.0 for actuator in model.actuators):
+        return np.zeros(0)
+    return np.asarray(1.0 / np.diag(np.linalg.inv(mass_matrix(model, np.array(initial_coordinates(model))))))
+
+
+def _drive(actuator: Actuator, name: str, joint: Joint, inertias: Array, notes: Notes, title: str) -> Drive | None:
     """Return the drive of an affine actuator, None where its force grows with coordinate or speed."""
     gear = float(actuator.gear[0])
     constant, of_length, of_speed = (float(b) for b in actuator.bias)
@@ -105,6 +116,8 @@ def _drive(actuator: Actuator, name: str, joint: Joint, notes: Notes, title: str
     stiffness, damping = -of_length * gear**2, -of_speed * gear**2
     if min(stiffness, damping) < 0.0:
         return None
+    if actuator.damping_ratio > 0.0:
+        damping = 2.0 * actuator.damping_ratio * math.sqrt(stiffness * inertias[joint.rate])
     limits = (-np.inf, np.inf) if actuator.control_range is None else actuator.control_range
     low, high = _bounds(actuator, joint, gear)
     effort = max(abs(low), abs(high))

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..solver.records.model import Array
 from .frames import Pose, about, product
-from .model import Joint, MjcfModel
+from .model import RATES, Joint, MjcfModel
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,3 +69,23 @@ def _moved(
     own = axis * rates[v] if joint.kind == "hinge" else turned @ rates[v : v + 3]
     velocity = velocity + np.cross(spin, pose.position - before) + np.cross(own, pose.position - anchor)
     return pose, velocity, spin + own
+
+
+def mass_matrix(model: MjcfModel, coordinates: Array) -> Array:
+    """Return the matrix (rate, rate) of the kinetic energy, with the armatures.
+
+    Args:
+        coordinates: (coordinate,) qpos.
+    """
+    momenta = np.zeros((model.rate_count, 6 * len(model.bodies)))  # of unit rates, in units of sqrt(2 J)
+    for k, rates in enumerate(np.eye(model.rate_count)):
+        for b, (body, motion) in enumerate(zip(model.bodies, motions(model, coordinates, rates), strict=True)):
+            inertia, axes = body.inertia, motion.pose.axes
+            of_center = motion.velocity + np.cross(motion.spin, axes @ inertia.center)
+            values, principal = np.linalg.eigh(inertia.tensor)
+            turn = np.sqrt(np.maximum(values, 0.0)) * (principal.T @ axes.T @ motion.spin)
+            momenta[k, 6 * b : 6 * b + 6] = [*(np.sqrt(inertia.mass) * of_center), *turn]
+    armatures = np.zeros(model.rate_count)
+    for joint in model.joints:
+        armatures[joint.rate : joint.rate + RATES[joint.kind]] = joint.armature
+    return momenta @ momenta.T + np.diag(armatures)

@@ -189,6 +189,7 @@ class Actuator:
         target: its name.
         gear: (6,) length and speed are those of the joint times gear[0].
         affine: whether the formula above holds, without dynamics of its own.
+        damping_ratio: of a position actuator, which then has bias[2] = 0: its damping as a share of the critical one.
         control_range, force_range: bounds of the control and of the force.
     """
 
@@ -203,6 +204,7 @@ class Actuator:
     control_range: Range
     force_range: Range
     place: Place
+    damping_ratio: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)

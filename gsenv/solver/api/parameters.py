@@ -262,6 +262,7 @@ class Parameters(ParameterArrays):
         kinds = JointKind
         kind = kinds(int(model["kind"])).name.lower()
         known = ROW_FIELDS if len(rows) else SERVO if kind == "axis" else JOINT_TYPES[kind].tunable
+        self._check_spin(model, where)
         checked = {}
         for name, value in fields.items():
             check.choice(name, (*known, "enabled"), f"{where}: field")
@@ -285,6 +286,14 @@ class Parameters(ParameterArrays):
         if "enabled" in checked:
             for part in self._model.parts_of(index):
                 self.joints["enabled"][chosen, part] = checked["enabled"]
+
+    def _check_spin(self, model: Any, where: str) -> None:
+        """Refuse the rotation of a wheel, which has the motor of the wheel itself."""
+        wheel = self._model.joints[model["joint_a"]]
+        if model["kind"] == JointKind["AXIS"] and wheel["kind"] == JointKind["WHEEL"]:
+            if model["coordinate"] == wheel["motor_coordinate"]:
+                name = self._model.joint_names[int(model["joint_a"])]
+                raise ValueError(f"{where}: the rotation of a wheel is set by the wheel's own name, {name!r}.")
 
     def _check_spring(self, model: Any, index: int, chosen: Array, checked: dict[str, Array], where: str) -> None:
         """Refuse values that would make a rod a spring; springs can be tuned, and a weld can become soft.

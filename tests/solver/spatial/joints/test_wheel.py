@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from gsenv.solver import Scene
+from gsenv.solver import Scene, World
 from gsenv.solver.spatial import Axis, Box, Cylinder, Hinge, Wheel
 from tests.solver.spatial.joints.rigs import FINE, INERTIA, MASS, G, held, oscillator, scene_of
 from tests.solver.spatial.one_kernel import full_world, space
@@ -124,3 +124,9 @@ def test_the_motor_of_a_wheel_has_the_name_of_the_wheel() -> None:
     with pytest.raises(ValueError, match="the motor of a wheel is driven by the wheel's own name, 'w'"):
         scene.add_actuator("drive", "w/spin", mode="torque")
     scene.add_actuator("drive", "w", mode="torque")
+    parameters = World(scene).parameters
+    with pytest.raises(ValueError, match="the rotation of a wheel is set by the wheel's own name, 'w'"):
+        parameters.set("w/spin", motor_effort=2.0)
+    assert parameters.joints["motor_effort"].tolist() == [[5.0, 0.0]]
+    parameters.set("w", motor_effort=2.0)
+    assert parameters.joints["motor_effort"].tolist() == [[2.0, 0.0]]
