@@ -158,7 +158,7 @@ def report(results: Mapping[str, Any]) -> Report:
     text = (
         f'Success and mean return of {results["episodes"]} episodes of the split "test". The best constant action, '
         "of 20, and the speed of the naive drivers are selected on other seeds. Trained policies are those that come "
-        "with the package, with their mean action; each was trained for one tier."
+        "with the package, with their mean action; the hardcore figures have the policies of the others."
     )
     return Report("Policies at each tier", [text, Table(header, rows, words=1)])
 
