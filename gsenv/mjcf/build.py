@@ -376,12 +376,16 @@ class _Builder:
         numbers = {joint.name: k for k, joint in enumerate(self.model.joints) if joint.name}
         first, second = (self.names.joints.get(numbers.get(one, -1)) for one in (equality.first, equality.second))
         constant, slope, *others = equality.coefficients.tolist()
-        if first is None or second is None or constant or any(others) or not slope:
+        alone = not equality.second or slope == 0.0  # the first joint is kept where it is
+        if first is None or (not alone and second is None) or (equality.second and any(others)):
             self.notes.add(GEARS, title)
             return
-        ratio = -slope * first.sign * second.sign
+        common: dict[str, Any] = {"offset": first.sign * constant, "collide": True, "enabled": equality.active}
         try:
-            gear = Gear(first.joint, second.joint, ratio=ratio, collide=True, enabled=equality.active)
+            if alone or second is None:
+                gear = Gear(first.joint, **common)
+            else:
+                gear = Gear(first.joint, second.joint, ratio=-slope * first.sign * second.sign, **common)
             self.scene.add_joint(name, gear)
         except ValueError as error:
             self.notes.add(f"the equality is ignored, {str(error).rstrip('.')}", title)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..records.model import JointKind, Model
 from ..records.options import OPTIONS_DTYPE, SOLVERS
 from ..specification import check
 
@@ -106,6 +107,23 @@ class Options:
             value = getattr(self, name)
             record[name] = int(SOLVERS[value]) if name == "solver" else value or 0
         return record
+
+
+def refuse_solver(solver: str, model: Model) -> None:
+    """Refuse a solver that a scene's dimension or joints do not have.
+
+    Raises:
+        ValueError: newton in 3D, or newton or soft with a gear whose row acts on the bodies of two joints.
+    """
+    if solver == "newton" and model.dim == 3:
+        raise ValueError("World: the solver newton exists in 2D only; 3D has pgs, nncg, subspace and soft.")
+    halves = (model.joints["kind"] == JointKind.GEAR) & (model.joints["row_count"] == 2)
+    if solver in ("newton", "soft") and halves.any():
+        name = model.joint_names[int(np.flatnonzero(halves)[0])]
+        raise ValueError(
+            f"World: the solver {solver} has no gears like joint {name!r}, whose joints are on moving bodies; "
+            "pgs, nncg and subspace have."
+        )
 
 
 FIDELITIES: dict[str, dict[str, Any]] = {

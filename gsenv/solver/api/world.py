@@ -33,7 +33,7 @@ from .actions import Actions
 from .interrupts import FEW_STEPS, Interrupts, Pace
 from .kernel_choice import variant_of_step
 from .one_thread import OneThread
-from .options import Options
+from .options import Options, refuse_solver
 from .parameters import OF_RANGES, Parameters, of_world
 from .ranges import RangeWarnings
 from .rays import checked_rays
@@ -111,8 +111,7 @@ class World(Actions):
     def _set_options(self, options: Options) -> None:
         if not isinstance(options, Options):
             raise ValueError(f"World: options must be an Options, got {options!r}.")
-        if options.solver == "newton" and self.model.dim == 3:
-            raise ValueError("World: the solver newton exists in 2D only; 3D has pgs, nncg, subspace and soft.")
+        refuse_solver(options.solver, self.model)
         self._options = options
         self._options_record = options.record()
         self._calls: list[_Call] = []

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from ..jit import njit
+from .coupled import has_half
 from .dispatch import by_dimension
 from .rows import DISC, DISC_END, EQUATION, FRICTION, UNILATERAL, apply_impulse, on_disc, row_velocities
 from .slices import part
@@ -153,6 +154,9 @@ def natural_residual(world: Any, island: Any) -> Any:
         elif row.kind == DISC:
             e, q, s = _disc_residual(rows, r, row.friction * normal, bodies, substep_bodies)
             count = 2
+        elif has_half(rows, r, island.joint_rows):
+            e, q, s = _coupled_residual(rows, r, bodies, substep_bodies)
+            count = 2
         else:
             e, q, s = _row_residual(row, row.lower, row.upper, bodies, substep_bodies)
         error += e
@@ -171,6 +175,17 @@ def _row_residual(row: Any, lower: Any, upper: Any, bodies: Any, substep_bodies:
     x = s * row.impulse
     e = x - min(max(x - w / s, s * lower), s * upper)
     return e * e, q * q / row.diagonal, x * x
+
+
+@njit
+def _coupled_residual(rows: Any, r: Any, bodies: Any, substep_bodies: Any) -> Any:
+    """As ``_row_residual`` of an equation in two halves."""
+    if rows[r].diagonal <= 0.0:
+        return 0.0, 0.0, 0.0
+    w, q = row_velocities(rows[r], bodies, substep_bodies)
+    u, p = row_velocities(rows[r + 1], bodies, substep_bodies)
+    size = rows[r].diagonal
+    return (w + u) ** 2 / size, (q + p) ** 2 / size, size * rows[r].impulse ** 2
 
 
 @njit

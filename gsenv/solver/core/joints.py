@@ -11,10 +11,11 @@ import numpy as np
 
 from ..jit import njit
 from ..records.model import ActuatorMode, JointKind
+from .coupled import has_half
 from .dispatch import by_dimension, no_nutation
 from .joint_rows import gear_rows, has_armature, has_friction, has_limit, has_motor
 from .pose_joints import add_target_rows, add_weld_rows
-from .rows import EQUATION, UNILATERAL
+from .rows import EQUATION, HALF, UNILATERAL
 from .slices import part
 from .springs import has_spring
 
@@ -166,7 +167,9 @@ def store_joint_impulses(world: Any, island: Any, joints: Any) -> None:
         row = rows[r]
         j = row.source
         state = joints[j]
-        if row.slot < 0:
+        if row.kind == HALF:
+            pass  # its impulse is that of the row before it
+        elif row.slot < 0:
             if scale > 0.0:
                 state.impulse[-1 - row.slot] = -scale * row.impulse
             state.total_impulse[-1 - row.slot] -= row.impulse
@@ -176,6 +179,8 @@ def store_joint_impulses(world: Any, island: Any, joints: Any) -> None:
             state.total_impulse[row.slot] += row.impulse
             if row.slot == len(state.impulse) - 1:
                 state.rate -= row.softness * row.impulse
+        if has_half(rows, r, island.joint_rows):
+            continue  # reactions are those on the second joint's body b
         ahead = 0.0  # s: rows are of the pose at the start of the substep, or half a substep ahead
         if joint_models[j].kind > _LAST_UNLINKED or joint_models[j].kind == _WELD:
             ahead = 0.5 * island.h

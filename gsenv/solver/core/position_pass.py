@@ -11,7 +11,8 @@ from typing import Any
 from ..jit import njit
 from ..methods.cholesky import add_force, change_of, clear_sides, substitute
 from ..methods.joint_factor import compliance
-from .rows import BILATERAL, EQUATION, LIMIT_SLOP, NO_CORRECTION, OPEN, UNILATERAL, start_rate
+from .coupled import has_half
+from .rows import BILATERAL, COUPLED, EQUATION, LIMIT_SLOP, NO_CORRECTION, OPEN, UNILATERAL, start_rate
 from .slices import part
 
 REACH = 0.1  # rad, and of a body's radius: largest correction of joints in one sweep
@@ -108,6 +109,7 @@ def _correct_row(row: Any, substep_bodies: Any, exact: Any) -> None:
         row.correction == NO_CORRECTION
         or (row.correction == UNILATERAL and row.error > 0.0)
         or (row.correction == BILATERAL and exact)
+        or row.kind == COUPLED
     ):
         return
     w = row.previous + _correction_of(row, substep_bodies)
@@ -246,7 +248,10 @@ def smooth_fraction(world: Any, island: Any) -> Any:
     for r in range(island.joint_rows):
         row = rows[r]
         if row.correction != NO_CORRECTION:
-            if not _is_smooth(row, bodies, body_parameters, substep_bodies, island.h):
+            other = 0.0
+            if has_half(rows, r, island.joint_rows):
+                other = _mean_velocity(rows[r + 1], bodies, substep_bodies)
+            if not _is_smooth(row, other, bodies, body_parameters, substep_bodies, island.h):
                 return 0.0
     contacts = world.state.contacts
     r = island.joint_rows
@@ -265,9 +270,12 @@ def smooth_fraction(world: Any, island: Any) -> Any:
 
 
 @njit
-def _is_smooth(row: Any, bodies: Any, body_parameters: Any, substep_bodies: Any, h: Any) -> Any:
-    """Whether the mean velocity opens a joint's row by no more than smooth rotation does."""
-    opened = h * _mean_velocity(row, bodies, substep_bodies)
+def _is_smooth(row: Any, other: Any, bodies: Any, body_parameters: Any, substep_bodies: Any, h: Any) -> Any:
+    """Whether the mean velocity opens a joint's row by no more than smooth rotation does.
+
+    ``other``: m/s or rad/s, mean velocity of the second half of a coupled row.
+    """
+    opened = h * (_mean_velocity(row, bodies, substep_bodies) + other)
     turning = SMOOTH_TURN * relative_speed(row, bodies, body_parameters)
     bend = h * (turning + abs(row.bias))  # the bias of a row is due to rotation
     if row.correction == BILATERAL and abs(opened) > SMOOTH * body_parameters[row.body_b].extent + bend:

@@ -29,6 +29,8 @@ DISC = 3  # first of the two tangents of a 3D contact
 DISC_END = 4  # the second
 GEARED = -1  # as BOUNDED, on a coordinate with an armature: solved together with the row of the rotor
 IDLE = -2  # no impulse: of a limit out of reach, in joint coordinates
+HALF = -3  # second half of the row before it, whose impulse it has; see coupled.py
+COUPLED = -4  # a row with a second half, in body space
 
 # What the position pass does with a row's error.
 NO_CORRECTION = 0  # nothing: friction, motors, springs

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from ..core.coupled import solve_coupled
 from ..core.dispatch import by_dimension
-from ..core.rows import DISC, EQUATION, FRICTION, GEARED, push_row
+from ..core.rows import COUPLED, DISC, EQUATION, FRICTION, GEARED, HALF, push_row
 from ..jit import njit
 from .joint_factor import solve_equations
 
@@ -56,6 +57,12 @@ def sweep(rows: Any, count: Any, bodies: Any, joint_factor: Any, enough: Any, pu
         if joint_factor is not None:
             if row.kind == GEARED:
                 change += _solve_geared(rows, r, bodies)
+                continue
+            if row.kind == COUPLED:
+                change += solve_coupled(rows, r, bodies)
+                continue
+            if row.kind == HALF:
+                row.impulse = rows[r - 1].impulse
                 continue
         a = bodies[row.body_a]
         b = bodies[row.body_b]

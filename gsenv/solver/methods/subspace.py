@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 from numba import int64
 
+from ..core.coupled import any_coupled
 from ..core.rows import DISC, EQUATION, FRICTION, apply_impulse, on_disc
 from ..jit import njit
 from .cholesky import (
@@ -219,6 +220,8 @@ def solve_subspace(
     entries = factor.entries
     factor.plan.size = plan_factor(rows, count, False, island_bodies, entries, factor.edges, factor.blocks)
     fits = factor.plan.size > 0
+    if joint_factor is not None:
+        fits = fits and not any_coupled(rows, count)
     while fits and residual > tolerance and used < max_sweeps:
         fits = subspace_step(rows, count, bodies, island_bodies, scratch, kinematic_contact)
         next_few = (min(SWEEPS_BETWEEN, max_sweeps - used), tolerance, scale)

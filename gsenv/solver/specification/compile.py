@@ -175,7 +175,7 @@ def _compile_joints(scene: SceneSpec, bodies: list[BodySpec]) -> tuple[Array, Ar
     for j, spec in enumerate(specs):
         if spec.kind == "gear":
             coordinates = [_start_coordinate(specs[k], bodies, parameters[k]) for k in (spec.joint_a, spec.joint_b)]
-            parameters[j]["reference_angle"] = coordinates[0] + spec.ratio * coordinates[1]
+            parameters[j]["reference_angle"] = coordinates[0] + spec.ratio * coordinates[1] + spec.offset
     return models, parameters, states, rows
 
 

@@ -37,7 +37,7 @@ def joint_spec(name: str, joint: Joint, scene: SceneSpec) -> JointSpec:
         spec = _target(name, joint, scene)
     else:
         spec = _pair(name, joint, scene)
-    spec.row_count = joint.row_counts[scene.dim]
+    spec.row_count = joint.row_counts[scene.dim] * spec.halves
     if scene.dim == 3:
         add_axes(spec, joint, len(scene.joints))
     elif isinstance(joint, Wheel) and (joint.spin_axis is not None or joint.steering is not None):
@@ -47,7 +47,7 @@ def joint_spec(name: str, joint: Joint, scene: SceneSpec) -> JointSpec:
 
 def excluded_pair(joint: Joint, spec: JointSpec) -> set[tuple[int, int]]:
     """Return the pair of bodies that a joint keeps from colliding, or an empty set."""
-    if isinstance(joint, (PairJoint, Gear)) and not joint.collide and spec.body_a != spec.body_b:
+    if isinstance(joint, (PairJoint, Gear)) and not joint.collide and not spec.drives_one:
         return {(min(spec.body_a, spec.body_b), max(spec.body_a, spec.body_b))}
     return set()
 
@@ -129,38 +129,41 @@ def _target(name: str, joint: Target, scene: SceneSpec) -> JointSpec:
 
 def _gear(name: str, joint: Gear, scene: SceneSpec) -> JointSpec:
     what = f"joint {name!r}"
-    for word, value in (("joint_a", joint.joint_a), ("joint_b", joint.joint_b)):
-        if value is None:
-            raise ValueError(f"{what}: {word} is missing.")
-    a, b = (find(one, "joint", list(scene.joints), what) for one in (joint.joint_a, joint.joint_b))
+    if joint.joint_a is None:
+        raise ValueError(f"{what}: joint_a is missing.")
     joints, bodies = list(scene.joints.values()), list(scene.bodies.values())
+    a = find(joint.joint_a, "joint", list(scene.joints), what)
+    b = a if joint.joint_b is None else find(joint.joint_b, "joint", list(scene.joints), what)
     first, second = joints[a], joints[b]
-    if a == b:
+    if a == b and joint.joint_b is not None:
         raise ValueError(f"{what}: a gear couples two different joints, got {first.name!r} twice.")
     kinds = COUPLED[scene.dim]
     for spec in (first, second):
         if spec.kind not in kinds or spec.coordinate == SWING or spec.coordinate >= BALL_TURN:
             known = f"{', '.join(kinds[:-1])} and {kinds[-1]} joints".replace("axis joints", "joints' coordinates")
             raise ValueError(f"{what}: a gear couples {known}, {spec.name!r} is a {spec.kind}.")
-    if first.body_b == second.body_b:
-        raise ValueError(f"{what}: {first.name!r} and {second.name!r} move the same body.")
-    moving = [spec for spec in (first, second) if bodies[spec.body_a].kind != BodyKind.STATIC]
-    turning = TURNING[scene.dim]
-    if moving and (first.body_a != second.body_a or not first.kind == second.kind == turning):
-        raise ValueError(
-            f"{what}: on moving bodies a gear couples {turning} joints that share body_a; "
-            f"{moving[0].name!r} is on {bodies[moving[0].body_a].name!r}."
-        )
     ratio = check.finite(joint.ratio, f"{what}: ratio")
     if ratio == 0.0:
         raise ValueError(f"{what}: ratio must not be 0.")
-    if moving and not _can_react(first, second, ratio, anchor_of(first, bodies) - anchor_of(second, bodies)):
-        raise ValueError(
-            f"{what}: on a moving body only rotations of equal size couple {first.name!r} and {second.name!r}, "
-            f"{'whose anchors are at one point' if scene.dim == 2 else 'which have one axis'}."
-        )
-    enabled = check.flag(joint.enabled, f"{what}: enabled")
-    return JointSpec(name, joint.kind, first.body_b, second.body_b, enabled, joint_a=a, joint_b=b, ratio=ratio)
+    if joint.joint_b is None:
+        ratio = 0.0  # the second half of the row does nothing
+    one = first.body_b == second.body_b
+    moving = any(bodies[spec.body_a].kind != BodyKind.STATIC for spec in (first, second))
+    meshing = first.body_a == second.body_a and first.kind == second.kind == TURNING[scene.dim] and not one
+    meshing = meshing and _can_react(first, second, ratio, anchor_of(first, bodies) - anchor_of(second, bodies))
+    return JointSpec(
+        name,
+        joint.kind,
+        first.body_a if one else first.body_b,
+        second.body_b,
+        check.flag(joint.enabled, f"{what}: enabled"),
+        joint_a=a,
+        joint_b=b,
+        ratio=ratio,
+        offset=check.finite(joint.offset, f"{what}: offset"),
+        halves=2 if one or (moving and not meshing) else 1,
+        drives_one=one,
+    )
 
 
 def _can_react(first: JointSpec, second: JointSpec, ratio: float, apart: Array) -> bool:

@@ -201,12 +201,14 @@ class Distance(Sprung, PairJoint):
 
 @dataclass(frozen=True)
 class Gear(Joint):
-    """q of joint_a + ratio * q of joint_b is kept at its initial value.
+    """q of joint_a + ratio * q of joint_b is kept at its initial value + offset.
 
     Args:
         joint_a, joint_b: revolute or prismatic joints; in 3D hinges, sliders, or coordinates such as "wheel/spin".
-            With a moving body_a both must be rotations (revolute, hinge) and share it.
+            They may be in series, on moving bodies, or two coordinates of one joint, as of a screw.  Without joint_b
+            the gear is a brake: it keeps q of joint_a.
         ratio: rad or m of q of joint_a for each rad or m of q of joint_b, default 1.
+        offset: rad or m, added to the initial value, default 0; the first step moves the joints by it.
         collide: whether the two driven bodies collide with each other, default False.
         enabled: default True.
     """
@@ -215,9 +217,10 @@ class Gear(Joint):
     row_counts: ClassVar[Mapping[int, int]] = {2: 1, 3: 1}
 
     joint_a: Reference
-    joint_b: Reference
+    joint_b: Reference | None = None
     _: KW_ONLY
     ratio: float = 1.0
+    offset: float = 0.0
     collide: bool = False
 
 

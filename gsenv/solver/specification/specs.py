@@ -74,6 +74,9 @@ class JointSpec:
     joint_a: int = 0
     joint_b: int = 0
     ratio: float = 0.0
+    offset: float = 0.0
+    halves: int = 1  # 2: of a gear whose row acts on the bodies of both joints
+    drives_one: bool = False  # of a gear: both joints move the same body
     rows: list[dict[str, Any]] = field(default_factory=list)
     frame: str = "world"
     update: Callable[[Any], Mapping[str, Any]] | None = None

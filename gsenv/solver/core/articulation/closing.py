@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from ...jit import njit
+from ..coupled import make_equations, share_corrections
 from ..dispatch import by_dimension
 from ..integrate import move_kinematic
 from ..joints import write_joint_rows
@@ -123,6 +124,7 @@ def _measure(world: Any, island: Any, joints: Any, others: Any) -> Any:
         measured = has_position(joint_models[j], joint_parameters[j])
         if measured:
             row = write_joint_rows(world, j, row, joints, linked, 0.0, _NOW * island.h)
+            make_equations(rows, first, row)
         else:
             while row < island.other_rows and rows[row].source == j:
                 row += 1
@@ -174,6 +176,7 @@ def _take_step(world: Any, island: Any, articulation: Any, others: Any) -> None:
         z[f] = 0.0
     for _ in range(_SWEEPS):
         correct_others(world, island, articulation, others)
+    share_corrections(rows, island.other_rows)
     for f in range(island.freedoms):
         change[f] = z[f] * freedoms[f].root
     respond_outward(articulation.links, island.body_count, freedoms, change)

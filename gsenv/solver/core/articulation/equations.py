@@ -13,9 +13,10 @@ from numba import uint64
 
 from ...jit import njit
 from ...methods.joint_factor import EPSILON
+from ..coupled import has_half
 from ..energy import ROTATION_GAIN
 from ..position_pass import SMOOTH_TURN, displacement_rate, relative_speed, smooth_fraction
-from ..rows import BILATERAL, EQUATION, NO_CORRECTION, UNILATERAL, push_row, start_rate
+from ..rows import BILATERAL, EQUATION, HALF, NO_CORRECTION, UNILATERAL, push_row, start_rate
 from .other_joints import has_position
 
 TIED = 1e-9  # of a row's free velocity per impulse: where joints of trees leave less, these already hold the row
@@ -66,7 +67,7 @@ def _fill(n: Any, articulation: Any, others: Any) -> None:
         span = spans[order[i]]
         at = span.values
         for p in range(span.places, span.places + span.count):
-            dense[ways[p]] = values[at]
+            dense[ways[p]] += values[at]  # a row in two halves may list a freedom twice
             at += span.stride
         for j in range(i + 1):
             matrix[i, j] = dot_with(spans[order[j]], ways, values, dense)
@@ -250,7 +251,7 @@ def only_closes(world: Any, island: Any, others: Any) -> Any:
     for r in range(island.rows):
         row = rows[r]
         closes = r < island.other_rows and row.correction == BILATERAL and row.softness == 0.0 and row.drive == 0.0
-        if not closes and row.impulse != 0.0:
+        if not closes and row.kind != HALF and row.impulse != 0.0:
             return False
     return True
 
@@ -299,6 +300,8 @@ def start_corrections(world: Any, island: Any, others: Any) -> Any:
         row.previous = 0.0
         if row.correction == BILATERAL:
             moved = displacement_rate(row, bodies, substep_bodies, island.smooth, island.h)
+            if has_half(rows, r, island.other_rows):
+                moved += displacement_rate(rows[r + 1], bodies, substep_bodies, island.smooth, island.h)
             row.previous = row.error / island.h + moved + row.drive
         elif row.correction == UNILATERAL:
             row.previous = rate * min(row.error, 0.0)

@@ -12,6 +12,7 @@ import numpy as np
 
 from ...jit import njit
 from ...records.model import JointKind
+from ..coupled import has_half, make_equations
 from ..dispatch import by_dimension, nothing
 from ..joint_rows import has_limit
 from ..joints import (
@@ -24,6 +25,7 @@ from ..joints import (
     tension_of,
     write_joint_rows,
 )
+from ..rows import HALF
 from ..slices import part
 from ..springs import has_spring
 
@@ -132,6 +134,7 @@ def write_other_rows(world: Any, island: Any, joints: Any, others: Any) -> None:
         if not is_in_tree(world, island_joints[k]):
             row = write_joint_rows(world, island_joints[k], row, joints, linked, island.warm_start, island.h)
     leave_link_frames(world, island)
+    make_equations(rows, 0, row)
     _bend(world, island)
     for r in range(island.other_rows):
         others.slots[r] = rows[r].slot
@@ -162,7 +165,7 @@ def _bend(world: Any, island: Any) -> None:
     substep_bodies = world.scratch.substep_bodies
     for r in range(island.other_rows):
         row = rows[r]
-        if row.softness > 0.0:
+        if row.softness > 0.0 or row.kind == HALF or has_half(rows, r, island.other_rows):
             continue
         a = substep_bodies[row.body_a]
         b = substep_bodies[row.body_b]

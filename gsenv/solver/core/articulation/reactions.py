@@ -5,7 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from ...jit import njit
+from ..coupled import has_half
 from ..dispatch import by_dimension
+from ..rows import HALF
 
 add_reaction = by_dimension("articulation", "add_reaction")
 add_row_reaction = by_dimension("joints", "add_reaction")
@@ -127,10 +129,14 @@ def _add_other_reactions(world: Any, island: Any, joints: Any) -> None:
         for d in range(len(substep_body.correction)):
             substep_body.correction[d] = 0.0
         state = joints[row.source]
-        if row.slot < 0:
+        if row.kind == HALF:
+            pass  # its impulse is that of the row before it
+        elif row.slot < 0:
             state.total_impulse[-1 - row.slot] -= row.impulse
         else:
             state.total_impulse[row.slot] += row.impulse
+        if has_half(rows, r, island.other_rows):
+            continue  # reactions are those on the second joint's body b
         add_row_reaction(row, joint_parameters[row.source], bodies[i], body_parameters[i], substep_body, state, 0.0)
 
 

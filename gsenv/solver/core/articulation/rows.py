@@ -11,8 +11,9 @@ from typing import Any
 from numba import int64, uint64
 
 from ...jit import inline_njit, njit
+from ..coupled import has_half
 from ..dispatch import by_dimension
-from ..rows import DISC, FRICTION, IDLE
+from ..rows import DISC, FRICTION, HALF, IDLE
 
 REGULAR = 1e-12  # of the product of the diagonals: smallest determinant of the block of two tangents
 GIVE = 1e-4  # of the inverse masses of a contact that joints hold in one direction: compliance
@@ -41,7 +42,7 @@ def whiten_rows(world: Any, island: Any, articulation: Any) -> None:
     while r < island.rows:
         row = rows[r]
         least = 0.0
-        if row.kind == IDLE:
+        if row.kind == IDLE or row.kind == HALF:
             _leave_out(row, spans[r])
             r += 1
             continue
@@ -76,8 +77,53 @@ def whiten_rows(world: Any, island: Any, articulation: Any) -> None:
                 _set_diagonal(rows, r + i, spans, articulation.values, least)
         way += counts[2]
         value += width * counts[2]
+        if articulation.others is not None:
+            if has_half(rows, r, island.other_rows):
+                more = _add_half(world, articulation, r, way, value)
+                _set_size(row, _square(spans[r], articulation, articulation.others))
+                way += more
+                value += more
         r += width
     _couple_rolling(world, island, articulation)
+
+
+@njit
+def _add_half(world: Any, articulation: Any, r: Any, way: Any, value: Any) -> Any:
+    """List the degrees of freedom of the second half of row r after those of the first; returns their number."""
+    rows = world.scratch.rows
+    body_parameters = world.parameters.bodies
+    row = rows[r + 1]
+    places = articulation.places
+    links = articulation.links
+    a = places[row.body_a] if body_parameters[row.body_a].inv_mass > 0.0 else -1
+    b = places[row.body_b] if body_parameters[row.body_b].inv_mass > 0.0 else -1
+    ends = (links[a].last if a >= 0 else -1, links[b].last if b >= 0 else -1)
+    counts = _list_way(articulation.freedoms, ends, articulation.ways, way)
+    span = articulation.spans[r + 1]
+    span.places = way
+    span.values = value
+    span.stride = 1
+    _whiten_one(rows, r + 1, (a, b), counts, articulation)
+    articulation.spans[r].count += counts[2]
+    articulation.spans[r].free += _free_velocity(row, world.scratch.substep_bodies)
+    return counts[2]
+
+
+@njit
+def _square(span: Any, articulation: Any, others: Any) -> Any:
+    """Return y . y of a row that may list a degree of freedom twice."""
+    ways = articulation.ways
+    values = articulation.values
+    dense = others.dense
+    first = span.values - span.places
+    s = 0.0
+    for p in range(span.places, span.places + span.count):
+        dense[ways[p]] += values[first + p]
+    for p in range(span.places, span.places + span.count):
+        s += values[first + p] * dense[ways[p]]
+    for p in range(span.places, span.places + span.count):
+        dense[ways[p]] = 0.0
+    return s
 
 
 @njit

@@ -13,6 +13,7 @@ from numba import int64, uint64
 from ...jit import inline_njit, njit
 from ...methods.disc import minimise_near, minimise_on_disc
 from ...records.options import SolverKind
+from ..coupled import share_corrections, share_impulses
 from ..rows import DISC, EQUATION, FRICTION, IDLE, UNILATERAL, push_row
 from .equations import add_to, correct_others, dot_with, start_corrections, sweep_others
 
@@ -306,6 +307,7 @@ def sweep_rows(world: Any, island: Any, articulation: Any, most: Any) -> Any:
                 break
             mark = least
     _store_impulses(rows, first, count, spans)
+    share_impulses(rows, first)
     return used, (change / island.residual_scale) ** 0.5
 
 
@@ -381,4 +383,5 @@ def correct_overlaps(world: Any, island: Any, articulation: Any) -> Any:
             if d != 0.0:
                 add_to(spans[r], articulation.ways, articulation.values, z, d)
         correct_others(world, island, articulation, others)
+    share_corrections(rows, int64(island.other_rows))
     return options.position_sweeps > 0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from ...core.coupled import add_coupled_rows, is_coupled
 from ...core.distance_joint import add_distance_rows
 from ...core.joints import OFF_CENTER, Joint
 from ...jit import njit
@@ -42,7 +43,10 @@ def add_linked_rows(
         b = joint.model.joint_b
         first = Joint(models[a], parameters[a], joint.state)
         second = Joint(models[b], parameters[b], joint.state)
-        add_gear_rows(rows[row], joint, first, second, bodies, body_parameters, substep_bodies, h)
+        if is_coupled(joint):
+            add_coupled_rows(world, row, joint, first, second, h)
+        else:
+            add_gear_rows(rows[row], joint, first, second, bodies, body_parameters, substep_bodies, h)
 
 
 @njit

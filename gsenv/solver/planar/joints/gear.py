@@ -3,7 +3,7 @@
 The row acts on the joints' second bodies.  Where both joints are on one moving body, that body takes the
 reaction torque of -(1 + ratio): as a pair of forces at the two pins, F = -(1 + ratio) perp(d) / |d|^2 for
 pins at a distance d, like meshing teeth.  Directions are those of the pose half a substep ahead, as in
-``set_point_rows``.
+``set_point_rows``.  Of other joints on moving bodies the row has two halves, one on the bodies of each joint.
 """
 
 from __future__ import annotations
@@ -14,8 +14,9 @@ from ...core.joint_rows import finish_row
 from ...jit import njit
 from ...records.model import JointKind
 from ..math import cross
-from .angle import unwrapped_angle
+from .angle import set_angle_direction, unwrapped_angle
 from .point import arm, axis_ahead, frame_ahead, turned
+from .prismatic import set_axis_direction
 
 _PRISMATIC = int(JointKind.PRISMATIC)
 
@@ -71,3 +72,20 @@ def add_gear_rows(
     made.jacobian_b[1] = k * qy + fy
     made.jacobian_b[2] = k * qt + cross(bx, by, fx, fy)
     finish_row(made, 0, p + k * q - gear.parameters.reference_angle, substep_bodies)
+
+
+@njit
+def set_coordinate(made: Any, joint: Any, bodies: Any, body_parameters: Any, substep_bodies: Any, h: Any) -> Any:
+    """Set bodies and Jacobian of a row to those of a joint's coordinate; returns (coordinate, h/2 dJ/dt v)."""
+    parameters = joint.parameters
+    i = joint.model.body_a
+    j = joint.model.body_b
+    made.body_a = i
+    made.body_b = j
+    if joint.model.kind != _PRISMATIC:
+        set_angle_direction(made)
+        return unwrapped_angle(bodies[i], bodies[j], parameters), 0.0
+    ux, uy = axis_ahead(bodies, substep_bodies, i, parameters, 0.0)
+    _, _, _, _, dx, dy = frame_ahead(bodies, body_parameters, substep_bodies, i, j, parameters, 0.0)
+    curve = set_axis_direction(made, parameters, bodies, body_parameters, substep_bodies, h)
+    return ux * dx + uy * dy, curve

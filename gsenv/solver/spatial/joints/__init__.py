@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from ...core.coupled import add_coupled_rows, is_coupled
 from ...core.distance_joint import add_distance_rows
 from ...core.joints import OFF_CENTER, Joint
 from ...jit import njit
@@ -52,7 +53,10 @@ def _add_further_rows(world: Any, row: Any, joint: Any, h: Any, axes: Any) -> No
     b = joint.model.joint_b
     first = Joint(models[a], parameters[a], states[a])
     second = Joint(models[b], parameters[b], states[b])
-    add_gear_rows(rows[row], joint, first, second, bodies, body_parameters, substep_bodies, h)
+    if is_coupled(joint):
+        add_coupled_rows(world, row, joint, first, second, h)
+    else:
+        add_gear_rows(rows[row], joint, first, second, bodies, body_parameters, substep_bodies, h)
 
 
 @njit

@@ -143,7 +143,7 @@ def _set_turn(
 
 
 @njit
-def _set_coordinate(
+def set_axis_coordinate(
     row: Any, joint: Any, number: Any, axes: Axes, bodies: Any, body_parameters: Any, substep_bodies: Any, h: Any
 ) -> tuple[float, float]:
     """Set J of a coordinate; returns (coordinate, h/2 dJ/dt v)."""
@@ -173,7 +173,7 @@ def _add_servo_rows(
     driven = has_motor(p) or has_friction(p) or has_armature(p)
     if driven:
         first = row
-        q, curve = _set_coordinate(rows[first], joint, turning, axes, bodies, body_parameters, substep_bodies, h)
+        q, curve = set_axis_coordinate(rows[first], joint, turning, axes, bodies, body_parameters, substep_bodies, h)
         if has_armature(p):
             set_armature_row(rows[row], 10, joint, curve, substep_bodies)
             row += 1
@@ -189,7 +189,7 @@ def _add_servo_rows(
     if has_spring(p) or has_limit(p):
         first = row
         give = reference_give(joint, body_parameters[joint.model.body_a], body_parameters[joint.model.body_b])
-        q, curve = _set_coordinate(rows[first], joint, number, axes, bodies, body_parameters, substep_bodies, h)
+        q, curve = set_axis_coordinate(rows[first], joint, number, axes, bodies, body_parameters, substep_bodies, h)
         if has_spring(p):
             set_spring_row(rows[row], 8, q - joint.state.rest, curve, p, give, substep_bodies, h)
             row += 1

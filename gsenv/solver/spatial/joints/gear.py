@@ -3,7 +3,8 @@
 The row acts on the joints' second bodies.  Where both joints are hinges on one moving body, that body takes the
 reaction torque -T, T = u_a + ratio u_b.  Hinges share all rotations across their axes with that body: for axes that
 are not parallel T is therefore the sum of one torque across each axis, which the two hinges transmit.  For parallel
-axes it is a pair of forces at the two axes, like meshing teeth.
+axes it is a pair of forces at the two axes, like meshing teeth.  Of other joints on moving bodies the row has two
+halves, one on the bodies of each joint.
 """
 
 from __future__ import annotations
@@ -14,7 +15,8 @@ from ...core.joint_rows import finish_row
 from ...jit import njit
 from ..math import Vec, add, along, cross, dot, scaled, sub, vec
 from ..rotation import in_frame, set_spin
-from .axes import axes_ahead, axis_of, counts_turns, turn_coordinate, turn_direction, unwrapped
+from .axes import axes_ahead, axes_of, axis_of, counts_turns, turn_coordinate, turn_direction, unwrapped
+from .axis_joints import set_axis_coordinate
 from .point import frame_ahead
 
 _PARALLEL = 0.01  # squared sine of the angle between axes that count as parallel
@@ -97,3 +99,13 @@ def add_gear_rows(
     set_spin(made.jacobian_a, in_frame(substep_bodies[made.body_a], turn_a))
     set_spin(made.jacobian_b, in_frame(substep_bodies[made.body_b], turn_b))
     finish_row(made, 0, p + k * q - gear.parameters.reference_angle, substep_bodies)
+
+
+@njit
+def set_coordinate(made: Any, joint: Any, bodies: Any, body_parameters: Any, substep_bodies: Any, h: Any) -> Any:
+    """Set bodies and Jacobian of a row to those of a joint's coordinate; returns (coordinate, h/2 dJ/dt v)."""
+    made.body_a = joint.model.body_a
+    made.body_b = joint.model.body_b
+    axes = axes_of(joint, bodies, substep_bodies, h)
+    number = joint.model.coordinate
+    return set_axis_coordinate(made, joint, number, axes, bodies, body_parameters, substep_bodies, h)
