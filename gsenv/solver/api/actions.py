@@ -179,17 +179,17 @@ class Actions:
     def set_joint(self, joint: Reference, *, coordinate: Any = None, rate: Any = None, worlds: Any = None) -> None:
         """Set the coordinate of a joint, its rate or both; all bodies beyond the joint move with it.
 
-        The coordinates and rates of all other joints stay; what is not given does not change. Which body is beyond
+        All other coordinates and rates stay; what is not given does not change. Which body is beyond
         the joint: the one that is farther from the fixed bodies, or from the first body of a free tree.
 
         Args:
-            joint: revolute, hinge, prismatic or slider, in no loop.
+            joint: revolute, hinge, prismatic, slider or wheel, or a coordinate such as "hip/turn_x", in no loop.
             coordinate: rad or m, as ``World.joint_coordinate``, one number or (chosen world,); limits do not bound it.
             rate: rad/s or m/s, likewise.
             worlds: None for all, an int, ints or a bool mask.
 
         Raises:
-            ValueError: a joint of another kind, in a loop or disabled; numbers that are not finite.
+            ValueError: a joint without a coordinate, in a loop or disabled; numbers that are not finite.
         """
         j = self._joint(joint, "set_joint")
         where = f"set_joint of joint {self.model.joint_names[j]!r}"

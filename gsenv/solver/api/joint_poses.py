@@ -11,8 +11,9 @@ from ..records.model import Array, JointKind, Model
 from ..records.parameters import ParameterArrays
 from ..records.state import State
 
-TURNS = (JointKind.REVOLUTE, JointKind.HINGE)
-SLIDES = (JointKind.PRISMATIC, JointKind.SLIDER)
+SETTABLE = (
+    JointKind.REVOLUTE, JointKind.PRISMATIC, JointKind.WHEEL, JointKind.HINGE, JointKind.SLIDER, JointKind.AXIS,
+)  # fmt: skip
 # joints that a motion of one of their bodies alone would tear
 RIGID = (
     JointKind.REVOLUTE, JointKind.PRISMATIC, JointKind.WHEEL, JointKind.BALL, JointKind.HINGE, JointKind.SLIDER,
@@ -41,14 +42,19 @@ def bodies_beyond(model: Model, enabled: Array, joint: int) -> Array:
             of the bodies is also held by a rigid joint on a body that would not move.
     """
     name = repr(model.joint_names[joint])
+    parts = [model.joint_names[k] for k in model.parts_of(joint)]
     kind = JointKind(int(model.joints["kind"][joint]))
-    if kind not in TURNS and kind not in SLIDES:
-        raise ValueError(f"set_joint: joint {name} is a {kind.name.lower()}; it needs a revolute, hinge, prismatic or "
-                         "slider joint.")  # fmt: skip
-    if not enabled[joint]:
+    if parts and kind not in SETTABLE:
+        raise ValueError(
+            f"set_joint: joint {name} has the coordinates {', '.join(map(repr, parts))}; name one of these."
+        )
+    if kind not in SETTABLE:
+        raise ValueError(f"set_joint: joint {name} is a {kind.name.lower()}, which has no coordinate that can be set.")
+    main = main_joint(model, joint)
+    if not enabled[main]:
         raise ValueError(f"set_joint: joint {name} is disabled.")
     trees = model.trees
-    beyond = trees["joint"] == joint
+    beyond = trees["joint"] == main
     if not beyond.any():
         raise ValueError(f"set_joint: joint {name} closes a loop, so its coordinate follows from those of the others.")
     for body in np.argsort(trees["rank"]):
@@ -56,7 +62,7 @@ def bodies_beyond(model: Model, enabled: Array, joint: int) -> Array:
         if held >= 0 and enabled[held] and beyond[trees["parent"][body]]:
             beyond[body] = True
     joints = model.joints
-    torn = np.isin(joints["kind"], RIGID) & (enabled != 0) & (np.arange(len(joints)) != joint)
+    torn = np.isin(joints["kind"], RIGID) & (enabled != 0) & (np.arange(len(joints)) != main)
     torn &= beyond[joints["body_a"]] != beyond[joints["body_b"]]
     if torn.any():
         other = model.joint_names[int(np.argmax(torn))]
@@ -64,36 +70,42 @@ def bodies_beyond(model: Model, enabled: Array, joint: int) -> Array:
     return np.flatnonzero(beyond)
 
 
+def main_joint(model: Model, joint: int) -> int:
+    """Return the joint that a coordinate belongs to."""
+    record = model.joints[joint]
+    return int(record["joint_a"]) if record["kind"] == JointKind.AXIS else joint
+
+
 def move_bodies(dimension: Dimension, model: Model, parameters: ParameterArrays, state: State, move: Move) -> None:
-    """Move the bodies beyond a joint about its axis; the rates of all other joints stay."""
+    """Move the bodies beyond a joint; the rates of all other coordinates stay, also those of the same joint."""
     j, worlds = move.joint, move.worlds
-    child = move.bodies[np.isin(move.bodies, [model.joints["body_a"][j], model.joints["body_b"][j]])][0]
-    flipped = model.joints["body_a"][j] == child
-    holder = int(model.joints["body_b" if flipped else "body_a"][j])
+    readings, poses = dimension.joint_readings, dimension.initial_state
+    main = main_joint(model, j)
+    child = move.bodies[np.isin(move.bodies, [model.joints["body_a"][main], model.joints["body_b"][main]])][0]
+    flipped = model.joints["body_a"][main] == child
+    parent = state.bodies[worlds, int(model.joints["body_b" if flipped else "body_a"][main])]
     sign = -1.0 if flipped else 1.0
-    frame = state.bodies[worlds, int(model.joints["body_a"][j])]
-    axis = dimension.joint_readings.rotated(frame["rotation"], parameters.joints["axis"][worlds, j])
-    turns = JointKind(int(model.joints["kind"][j])) in TURNS
-    local = parameters.joints["anchor_b" if flipped else "anchor_a"][worlds, j]
-    parent = state.bodies[worlds, holder]
-    center = parameters.bodies["center"][worlds, holder]
-    pivot = parent["position"] + dimension.joint_readings.rotated(parent["rotation"], local - center)
-    turn = dimension.initial_state.turn_about(axis, sign * move.shift if turns else 0.0 * move.shift)
-    shift, speed = (sign * move.shift)[:, None] * axis, (sign * move.speed)[:, None]
+    coordinates = readings.beside(model, j)
+    rates = {k: readings.rate(model, parameters, state, k)[worlds] for k in coordinates}
+    rates[j] = rates[j] + move.speed
+    shift = np.zeros(len(state.worlds))
+    shift[worlds] = move.shift
+    pivot, turn, slide = (one[worlds] for one in readings.displacement(model, parameters, state, j, shift, sign))
     for body in move.bodies:
         record = state.bodies[worlds, body]
         start = record["position"].copy()
-        dimension.initial_state.turn_bodies(record, turn, pivot)
-        if not turns:
-            record["position"] += shift
+        poses.turn_bodies(record, turn, pivot)
+        record["position"] += slide
         _carry(model.dim, record, start, parent, turn, dimension)
-        spin = speed * (axis if model.dim == 3 else 1.0) if turns else None
-        _add_motion(model.dim, record, pivot, spin, None if turns else speed * axis)
         state.bodies[worlds, body] = record
         state.forget_impulses(worlds, int(body))
-    state.joints["rate"][worlds, j] += move.speed
     if "angle" in (state.joints.dtype.names or ()):
         state.joints["angle"][worlds, j] += move.shift
+    for k in coordinates:
+        missing = rates[k] - readings.rate(model, parameters, state, k)[worlds]
+        motion = (one[worlds] * sign * missing[:, None] for one in readings.unit_motion(model, parameters, state, k))
+        _add_motion(model.dim, state, move, pivot, *motion)
+    state.joints["rate"][worlds, j] += move.speed
 
 
 def _carry(dim: int, record: Array, start: Array, parent: Array, turn: Any, dimension: Dimension) -> None:
@@ -108,12 +120,11 @@ def _carry(dim: int, record: Array, start: Array, parent: Array, turn: Any, dime
         record["velocity"][:, 3:] = w + dimension.initial_state.turned_vectors(turn, own)
 
 
-def _add_motion(dim: int, record: Array, pivot: Array, spin: Array | None, slide: Array | None) -> None:
-    if slide is not None:
-        record["velocity"][:, :dim] += slide
-    if spin is not None:
-        record["velocity"][:, :dim] += _moment(dim, spin, record["position"] - pivot)
-        record["velocity"][:, dim:] += spin
+def _add_motion(dim: int, state: State, move: Move, pivot: Array, spin: Array, slide: Array) -> None:
+    """Add a rotation about points and a translation to the velocities of the bodies beyond the joint."""
+    for body in move.bodies:
+        arm = state.bodies["position"][move.worlds, body] - pivot
+        state.bodies["velocity"][move.worlds, body] += np.concatenate([slide + _moment(dim, spin, arm), spin], -1)
 
 
 def _moment(dim: int, w: Array, arm: Array) -> Array:

@@ -37,6 +37,14 @@ def stored_energy(parameters: Any, stretch: Any, inverse_mass: Any) -> Any:
 
 
 @njit
+def beyond_limit(parameters: Any, coordinate: Any) -> Any:
+    """Return by how much a coordinate is beyond a rigid limit, m or rad; soft limits may be passed."""
+    if parameters.limit_frequency > 0.0:
+        return 0.0
+    return max(parameters.lower - coordinate, coordinate - parameters.upper, 0.0)
+
+
+@njit
 def limit_energy(parameters: Any, coordinate: Any, inverse_mass: Any) -> Any:
     """Return the energy in J of a soft limit; ``inverse_mass`` as for ``stored_energy``."""
     beyond = max(parameters.lower - coordinate, coordinate - parameters.upper)

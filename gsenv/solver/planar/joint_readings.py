@@ -6,12 +6,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..core.springs import distance_reading, limit_energy, stored_energy
+from ..core.springs import beyond_limit, distance_reading, limit_energy, stored_energy
 from ..core.trig import atan2, sin_cos
 from ..jit import njit
 from ..records.model import Array, JointKind, Model
 from ..records.parameters import ParameterArrays
 from ..records.state import State
+from .initial_state import turn_about
 from .joints.point import arm
 from .math import cross, rotate
 
@@ -55,6 +56,31 @@ def _ends(model: Model, parameters: ParameterArrays, state: State, j: int) -> _E
         speeds.append(body["velocity"][:, :2] + body["velocity"][:, 2:] * _left(arm))
     axis = rotated(state.bodies["rotation"][:, model.joints["body_a"][j]], parameters.joints["axis"][:, j])
     return _Ends(arms[0], arms[1], points[1] - points[0], speeds[1] - speeds[0], axis)
+
+
+def beside(model: Model, j: int) -> list[int]:
+    """Return the coordinates of a joint whose rates stay where one of them, j, is set; with j."""
+    return [j]
+
+
+def unit_motion(model: Model, parameters: ParameterArrays, state: State, j: int) -> tuple[Array, Array]:
+    """Return the angular (world, 1) and linear (world, 2) velocity of body b at its anchor for a rate of 1."""
+    if _with_coordinate(model, j) in SLIDING:
+        return np.zeros((len(state.worlds), 1)), _ends(model, parameters, state, j).axis
+    return np.ones((len(state.worlds), 1)), np.zeros((len(state.worlds), 2))
+
+
+def displacement(
+    model: Model, parameters: ParameterArrays, state: State, j: int, shift: Array, sign: float
+) -> tuple[Array, Array, Array]:
+    """Return how one body moves for a change of the coordinate: (pivot, turn, translation), each for all worlds.
+
+    ``sign``: 1 moves body b, -1 body a.
+    """
+    spin, slide = unit_motion(model, parameters, state, j)
+    ends = _ends(model, parameters, state, j)
+    pivot = state.bodies["position"][:, model.joints["body_b"][j]] + ends.arm_b
+    return pivot, turn_about(slide, sign * shift * spin[:, 0]), sign * shift[:, None] * slide
 
 
 def _spin(model: Model, state: State, j: int, field: str) -> Array:
@@ -134,7 +160,7 @@ def read_joint(body_a: Any, body_b: Any, a: Any, b: Any, joint: Any) -> Any:
         energy = limit_energy(p, slid, _along(a, b, ax, ay, bx, by, ux, uy))
         if sprung:
             energy += stored_energy(p, slid - joint.state.rest, _along(a, b, ax, ay, bx, by, ux, uy))
-        return abs(cross(ux, uy, x, y)), energy
+        return max(abs(cross(ux, uy, x, y)), beyond_limit(p, slid)), energy
     if model.kind == _DISTANCE:
         length = max(apart, 1e-300)
         return distance_reading(p, apart, _along(a, b, ax, ay, bx, by, x / length, y / length))
@@ -153,8 +179,10 @@ def read_joint(body_a: Any, body_b: Any, a: Any, b: Any, joint: Any) -> Any:
 
 @njit
 def turned_off(body_a: Any, body_b: Any, joint: Any) -> Any:
-    """Return the angle in rad by which a rotation that the joint locks is off; 0 where it locks none."""
+    """Return the angle in rad by which a rotation that the joint locks or limits is off; 0 where it does neither."""
     p = joint.parameters
+    if joint.model.kind == _REVOLUTE:
+        return beyond_limit(p, body_b.angle - body_a.angle - p.reference_angle)
     soft = p.frequency > 0.0 or p.stiffness > 0.0 or p.damping > 0.0
     if joint.model.kind != _PRISMATIC and (joint.model.kind != _WELD or soft):
         return 0.0

@@ -6,12 +6,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..core.springs import distance_reading, limit_energy, stored_energy
+from ..core.joint_rows import has_limit
+from ..core.springs import beyond_limit, distance_reading, limit_energy, stored_energy
 from ..jit import njit
 from ..records.model import Array, JointKind, Model
 from ..records.parameters import ParameterArrays
 from ..records.state import State
-from .initial_state import multiplied, rotation_from, turned_by
+from .initial_state import multiplied, rotation_from, turn_about, turned_by
 from .joints.axes import (
     BALL_ANGLE,
     BALL_TURN,
@@ -95,6 +96,78 @@ def rate(model: Model, parameters: ParameterArrays, state: State, j: int) -> Arr
         turning = np.cross(ends.spin_a, ends.apart)
         return _dot(ends.a[:, number], ends.rate - turning)
     return _dot(turn_directions(number, ends.a, ends.b), ends.spin_b - ends.spin_a)
+
+
+def beside(model: Model, j: int) -> list[int]:
+    """Return the coordinates of a joint whose rates stay where one of them, j, is set; with j.
+
+    Those of a ball overlap: its swing and twist, the components of its rotation vector, and its angle.
+    """
+    record = model.joints[j]
+    main = int(record["joint_a"]) if record["kind"] == JointKind.AXIS else j
+    coordinates = [k for k in (main, *model.parts_of(main).tolist()) if has_coordinate(model, k)]
+    if model.joints["kind"][main] != JointKind.BALL:
+        return coordinates
+    groups = {SWING: 0, TWIST: 0, BALL_ANGLE: 1}
+    group = groups.get(int(record["coordinate"]), 2)
+    return [k for k in coordinates if groups.get(int(model.joints["coordinate"][k]), 2) == group]
+
+
+def unit_motion(model: Model, parameters: ParameterArrays, state: State, j: int) -> tuple[Array, Array]:
+    """Return the angular and linear velocity (world, 3) of body b at its anchor for a rate of 1, other rates 0."""
+    _with_coordinate(model, j)
+    ends = _ends(model, parameters, state, j)
+    number = int(model.joints["coordinate"][j])
+    none = np.zeros((len(state.worlds), 3))
+    if number < 3:
+        return none, ends.a[:, number]
+    first, last = ends.a[:, 0], ends.b[:, 2]
+    if number == FIRST_TURN:
+        return first, none
+    if number in (LAST_TURN, TWIST):
+        return last, none
+    if number == NODE_TURN:
+        across = np.cross(last, first)
+    elif number == SWING:
+        across = np.cross(ends.a[:, 2], last)
+    else:
+        return turn_directions(number, ends.a, ends.b), none
+    size = np.sqrt((across**2).sum(-1, keepdims=True))
+    return np.where(size > 1e-12, across / np.maximum(size, 1e-300), ends.a[:, 1 if number == NODE_TURN else 0]), none
+
+
+def displacement(
+    model: Model, parameters: ParameterArrays, state: State, j: int, shift: Array, sign: float
+) -> tuple[Array, Array, Array]:
+    """Return how one body moves for a change of the coordinate: (pivot, turn, translation), each for all worlds.
+
+    ``sign``: 1 moves body b, -1 body a.
+    """
+    spin, slide = unit_motion(model, parameters, state, j)
+    ends = _ends(model, parameters, state, j)
+    i = model.joints["body_b"][j]
+    local = parameters.joints["anchor_b"][:, j] - parameters.bodies["center"][:, i]
+    pivot = state.bodies["position"][:, i] + turned_by(state.bodies["rotation"][:, i], local)
+    number = int(model.joints["coordinate"][j])
+    turns = shift if number >= 3 else 0.0 * shift
+    if number < BALL_TURN:
+        return pivot, turn_about(spin, sign * turns), sign * shift[:, None] * slide
+    before = _rotation_vectors(ends.a, ends.b)
+    after = before.copy()
+    if number == BALL_ANGLE:
+        size = np.sqrt((before**2).sum(-1, keepdims=True))
+        after += shift[:, None] * np.where(size > 1e-12, before / np.maximum(size, 1e-300), np.eye(3)[0])
+    else:
+        after[:, number - BALL_TURN] += shift
+    turn = multiplied(_turn_by_vector(ends.a, after), _turn_by_vector(ends.a, -before))
+    return pivot, turn * np.array([1.0, sign, sign, sign]), slide
+
+
+def _turn_by_vector(a: Array, vectors: Array) -> Array:
+    """Return the quaternions (world, 4) of rotation vectors (world, 3) in frames a."""
+    size = np.sqrt((vectors**2).sum(-1, keepdims=True))
+    axis = np.einsum("wi,wij->wj", vectors / np.maximum(size, 1e-300), a)
+    return turn_about(axis, size[:, 0])
 
 
 def slides(model: Model, j: int) -> bool:
@@ -224,7 +297,7 @@ def read_joint(body_a: Any, body_b: Any, a: Any, b: Any, joint: Any) -> Any:
 
 @njit
 def turned_off(body_a: Any, body_b: Any, joint: Any) -> Any:
-    """Return the largest angle in rad by which a rotation that the joint locks is off; 0 where it locks none."""
+    """Return the largest angle in rad by which a rotation that the joint locks or limits is off; 0 without any."""
     p = joint.parameters
     if joint.model.kind == _WELD:
         if p.frequency > 0.0 or p.stiffness > 0.0 or p.damping > 0.0:
@@ -234,7 +307,17 @@ def turned_off(body_a: Any, body_b: Any, joint: Any) -> Any:
     frame = quaternion(p.frame)
     on_a = multiply(quaternion(body_a.rotation), frame)
     on_b = multiply(quaternion(body_b.rotation), multiply(conjugate(quaternion(p.reference)), frame))
-    return _turned_off(joint.model.locked >> 3, on_a, on_b)
+    off = _turned_off(joint.model.locked >> 3, on_a, on_b)
+    if joint.model.coordinate >= 3 and has_limit(p):
+        off = max(off, beyond_limit(p, _angle_of(joint, on_a, on_b)))
+    return off
+
+
+@njit
+def _angle_of(joint: Any, on_a: Any, on_b: Any) -> float:
+    """Return a rotational coordinate in rad, with its turns."""
+    q = turn_coordinate(joint.model.coordinate, on_a, on_b)
+    return unwrapped(q, joint.state.angle) if counts_turns(joint.model.coordinate) else q
 
 
 @njit
@@ -251,14 +334,12 @@ def _read_axes(body_a: Any, body_b: Any, a: Any, b: Any, joint: Any, arm_a: Vec,
             off += dot(axis_of(on_a, k), d) ** 2
     error = max(off**0.5, _turned_off(model.locked >> 3, on_a, on_b) * max(a.radius, b.radius))
     sprung = p.frequency > 0.0 or p.stiffness > 0.0
-    if model.coordinate < 0 or not (sprung or p.limit_frequency > 0.0):
+    slides = model.coordinate < 3
+    if model.coordinate < 0 or not (sprung or p.limit_frequency > 0.0 or (slides and has_limit(p))):
         return error, 0.0
-    if model.coordinate < 3:
-        q = dot(axis_of(on_a, model.coordinate), d)
-    else:
-        q = turn_coordinate(model.coordinate, on_a, on_b)
-        if counts_turns(model.coordinate):
-            q = unwrapped(q, joint.state.angle)
+    q = dot(axis_of(on_a, model.coordinate), d) if slides else _angle_of(joint, on_a, on_b)
+    if slides:
+        error = max(error, beyond_limit(p, q))
     give = reference_give(joint, a, b)
     energy = limit_energy(p, q, give)
     return error, energy + (stored_energy(p, q - joint.state.rest, give) if sprung else 0.0)

@@ -9,6 +9,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from gsenv.solver import Options, Scene, World, planar, spatial
+from gsenv.solver.spatial import Axis
 from tests.solver.bits import everything
 from tests.solver.core.articulation.linkages import add_bar, slider_crank
 
@@ -59,6 +60,69 @@ def test_only_the_coordinate_that_is_set_changes(build: Any, flipped: bool) -> N
             assert_allclose(world.joint_coordinate(joint)[w], q, rtol=0.0, atol=1e-13)
             assert_allclose(world.joint_rate(joint)[w], sign * rate, rtol=0.0, atol=1e-13)
     assert world.diagnostics().joint_error.max() < 1e-13
+
+
+JOINTS: dict[str, tuple[Any, list[str]]] = {
+    "universal": (
+        lambda *ends: spatial.Universal(
+            *ends, anchor=(0.5, 0.1, 0.1), axis_a=(1, 0, 0), axis_b=(0, 0.6, 0.8), turn_a=Axis(), turn_b=Axis()
+        ),
+        ["turn_a", "turn_b"],
+    ),
+    "ball": (
+        lambda *ends: spatial.Ball(
+            *ends, anchor=(0.5, 0.1, 0.1), axis=(0.6, 0, 0.8), cone=2.0, twist=(-1.0, 1.0), frequency=2.0
+        ),
+        ["swing", "twist"],
+    ),
+    "wheel": (
+        lambda *ends: spatial.Wheel(
+            *ends, anchor=(0.5, 0.1, 0.1), axis=(0, 0, 1), spin_axis=(0, 1, 0), frequency=3.0, steering=Axis()
+        ),
+        ["", "steering", "spin"],
+    ),
+    "six-axis": (
+        lambda *ends: spatial.SixAxis(
+            *ends, anchor=(0.5, 0.1, 0.1), x=Axis(), z=Axis(), turn_x=Axis(), turn_y=Axis(), turn_z=Axis()
+        ),
+        ["x", "z", "turn_x", "turn_y", "turn_z"],
+    ),
+    "plane wheel": (lambda *ends: planar.Wheel(*ends, anchor=(0.5, 0.1), axis=(0.6, 0.8), frequency=3.0), [""]),
+}
+
+
+@pytest.mark.parametrize("flipped", [False, True])
+@pytest.mark.parametrize("name", JOINTS)
+def test_each_coordinate_of_a_joint_is_set_alone(name: str, flipped: bool) -> None:
+    """The bodies have turned and move; then each coordinate and rate is set, and all others stay."""
+    make, words = JOINTS[name]
+    flat = name == "plane wheel"
+    scene = Scene(dim=2 if flat else 3)
+    scene.add_body("hook", "static")
+    for k, arm in enumerate(("arm", "tip")):
+        place, inertia = ((k, 0), 0.1) if flat else ((k, 0.2, 0.1), (0.1, 0.2, 0.15))
+        scene.add_body(arm, position=place, mass=1.0, inertia=inertia)
+    scene.add_joint("root", (planar.Revolute if flat else spatial.Ball)("hook", "arm"))
+    scene.add_joint("j", make(*(("tip", "arm") if flipped else ("arm", "tip"))))
+    world = World(scene, options=Options(timestep=1 / 240))
+    world.set_velocity("arm", angular=1.0 if flat else (1.0, -2.0, 0.5))
+    world.step(24)
+    names = [f"j/{word}" if word else "j" for word in words]
+    for number, one in enumerate(names):
+        before = [(world.joint_coordinate(k)[0], world.joint_rate(k)[0]) for k in names]
+        held = world.position[0].copy(), world.linear_velocity[0].copy()
+        wanted = 0.4 - 0.1 * number
+        world.set_joint(one, coordinate=wanted, rate=wanted - 1.0)
+        after = [(world.joint_coordinate(k)[0], world.joint_rate(k)[0]) for k in names]
+        before[number] = (wanted, wanted - 1.0)
+        assert_allclose(after, before, rtol=0.0, atol=1e-12)
+        assert_allclose(world.position[0, :2], held[0][:2], atol=0.0)
+        assert_allclose(world.linear_velocity[0, :2], held[1][:2], atol=0.0)
+    assert world.diagnostics().joint_error[0] < 1e-12
+    if not flat:
+        other = "j" if name == "ball" else "j/turn" if name == "universal" else "root"
+        with pytest.raises(ValueError, match="coordinate" if other != "j/turn" else "unknown"):
+            world.set_joint(other, coordinate=0.1)
 
 
 @pytest.mark.parametrize("build", [chain, chain3d])

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
 
-from gsenv.solver import Scene, World, planar, spatial
+from gsenv.solver import Options, Scene, World, planar, spatial
 from gsenv.solver.records.model import Array
 
 BOTH = pytest.mark.parametrize("dim", [2, 3])
@@ -143,3 +144,30 @@ def test_gears_that_slipped(dim: int, ratio: float) -> None:
     assert d.unconverged[0] == (1 if ratio > 0.0 else 0)
     world.set_pose("rack", position=place(dim, 3.02))
     assert world.diagnostics().joint_error[0] == pytest.approx(0.021, abs=1e-12)
+
+
+def test_coordinates_beyond_their_limits_are_errors() -> None:
+    """A slide and a turn are set beyond rigid limits, in both dimensions; soft limits may be passed."""
+    for dim in (2, 3):
+        scene = Scene(dim=dim)
+        scene.add_body("base", "static")
+        axis: dict[str, Any] = {"axis": (1, 0, 0)[:dim]}
+        kinds = (planar.Prismatic, planar.Revolute) if dim == 2 else (spatial.Slider, spatial.Hinge)
+        for name, kind in zip(("slide", "turn"), kinds, strict=True):
+            inertia = 0.1 if dim == 2 else (0.1, 0.1, 0.1)
+            scene.add_body(name, mass=1.0, inertia=inertia, gravity_scale=0.0)
+            arguments = {} if kind is planar.Revolute else axis
+            scene.add_joint(f"on_{name}", kind("base", name, limits=(-0.2, 0.3), **arguments))
+        world = World(scene, options=Options(sleep=False))
+        world.set_joint("on_slide", coordinate=0.31)
+        world.set_joint("on_turn", coordinate=-0.25)
+        readings = world.diagnostics()
+        assert readings.joint_error[0] == pytest.approx(0.01, rel=1e-9)
+        assert readings.angular_joint_error[0] == pytest.approx(0.05, rel=1e-9)
+        world.step(60)
+        readings = world.diagnostics()
+        assert readings.joint_error[0] < 1e-6
+        assert readings.angular_joint_error[0] < 1e-6
+        world.parameters.set("on_slide", limit_frequency=3.0)
+        world.set_joint("on_slide", coordinate=0.31)
+        assert world.diagnostics().joint_error[0] < 1e-6
