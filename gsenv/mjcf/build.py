@@ -144,6 +144,9 @@ class _Builder:
             self.names.bodies.append((names[root], pose))
         for k, geom in enumerate(model.geoms):
             root = self.roots[geom.body] or geom.body
+            if geom.kind in ("plane", "hfield") and not fixed[k]:
+                moving = model.bodies[geom.body].name
+                raise MjcfError(f"{geom.place}: a {geom.kind} belongs on a fixed or mocap body; {moving!r} moves.")
             material = {"friction": frictions[k], "category": bits[k][0], "mask": bits[k][1]}
             if geom.condim >= 4:
                 material["torsional_friction"] = float(geom.friction[1])

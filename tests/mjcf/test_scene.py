@@ -174,7 +174,7 @@ def test_equalities_and_sensors() -> None:
 
 def test_nothing_is_built_of_a_plane_on_a_moving_body() -> None:
     plane = '<body><freejoint/><geom size="1"/><geom type="plane" size="1 1 1"/></body>'
-    with pytest.raises(MjcfError, match="a Plane belongs on a static or kinematic body"):
+    with pytest.raises(MjcfError, match="string, line 1: a plane belongs on a fixed or mocap body"):
         load_mjcf(f"<mujoco><worldbody>{plane}</worldbody></mujoco>")
 
 
