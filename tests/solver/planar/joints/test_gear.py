@@ -194,7 +194,7 @@ def test_refusals(given: dict[str, Any], message: str) -> None:
     assert "gear" not in scene.joints
 
 
-def hand(second: str = "slides", **options: Any) -> World:
+def hand(second: str = "slides", worlds: int = 1, threads: int = 1, **options: Any) -> World:
     """A free hand that a motor of 3 N opens: the left finger slides, and the right one slides or turns with it."""
     scene = Scene(gravity=(0, 0))
     for name, x, mass in (("hand", 0.0, 1.0), ("left", -0.1, 0.3), ("right", 0.1, 0.1)):
@@ -205,7 +205,7 @@ def hand(second: str = "slides", **options: Any) -> World:
     else:
         scene.add_joint("r", Revolute("hand", "right", anchor=(0.1, 0)))
     scene.add_joint("gear", Gear("l", "r", ratio=-1.0 if second == "slides" else -0.1))
-    return World(scene, options=Options(timestep=1 / 240, sleep=False, **options))
+    return World(scene, worlds, threads=threads, options=Options(timestep=1 / 240, sleep=False, **options))
 
 
 WAYS: dict[str, dict[str, Any]] = {
@@ -254,6 +254,18 @@ def test_a_hand_continues_bit_for_bit() -> None:
     world.restore(snapshot)
     world.step(10)
     assert world.state.bodies.tobytes() == after
+
+
+def test_hands_of_a_batch_equal_single_ones() -> None:
+    efforts = [1.0, 3.0, 5.0]
+    batch = hand(worlds=3, threads=2)
+    batch.parameters.set("l", motor_effort=efforts)
+    batch.step(20)
+    for w, effort in enumerate(efforts):
+        world = hand()
+        world.parameters.set("l", motor_effort=effort)
+        world.step(20)
+        assert world.state.bodies[0].tobytes() == batch.state.bodies[w].tobytes()
 
 
 @pytest.mark.parametrize("way", ["joint coordinates", "rows"])
