@@ -77,20 +77,25 @@ def whiten_rows(world: Any, island: Any, articulation: Any) -> None:
                 _set_diagonal(rows, r + i, spans, articulation.values, least)
         way += counts[2]
         value += width * counts[2]
-        if articulation.others is not None:
-            if has_half(rows, r, island.other_rows):
-                more = _add_half(world, articulation, r, way, value)
-                _set_size(row, _square(spans[r], articulation, articulation.others))
-                way += more
-                value += more
+        more = _add_half(world, island, articulation, articulation.others, (r, way, value))
+        way += more
+        value += more
         r += width
     _couple_rolling(world, island, articulation)
 
 
 @njit
-def _add_half(world: Any, articulation: Any, r: Any, way: Any, value: Any) -> Any:
-    """List the degrees of freedom of the second half of row r after those of the first; returns their number."""
+def _add_half(world: Any, island: Any, articulation: Any, others: Any, at: Any) -> Any:
+    """List the degrees of freedom of the second half of a row, if it has one, after its own; returns their number.
+
+    ``at``: (row, place of the next degree of freedom, of the next value).
+    """
+    if others is None:
+        return 0
+    r, way, value = at
     rows = world.scratch.rows
+    if not has_half(rows, r, island.other_rows):
+        return 0
     body_parameters = world.parameters.bodies
     row = rows[r + 1]
     places = articulation.places
@@ -106,6 +111,7 @@ def _add_half(world: Any, articulation: Any, r: Any, way: Any, value: Any) -> An
     _whiten_one(rows, r + 1, (a, b), counts, articulation)
     articulation.spans[r].count += counts[2]
     articulation.spans[r].free += _free_velocity(row, world.scratch.substep_bodies)
+    _set_size(rows[r], _square(articulation.spans[r], articulation, others))
     return counts[2]
 
 
