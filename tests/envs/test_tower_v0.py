@@ -77,9 +77,8 @@ def test_max_cycles() -> None:
     zoo.max_cycles_test(tower_v0)
 
 
-def test_render(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_render() -> None:
     pytest.importorskip("pygame")  # the test insists on the mode "human"
-    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
     zoo.render_test(tower_v0.env)
 
 

@@ -72,10 +72,10 @@ class Diagnostics:
         residual: natural-map residual of the last substep's solve, dimensionless.
         penetration: m, deepest overlap of two shapes that may touch, measured from the present poses.
         joint_error: m, largest error of a rigid joint: distance of the anchors from each other or from the axis, or
-            difference of a rod or rope from its length; from the present poses. Also the error of a gear whose first
-            coordinate is a length.
-        angular_joint_error: rad, largest angle by which a rotation is off that a joint locks, or error of a gear whose
-            first coordinate is an angle; from the present poses.
+            difference of a rod or rope from its length, or by how much a slide is beyond a rigid limit; from the
+            present poses. Also the error of a gear whose first coordinate is a length.
+        angular_joint_error: rad, largest angle by which a rotation is off that a joint locks, or beyond a rigid limit,
+            or error of a gear whose first coordinate is an angle; from the present poses.
         relative_joint_error: the largest error over the length of its joint, which is that of a rod or rope, and of
             other joints the diameter of the smaller body; or half the largest angular error.
         kinetic_energy, potential_energy, spring_energy: J; energy is their sum. Targets count as motors.

@@ -5,7 +5,6 @@ Each gives what it gives over gymnasium's own vector environment of single ones,
 
 from __future__ import annotations
 
-import os
 import re
 from collections.abc import Callable
 from typing import Any
@@ -17,8 +16,6 @@ from gymnasium.vector import AutoresetMode, VectorEnv, VectorWrapper
 from gymnasium.wrappers import vector as vector_wrappers
 
 from tests.envs.registered import EACH_TASK, MODES, digest, make_sync, make_vector, random_actions
-
-os.environ.setdefault("SDL_VIDEODRIVER", "dummy")  # windows of HumanRendering
 
 Wrap = Callable[[Any], Any]
 LIMIT = 3
