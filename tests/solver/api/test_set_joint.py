@@ -119,10 +119,22 @@ def test_each_coordinate_of_a_joint_is_set_alone(name: str, flipped: bool) -> No
         assert_allclose(world.position[0, :2], held[0][:2], atol=0.0)
         assert_allclose(world.linear_velocity[0, :2], held[1][:2], atol=0.0)
     assert world.diagnostics().joint_error[0] < 1e-12
-    if not flat:
-        other = "j" if name == "ball" else "j/turn" if name == "universal" else "root"
-        with pytest.raises(ValueError, match="coordinate" if other != "j/turn" else "unknown"):
-            world.set_joint(other, coordinate=0.1)
+
+
+def test_a_joint_with_several_coordinates_names_them() -> None:
+    scene = Scene(dim=3)
+    for name in ("a", "b"):
+        scene.add_body(name, mass=1.0, inertia=(0.1, 0.1, 0.1))
+    scene.add_body("c", mass=1.0, inertia=(0.1, 0.1, 0.1))
+    scene.add_joint(
+        "cross", spatial.Universal("a", "b", axis_a=(1, 0, 0), axis_b=(0, 1, 0), turn_a=Axis(), turn_b=Axis())
+    )
+    scene.add_joint("ball", spatial.Ball("b", "c"))
+    world = World(scene)
+    with pytest.raises(ValueError, match="joint 'cross' has the coordinates 'cross/turn_a', 'cross/turn_b'; name one"):
+        world.set_joint("cross", coordinate=0.1)
+    with pytest.raises(ValueError, match=r"joint 'ball' is a ball, which has no coordinate that can be set\."):
+        world.set_joint("ball", coordinate=0.1)
 
 
 @pytest.mark.parametrize("build", [chain, chain3d])
