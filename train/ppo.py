@@ -125,6 +125,13 @@ SETTINGS = {
         lessons=_frailer(2, 2),
         tests=({},),
     ),
+    "GStack3D-hardcore-v0": replace(
+        STACK,
+        steps=8_000_000,
+        arguments={"blocks": 5, "crack_speed": 0.25},
+        lessons=(*_frailer(2, 2), {"blocks": 3, "crack_speed": 0.4}, {"blocks": 4, "crack_speed": 0.3}),
+        tests=({},),
+    ),
     "tower_v0": replace(
         STACK,
         steps=16_000_000,

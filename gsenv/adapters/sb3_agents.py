@@ -104,7 +104,7 @@ class AgentVecEnv(VecEnv):
         """Set an attribute, which all worlds share; raises ValueError where `indices` are only some."""
         if set(self._get_indices(indices)) != set(range(self.num_envs)):
             raise ValueError(f"set_attr: {attr_name!r} is shared by all worlds; it cannot be set in {indices!r} only.")
-        self.batch.set_attr(attr_name, value)
+        self.batch.set_attr(attr_name, [value] * self.batch.num_envs)  # a value may itself be a pair
 
     def env_method(
         self, method_name: str, *method_args: Any, indices: Indices = None, **method_kwargs: Any

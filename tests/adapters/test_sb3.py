@@ -275,3 +275,9 @@ def test_ppo_learns_the_same_from_it_as_from_dummy_vec_env() -> None:
         assert len(model.ep_info_buffer or ()) > 2
         weights.append(model.policy.action_net.weight.detach().numpy())  # type: ignore[operator]
     np.testing.assert_array_equal(weights[0], weights[1])
+
+
+def test_set_attr_takes_a_pair_as_one_value() -> None:
+    envs = make(count=2)  # as many worlds as the pair has numbers
+    envs.set_attr("half_width", (0.2, 0.25))
+    assert envs.batch.half_width == (0.2, 0.25)
