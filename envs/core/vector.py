@@ -335,7 +335,7 @@ class TaskVectorEnv(VectorEnv[Any, NDArray[np.float32], Array]):
         """
         getattr(self, name)
         if isinstance(values, (list, tuple)):
-            if len(values) != self.num_envs or any(value != values[0] for value in values):
+            if len(values) != self.num_envs or any(v is not values[0] and v != values[0] for v in values):
                 raise ValueError(f"set_attr: {name!r} is shared; give one value, or {self.num_envs} equal ones.")
             values = values[0]
         setattr(self, name, values)

@@ -277,7 +277,8 @@ def test_ppo_learns_the_same_from_it_as_from_dummy_vec_env() -> None:
     np.testing.assert_array_equal(weights[0], weights[1])
 
 
-def test_set_attr_takes_a_pair_as_one_value() -> None:
+@pytest.mark.parametrize("pair", [(0.2, 0.25), np.array([0.2, 0.25])])
+def test_set_attr_takes_a_pair_as_one_value(pair: Any) -> None:
     envs = make(count=2)  # as many worlds as the pair has numbers
-    envs.set_attr("half_width", (0.2, 0.25))
+    envs.set_attr("half_width", pair)
     assert envs.batch.half_width == (0.2, 0.25)
