@@ -41,7 +41,7 @@ def test_settings_are_those_of_the_batch() -> None:
     envs.set_attr("blocks", 2)
     assert envs.get_attr("blocks") == [2, 2, 2, 2]
     envs.set_attr("half_width", (0.2, 0.25))  # one value, not one for each of the two worlds
-    assert envs.batch.half_width == (0.2, 0.25)
+    assert envs.batch.task.settings["half_width"] == (0.2, 0.25)
     with pytest.raises(ValueError, match="shared"):
         envs.set_attr("blocks", 2, indices=[0])
     with pytest.raises(LookupError, match="one agent"):
