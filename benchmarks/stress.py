@@ -100,8 +100,18 @@ def measure(run: Run) -> dict[str, Any]:
         "dim": run.dim,
         "steps": STEPS[run.dim],
         "summaries": packed(summary(category, group) for category, group in groups.items() if group),
-        "broken": [line for line in map(problems, outcomes) if line],
+        "broken": [
+            f"{line}: `{repeat(run.dim, outcome.seed, options.category)}`"
+            for outcome in outcomes
+            if (line := problems(outcome))
+        ],
     }
+
+
+def repeat(dim: int, seed: int, category: str | None) -> str:
+    """Return the command that runs one scene again; without a category it follows from the seed."""
+    chosen = f" --category {category}" if category else ""
+    return f"python -m benchmarks stress --dim {dim} --scenes 1 --first {seed}{chosen}"
 
 
 def report(results: Mapping[str, Any]) -> Report:
