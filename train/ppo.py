@@ -102,7 +102,25 @@ RAGDOLL3D = replace(
     arguments={"push": 0.8},
     lessons=({"push": 0.1}, {"push": 0.3}, {"push": 0.45}, {"push": 0.6}, {"push": 0.7}),
 )
-GET_UP = replace(RAGDOLL, steps=3_000_000, log_std=-0.7, arguments={}, lessons=(), tests=({},))
+ASSISTED = tuple({"assist": share} for share in (0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1))
+GET_UP = replace(
+    RAGDOLL,
+    steps=5_000_000,
+    world_count=256,
+    rollout=32,
+    discount=0.995,
+    arguments={"assist": 0.0},
+    lessons=ASSISTED,
+    tests=({},),
+)
+GET_UP3D = replace(
+    RAGDOLL3D,
+    steps=12_000_000,
+    discount=0.995,
+    arguments={"assist": 0.0},
+    lessons=ASSISTED,
+    tests=({},),
+)
 SETTINGS = {
     "GStack-v0": replace(
         STACK,
@@ -180,6 +198,7 @@ SETTINGS = {
     "GRagdoll2D-hardcore-v0": RAGDOLL,  # pushes of up to 1.2 m/s in its place: 77 instead of 97 to 100 %
     "GRagdoll2D-get-up-v0": GET_UP,
     "GRagdoll-v0": RAGDOLL3D,
+    "GRagdoll-get-up-v0": GET_UP3D,
     "GRagdoll-hardcore-v0": replace(RAGDOLL3D, arguments={"push": 1.2}),
 }
 

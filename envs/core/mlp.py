@@ -82,8 +82,8 @@ class MlpPolicy:
         x = x @ weight.T + bias
         return np.tanh(x) if self.squash else np.clip(x, np.float32(-1.0), np.float32(1.0))
 
-    def save(self, file: Path | BinaryIO) -> None:
-        """Write an .npz file.
+    def save(self, file: str | Path | BinaryIO) -> None:
+        """Write an .npz file, given by its path or open.
 
         Raises:
             OSError: it cannot be written; an old file is as it was.
@@ -94,21 +94,21 @@ class MlpPolicy:
         head = {"activation": self.activation, "squash": self.squash, "notes": self.notes}
         buffer = io.BytesIO()  # numpy would add a suffix to a path
         np.savez_compressed(buffer, head=np.array(json.dumps(head)), **arrays)
-        if isinstance(file, Path):
-            write_bytes(file, buffer.getvalue())
+        if isinstance(file, (str, Path)):
+            write_bytes(Path(file), buffer.getvalue())
         else:
             file.write(buffer.getvalue())
 
     @classmethod
-    def load(cls, file: Path | BinaryIO) -> MlpPolicy:
-        """Read an .npz file; nothing in it is run.
+    def load(cls, file: str | Path | BinaryIO) -> MlpPolicy:
+        """Read an .npz file, given by its path or open; nothing in it is run.
 
         Raises:
             OSError: it cannot be read.
             ValueError: it is no such policy: layers or shapes that do not fit, or numbers that are not finite.
         """
         try:
-            arrays = read_arrays(file)
+            arrays = read_arrays(Path(file) if isinstance(file, str) else file)
             head = json.loads(str(arrays.pop("head")))
             count = sum(name.startswith("weight_") for name in arrays)
             layers = tuple((arrays.pop(f"weight_{k}"), arrays.pop(f"bias_{k}")) for k in range(count))

@@ -18,6 +18,7 @@ from gsenv.envs.ragdoll import figure, rules
 from gsenv.envs.ragdoll.build import build_scene, paint
 from gsenv.envs.ragdoll2d.task import (
     ARGUMENTS,
+    GET_UP_SETTINGS,
     LAST_TERMS,
     POSTURE_TERM,
     BalanceTask,
@@ -121,8 +122,9 @@ class RagdollTask(BalanceTask):
 
     def initialize_episode(self, worlds: Array, draws: Array, options: Mapping[str, Any]) -> None:
         rules.initialize_worlds(
-            self.kernel_world, self.figure, worlds, options["push"], self.getting_up, draws, self.world.timestep
-        )
+            self.kernel_world, self.figure, worlds, options["push"], self.getting_up, options.get("assist", 0.0),
+            draws, self.world.timestep,
+        )  # fmt: skip
 
     def apply_action(self, actions: Array) -> int:
         return rules.apply_actions(self.kernel_world, self.figure, actions)
@@ -150,7 +152,7 @@ class RagdollGetUpTask(RagdollTask):
     """The figure lies on the ground and gets up."""
 
     max_episode_steps = time_limit("GRagdoll-get-up-v0")
-    arguments = push_setting(0.0)
+    arguments = GET_UP_SETTINGS
     getting_up = True
 
 
@@ -177,8 +179,8 @@ _SPECIFICATION = (
     {action_table}
 
     An action a sets the target of each drive to the angle of the stand plus 0.6 of half the joint's
-    range times a; 0 asks for the stand. To get up, an action is relative to the angles that the joints
-    have when it is taken, so 0 asks them to stay. The drive is a spring and damper of 300 N m/rad and 30 N m s/rad
+    range times a; 0 asks for the stand. To get up, -1 and 1 ask for the joint's limits, and 0 for the
+    stand too. The drive is a spring and damper of 300 N m/rad and 30 N m s/rad
     with at most 150 N m at waist, hips and knees; 150 N m/rad, 15 N m s/rad and 80 N m at the ankles;
     60 N m/rad, 6 N m s/rad and 50 N m in the arms. Positive angles bend a hip or an elbow, lift the toes,
     lean the chest back or to the right, turn it to the left, lift an arm forwards, spread a leg or an arm,

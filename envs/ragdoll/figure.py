@@ -61,7 +61,8 @@ def tables(model: Model, names: Names) -> Bundle:
     """Return the tables of the figure in its scene for kernels.
 
     `axes` and `links` are records, `parts` is one; `joints` are the numbers of the driven joints of the scene, `stand`,
-    `span` (rad) and `bounds` (N m) the angles and torques of their drives, and `legs` says which bodies are of a leg.
+    `span` (rad) and `bounds` (N m) the angles and torques of their drives, `below` and `above` (rad) the ways from the
+    stand to the limits, and `legs` says which bodies are of a leg.
     """
     places = [names.joints[k] for k, joint in enumerate(figure().joints) if joint.kind == "hinge"]
     numbers = np.array([model.joint_names.index(place.joint) for place in places])
@@ -95,6 +96,8 @@ def tables(model: Model, names: Names) -> Bundle:
         joints=numbers,
         stand=np.array([axis.stand for axis in AXES]),
         span=np.array([axis.span for axis in AXES]),
+        below=np.array([axis.stand - axis.limits[0] for axis in AXES]),
+        above=np.array([axis.limits[1] - axis.stand for axis in AXES]),
         bounds=np.array([axis.effort for axis in AXES]),
         legs=np.array([name in LEGS for name in model.body_names]),
     ).seal()

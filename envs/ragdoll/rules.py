@@ -187,10 +187,11 @@ def _lie(world, figure, draws, own):  # type: ignore[no-untyped-def]
 
 
 @njit
-def initialize_world(world, figure, most, getting_up, draws):  # type: ignore[no-untyped-def]
+def initialize_world(world, figure, most, getting_up, assist, draws):  # type: ignore[no-untyped-def]
     """Begin an episode: the figure stands, or lies where it is to get up."""
     task = world.task.state
     _apply_physics(world, figure)
+    task.assist = assist
     own = draws[ACTIONS:]
     shared.plan_pushes(task, most, own[4:])
     for k in range(PUSHES):
@@ -215,10 +216,12 @@ def apply_actions(world, figure, actions):  # type: ignore[no-untyped-def]
     for w in range(len(actions)):
         select_world(world, w)
         task = world.task.state
-        shared.act(task, world.state.control, actions[w], figure.stand, figure.span, world.task.physics[_DELAY])
-        if task.getting_up != 0:  # from the present angles instead
-            for a in range(ACTIONS):
-                world.state.control[a] += task.angles[a]
+        delay = world.task.physics[_DELAY]
+        if task.getting_up != 0:
+            shared.act(task, world.state.control, actions[w], figure.stand, figure.below, figure.above, delay)
+            world.state.bodies[figure.parts.torso].force[2] += shared.assist_force(task, _GRAVITY)
+        else:
+            shared.act(task, world.state.control, actions[w], figure.stand, figure.span, figure.span, delay)
         shared.begin_push(task)
         if task.pushed == 0:
             task.heading = task.headings[(task.push_count - 1) % PUSHES]
@@ -407,11 +410,11 @@ def observe_world(world, figure, timestep):  # type: ignore[no-untyped-def]
 
 
 @njit
-def initialize_worlds(world, figure, worlds, most, getting_up, draws, timestep):  # type: ignore[no-untyped-def]
+def initialize_worlds(world, figure, worlds, most, getting_up, assist, draws, timestep):  # type: ignore[no-untyped-def]
     """Begin episodes in chosen worlds; `draws` is (chosen world, number), uniform in [0, 1)."""
     for i in range(len(worlds)):
         select_world(world, worlds[i])
-        initialize_world(world, figure, most, getting_up, draws[i])
+        initialize_world(world, figure, most, getting_up, assist, draws[i])
         _read_joints(world, figure)
         observe_world(world, figure, timestep)
 

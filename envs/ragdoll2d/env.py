@@ -18,6 +18,7 @@ from gsenv.envs.ragdoll2d import rules, scene
 from gsenv.envs.ragdoll2d.build import build_scene
 from gsenv.envs.ragdoll2d.task import (
     ARGUMENTS,
+    GET_UP_SETTINGS,
     LAST_TERMS,
     POSTURE_TERM,
     BalanceTask,
@@ -106,7 +107,10 @@ class RagdollTask(BalanceTask):
         return build_scene()
 
     def initialize_episode(self, worlds: Array, draws: Array, options: Mapping[str, Any]) -> None:
-        rules.initialize_worlds(self.kernel_world, worlds, options["push"], self.getting_up, draws, self.world.timestep)
+        assist = options.get("assist", 0.0)
+        rules.initialize_worlds(
+            self.kernel_world, worlds, options["push"], self.getting_up, assist, draws, self.world.timestep
+        )
 
     def apply_action(self, actions: Array) -> int:
         return rules.apply_actions(self.kernel_world, actions)
@@ -131,7 +135,12 @@ class RagdollGetUpTask(RagdollTask):
     """The figure lies on the ground and gets up."""
 
     max_episode_steps = time_limit("GRagdoll2D-get-up-v0")
-    arguments = push_setting(0.0)
+    arguments = GET_UP_SETTINGS
+    observations = (
+        *RagdollTask.observations,
+        Entry("pelvis, cosine of its tilt", "pelvis_cosine", -1, 1),
+        Entry("chest, cosine of its tilt", "chest_cosine", -1, 1),
+    )
     getting_up = True
 
 
@@ -158,8 +167,8 @@ _SPECIFICATION = (
     {action_table}
 
     An action a sets the target of each drive to the angle of the stand plus 0.6 of half the joint's
-    range times a; 0 asks for the stand. To get up, an action is relative to the angles that the joints
-    have when it is taken, so 0 asks them to stay. The drive is a spring and damper of 300 N m/rad and 30 N m s/rad
+    range times a; 0 asks for the stand. To get up, -1 and 1 ask for the joint's limits, and 0 for the
+    stand too. The drive is a spring and damper of 300 N m/rad and 30 N m s/rad
     with at most 150 N m; at the ankles they are 150 N m/rad, 15 N m s/rad and 80 N m. Angles are those of
     the upper body part relative to the lower one at the waist, else of the lower one relative to the
     upper one, counterclockwise: positive bends a hip, lifts the toes, and leans the chest back.

@@ -54,6 +54,8 @@ _ANCHOR_X = tuple(axis.anchor[0] for axis in scene.JOINTS)
 _ANCHOR_Y = tuple(axis.anchor[1] for axis in scene.JOINTS)
 _STAND = tuple(axis.stand for axis in scene.JOINTS)
 _SPAN = tuple(0.5 * scene.REACH * (axis.limits[1] - axis.limits[0]) for axis in scene.AXES)
+_BELOW = tuple(axis.stand - axis.limits[0] for axis in scene.AXES)  # rad, from the stand to either limit
+_ABOVE = tuple(axis.limits[1] - axis.stand for axis in scene.AXES)
 _FALLEN = tuple(FALLEN_REACH * span for span in _SPAN) + (FALLEN_SHOULDER,) * (JOINTS - ACTIONS)
 _EFFORT = tuple(axis.effort for axis in scene.AXES)
 _TILT = -sum(axis.stand for axis in scene.AXES[1:4])  # of the pelvis where the soles are level
@@ -170,9 +172,10 @@ def _lie(world, draws):  # type: ignore[no-untyped-def]
 
 
 @njit
-def initialize_world(world, most, getting_up, draws):  # type: ignore[no-untyped-def]
+def initialize_world(world, most, getting_up, assist, draws):  # type: ignore[no-untyped-def]
     """Begin an episode: the figure stands with bent knees, nearly at rest, with one foot on the ground, or lies."""
     _apply_physics(world)
+    world.task.state.assist = assist
     shared.plan_pushes(world.task.state, most, draws[JOINTS + 2 :])
     if getting_up:
         _lie(world, draws)
@@ -193,10 +196,12 @@ def apply_actions(world, actions):  # type: ignore[no-untyped-def]
     for w in range(len(actions)):
         select_world(world, w)
         task = world.task.state
-        shared.act(task, world.state.control, actions[w], _STAND, _SPAN, world.task.physics[_DELAY])
-        if task.getting_up != 0:  # from the present angles instead
-            for a in range(ACTIONS):
-                world.state.control[a] += _joint_angle(world.state.bodies, a) - _STAND[a]
+        delay = world.task.physics[_DELAY]
+        if task.getting_up != 0:
+            shared.act(task, world.state.control, actions[w], _STAND, _BELOW, _ABOVE, delay)
+            world.state.bodies[_TORSO].force[1] += shared.assist_force(task, -world.parameters.world.gravity[1])
+        else:
+            shared.act(task, world.state.control, actions[w], _STAND, _SPAN, _SPAN, delay)
         shared.begin_push(task)
         world.state.bodies[_PELVIS].force[0] += shared.push_force(task)
     return -1
@@ -353,7 +358,10 @@ def observe_world(world, timestep):  # type: ignore[no-untyped-def]
         out[11 + 3 * k] = foot.position[1] / 0.2
         out[12 + 3 * k] = foot.rotation[1]
     out[16] = task.apart / MOST_APART
-    _observe_joints(task, bodies, out[17:])
+    end = 17 + _observe_joints(task, bodies, out[17:])
+    if len(out) > end:  # where the figure may lie, the sines do not tell its tilt
+        out[end] = bodies[_PELVIS].rotation[0]
+        out[end + 1] = bodies[_TORSO].rotation[0]
     clip(out, world.task.low, world.task.high)
 
 
@@ -361,11 +369,11 @@ def observe_world(world, timestep):  # type: ignore[no-untyped-def]
 
 
 @njit
-def initialize_worlds(world, worlds, most, getting_up, draws, timestep):  # type: ignore[no-untyped-def]
+def initialize_worlds(world, worlds, most, getting_up, assist, draws, timestep):  # type: ignore[no-untyped-def]
     """Begin episodes in chosen worlds; `draws` is (chosen world, number), uniform in [0, 1)."""
     for i in range(len(worlds)):
         select_world(world, worlds[i])
-        initialize_world(world, most, getting_up, draws[i])
+        initialize_world(world, most, getting_up, assist, draws[i])
         observe_world(world, timestep)
 
 

@@ -55,6 +55,7 @@ def task_state_fields(actions: int) -> list[tuple[Any, ...]]:
         ("pushed", "i8"),  # steps since it began
         ("getting_up", "i8"),  # 1: the task is to get up
         ("stood", "i8"),  # steps in a row that the figure has stood since
+        ("assist", "f8"),  # share of the weight that a force at the chest carries
     ]
 
 
@@ -99,8 +100,17 @@ def push_force(task):  # type: ignore[no-untyped-def]
 
 
 @njit
-def act(task, control, action, stand, span, delay):  # type: ignore[no-untyped-def]
-    """Set the targets of the drives to stand + span * action in rad; the action before that where `delay` is 1."""
+def assist_force(task, gravity):  # type: ignore[no-untyped-def]
+    """Return the upward force in N that carries a share of the figure's weight; it acts in the first engine step."""
+    return task.assist * task.mass * gravity * ENGINE_STEPS
+
+
+@njit
+def act(task, control, action, stand, below, above, delay):  # type: ignore[no-untyped-def]
+    """Set the targets of the drives in rad; the action before that where `delay` is 1.
+
+    An action of -1, 0, 1 asks for stand - below, stand, stand + above.
+    """
     late = delay >= 0.5
     task.change = 0.0
     for a in range(len(action)):
@@ -108,7 +118,8 @@ def act(task, control, action, stand, span, delay):  # type: ignore[no-untyped-d
         last = task.action[a]
         task.change += (new - last) * (new - last)
         task.action[a] = new
-        control[a] = stand[a] + span[a] * (last if late else new)
+        asked = last if late else new
+        control[a] = stand[a] + (above[a] if asked > 0.0 else below[a]) * asked
 
 
 # ---------------------------------------------------------------- evaluate

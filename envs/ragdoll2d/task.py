@@ -46,6 +46,17 @@ def push_setting(most: float) -> tuple[Setting, ...]:
     return (Setting("push", most, check_push, "m/s, the largest change of velocity by a push; 0: no pushes"),)
 
 
+def check_assist(assist: Any) -> float:
+    """Return a share from 0 to 0.9 as a float; raises ValueError for anything else."""
+    return number_within(assist, 0.0, 0.9, "assist must be a share of the weight from 0 to 0.9")
+
+
+GET_UP_SETTINGS = (
+    *push_setting(0.0),
+    Setting("assist", 0.0, check_assist, "share of the figure's weight that an upward force at its chest carries"),
+)
+
+
 def stand_term(direction: str) -> RewardTerm:
     """Return the term of standing calmly; `direction` says which speed counts."""
     return RewardTerm(

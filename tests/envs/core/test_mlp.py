@@ -49,6 +49,9 @@ def test_saves_and_loads_and_the_file_is_always_the_same(tmp_path: Path) -> None
     buffer = io.BytesIO()
     policy.save(buffer)
     assert buffer.getvalue() == (tmp_path / "policy.npz").read_bytes()
+    policy.save(str(tmp_path / "other.npz"))
+    assert (tmp_path / "other.npz").read_bytes() == buffer.getvalue()
+    np.testing.assert_array_equal(MlpPolicy.load(str(tmp_path / "other.npz"))(x), policy(x))
 
 
 def test_broken_files_are_refused(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""Getting up, in 2D and in 3D: starts, actions relative to the present angles, success, time limit, idle policies."""
+"""Getting up, in 2D and in 3D: starts, actions up to the limits of the joints, assistance, success, time limit, idle policies."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from gsenv.envs.ragdoll import figure
 from gsenv.envs.ragdoll2d import env as planar
 from gsenv.envs.ragdoll2d import rules, scene
 from gsenv.envs.ragdoll2d import shared_rules as shared
+from gsenv.solver.records.model import BodyKind
 
 
 class Figure(NamedTuple):
@@ -25,6 +26,7 @@ class Figure(NamedTuple):
     joints: tuple[str, ...]  # with drives
     stand: Any  # rad
     span: Any
+    limits: Any  # rad, (joint, 2)
 
 
 FIGURES = [
@@ -34,6 +36,7 @@ FIGURES = [
         tuple(axis.name for axis in scene.AXES),
         np.array([axis.stand for axis in scene.AXES]),
         np.array(rules._SPAN),
+        np.array([axis.limits for axis in scene.AXES]),
     ),
     Figure(
         "GRagdoll-get-up-v0",
@@ -41,6 +44,7 @@ FIGURES = [
         tuple(axis.name for axis in figure.AXES),
         np.array([axis.stand for axis in figure.AXES]),
         np.array([axis.span for axis in figure.AXES]),
+        np.array([axis.limits for axis in figure.AXES]),
     ),
 ]
 each_figure = pytest.mark.parametrize("figure", FIGURES, ids=["2D", "3D"])
@@ -86,18 +90,42 @@ def test_it_lies_on_the_ground_at_rest_in_many_ways(figure: Figure) -> None:
 
 
 @each_figure
-def test_actions_are_relative_to_the_present_angles(figure: Figure) -> None:
-    vector = lying(figure)
+def test_full_actions_ask_for_the_limits_of_the_joints_and_zero_for_the_stand(figure: Figure) -> None:
+    vector = lying(figure, 2)
     vector.task.physics[:, -1] = 0.0  # no delay
-    for step in range(10):
-        angles = figure.stand + deviations(vector, figure)
-        vector.task.apply_action(np.zeros_like(vector.task._actions))
-        np.testing.assert_allclose(vector.task.world.control[:, : len(figure.joints)], angles, atol=1e-5)
-        vector.task.apply_action(np.full_like(vector.task._actions, -0.5))
-        np.testing.assert_allclose(
-            vector.task.world.control[:, : len(figure.joints)], angles - 0.5 * figure.span, atol=1e-5
-        )
-        vector.task.step(np.full_like(vector.task._actions, 0.3 if step % 2 else -0.3))
+    low, high = figure.limits.T
+    for action, asked in ((0.0, figure.stand), (1.0, high), (-1.0, low), (0.5, 0.5 * (figure.stand + high))):
+        vector.task.apply_action(np.full_like(vector.task._actions, action))
+        control = vector.task.world.control[:, : len(figure.joints)]
+        np.testing.assert_allclose(control, np.broadcast_to(asked, control.shape), atol=1e-12)
+
+
+@each_figure
+def test_assistance_carries_its_share_of_the_weight(figure: Figure) -> None:
+    """High above the ground, the centre of mass falls with the rest of gravity, whatever the joints do."""
+    vector: TaskVectorEnv = figure.module.RagdollGetUpVectorEnv(3, assist=0.4)
+    vector.reset(seed=0)
+    task, up = vector.task, vector.task.world.model.dim - 1
+    dynamic = task.world.model.bodies["kind"] == BodyKind.DYNAMIC
+    task.world.state.bodies["position"][:, dynamic, up] += 50.0
+    mass = np.where(dynamic, task.world.parameters.bodies["mass"], 0.0)
+    for action in (0.0, 1.0, -1.0):
+        before = (mass * task.world.state.bodies["velocity"][..., up]).sum(1) / mass.sum(1)
+        task.step(np.full_like(task._actions, action))
+        after = (mass * task.world.state.bodies["velocity"][..., up]).sum(1) / mass.sum(1)
+        np.testing.assert_allclose(after - before, -0.6 * 9.81 / 30.0, rtol=1e-6)
+    for bad in (-0.1, 0.95, None, True):
+        with pytest.raises(ValueError, match="assist must be a share of the weight from 0 to 0.9"):
+            figure.module.RagdollGetUpVectorEnv(1, assist=bad)
+
+
+def test_sines_and_cosines_of_the_trunk_tell_its_tilt() -> None:
+    vector = lying(FIGURES[0])
+    names = [entry.name for entry in vector.task.observations]
+    for part, body in (("pelvis", scene.PELVIS), ("chest", scene.TORSO)):
+        seen = [vector.task.observation[:, names.index(f"{part}_{f}")] for f in ("sine", "cosine")]
+        angle = vector.task.world.state.bodies["angle"][:, body]
+        np.testing.assert_allclose(np.exp(1j * np.arctan2(*seen)), np.exp(1j * angle), atol=1e-6)
 
 
 @each_figure
@@ -122,7 +150,7 @@ def test_standing_for_one_second_is_success(figure: Figure) -> None:
     task = vector.task
     task.task_state["getting_up"] = 1
     for step in range(1, 33):
-        task.step(-deviations(vector, figure) / figure.span)
+        task.step(np.zeros_like(task._actions))
         assert (task.infos["success"] == (step >= shared.STOOD_STEPS)).all()
     for _ in range(60):
         task.step(np.ones_like(task._actions))
