@@ -1,7 +1,8 @@
-"""PPO whose learning rate follows the change of the policy.
+"""PPO whose learning rate follows the change of the policy, and whose exploration may end with the run.
 
 J. Schulman et al., "Proximal policy optimization algorithms" (2017), section 4, adapt the weight of a penalty in this
-way; here it is the learning rate.
+way; here it is the learning rate. Policies are judged by their mean action: where success may depend on noise, as that
+of a threshold just out of the mean's reach, the noise must fade while there is time to learn.
 """
 
 from __future__ import annotations
@@ -19,11 +20,16 @@ class AdaptivePPO(PPO):
 
     Args:
         wanted_kl: of the policy before and after an update, mean over the rollout; 0 keeps the schedule of the rate.
+        final_log_std: logarithm of a standard deviation. In the second half of the run the largest one of the actions
+            falls to it, linearly in the logarithm, from the initial one; None leaves them free.
     """
 
-    def __init__(self, *args: Any, wanted_kl: float = 0.0, **kwargs: Any) -> None:
+    def __init__(
+        self, *args: Any, wanted_kl: float = 0.0, final_log_std: float | None = None, **kwargs: Any
+    ) -> None:
         super().__init__(*args, **kwargs)
         self.wanted_kl = wanted_kl
+        self.final_log_std = final_log_std
         self._rate = float(self.lr_schedule(1.0))
 
     def train(self) -> None:
@@ -34,6 +40,14 @@ class AdaptivePPO(PPO):
                 self._rate = max(self._rate / FACTOR, LEAST)
             elif kl < 0.5 * self.wanted_kl:
                 self._rate = min(self._rate * FACTOR, MOST)
+
+        if self.final_log_std is not None:
+            self.policy.log_std.data.clamp_(max=self._most_log_std(self.final_log_std))
+
+    def _most_log_std(self, final: float) -> float:
+        late = 2.0 * self.num_timesteps / self._total_timesteps - 1.0
+        first = float(self.policy.log_std_init)
+        return first + min(late, 1.0) * (final - first) if late > 0.0 else float("inf")
 
     def _update_learning_rate(self, optimizers: Any) -> None:
         if self.wanted_kl == 0.0:

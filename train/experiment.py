@@ -54,15 +54,6 @@ class Settings:
     tests: tuple[dict[str, Any], ...] = ({},)  # environment arguments of each test
     lessons: tuple[dict[str, Any], ...] = ()  # of the curriculum: what differs from `arguments`, easiest first
     pass_mark: float = 0.7  # share of successes with which the next lesson begins
-    log_std: float = -0.5  # logarithm of the actions' initial standard deviation
-    final_log_std: float | None = None  # to which the largest one falls in the second half of the run; None: free
-
-    def most_log_std(self, steps: int) -> float:
-        """Return the largest logarithm of a standard deviation of the actions after a number of steps."""
-        late = 2.0 * steps / self.steps - 1.0
-        if self.final_log_std is None or late <= 0.0:
-            return float("inf")
-        return self.log_std + min(late, 1.0) * (self.final_log_std - self.log_std)
 
     def curriculum(self, lesson: int) -> Curriculum:
         return Curriculum(self.lessons, self.arguments, self.pass_mark, 2 * self.world_count, lesson)
@@ -329,9 +320,6 @@ def _watcher(run: Run, progress: Any) -> BaseCallback:
         def _on_rollout_start(self) -> None:
             if self.curriculum.advance(_mean(list(self.model.ep_success_buffer or ()))):
                 self.begin_lesson()
-            if settings.final_log_std is not None:
-                log_std: Any = self.model.policy.log_std
-                log_std.data.clamp_(max=settings.most_log_std(self.num_timesteps))
 
         def _on_rollout_end(self) -> None:
             if self.num_timesteps - self.logged < settings.log_every:

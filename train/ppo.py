@@ -32,6 +32,8 @@ class Settings(experiment.Settings):
     clip: float = 0.2
     entropy_weight: float = 0.0
     layers: tuple[int, ...] = (128, 128)
+    log_std: float = -0.5  # logarithm of the actions' initial standard deviation
+    final_log_std: float | None = None  # to which the largest one falls in the second half of the run; None: free
     wanted_kl: float = 0.0  # of an update, to which the learning rate adapts; 0: it decreases linearly
     mirrored: bool = False  # learns from the mirror image of each rollout too; GRagdoll alone
 
@@ -211,7 +213,9 @@ def settings_for(env_id: str) -> Settings:
 
 def make_model(settings: Settings, envs: VecNormalize) -> PPO:
     """Return an untrained agent; equal settings give equal agents."""
-    others: dict[str, Any] = {"wanted_kl": settings.wanted_kl} if settings.wanted_kl else {}
+    others: dict[str, Any] = {}
+    if _adapts(settings):
+        others = {"wanted_kl": settings.wanted_kl, "final_log_std": settings.final_log_std}
     return _algorithm(settings)(
         "MlpPolicy",
         envs,
@@ -235,12 +239,16 @@ def make_model(settings: Settings, envs: VecNormalize) -> PPO:
     )
 
 
+def _adapts(settings: Settings) -> bool:
+    return settings.mirrored or settings.wanted_kl > 0.0 or settings.final_log_std is not None
+
+
 def _algorithm(settings: Settings) -> type[PPO]:
     if settings.mirrored:
         from gsenv.train.mirror import MirroredPPO
 
         return MirroredPPO
-    if settings.wanted_kl:
+    if _adapts(settings):
         from gsenv.train.adaptive import AdaptivePPO
 
         return AdaptivePPO

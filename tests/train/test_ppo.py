@@ -7,12 +7,16 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from gsenv.train import experiment, ppo, sac
+from gsenv.train.adaptive import AdaptivePPO
 from tests.processes import hear_interrupts
+from tests.train.small import PPO
 
 ROOT = Path(__file__).parent.parent.parent
 pytest.importorskip("stable_baselines3")
@@ -77,3 +81,30 @@ def test_missing_libraries_are_named(
     monkeypatch.setitem(sys.modules, "stable_baselines3", None)
     assert script.main(["--steps", "10"]) == 1  # type: ignore[attr-defined]
     assert "pip install 'gsenv[train]'" in capsys.readouterr().err
+
+
+def test_exploration_ends_with_the_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In its first half standard deviations are as learned; then they fall to the final one, and with --resume too."""
+    settings = replace(PPO, steps=512, final_log_std=-3.0)
+    assert settings.log_std == -1.0
+    run = experiment.prepare(ppo.EXPERIMENT, settings, tmp_path)
+    seen: dict[int, float] = {}
+    learn = AdaptivePPO.train
+
+    def train(model: Any) -> None:
+        learn(model)
+        seen[model.num_timesteps] = float(model.policy.log_std.detach().max())
+
+    monkeypatch.setattr(AdaptivePPO, "train", train)
+    experiment.train(run)
+    assert list(seen) == [128, 256, 384, 512]
+    assert abs(seen[128] + 1.0) < 0.1
+    assert abs(seen[256] + 1.0) < 0.1
+    assert seen[384] == pytest.approx(-2.0)
+    assert seen[512] == pytest.approx(-3.0)
+    again: Any = experiment.prepare(ppo.EXPERIMENT, replace(settings, steps=640), tmp_path, resume=True).model
+    again.learn(128, reset_num_timesteps=False)
+    assert float(again.policy.log_std.detach().max()) == pytest.approx(-3.0)
+    free: Any = experiment.prepare(ppo.EXPERIMENT, replace(settings, final_log_std=None), tmp_path / "free").model
+    free.learn(512)
+    assert float(free.policy.log_std.detach().max()) > -1.1
