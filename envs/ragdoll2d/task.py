@@ -53,7 +53,7 @@ def check_assist(assist: Any) -> float:
 
 GET_UP_SETTINGS = (
     *push_setting(0.0),
-    Setting("assist", 0.0, check_assist, "share of the figure's weight that an upward force at its chest carries"),
+    Setting("assist", 0.0, check_assist, "share of the figure's weight that an upward force at its crown carries"),
 )
 
 

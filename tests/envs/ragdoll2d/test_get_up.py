@@ -12,9 +12,11 @@ import pytest
 from gsenv.envs.core.vector import TaskVectorEnv
 from gsenv.envs.ragdoll import env as spatial
 from gsenv.envs.ragdoll import figure
+from gsenv.envs.ragdoll import scene as spatial_scene
 from gsenv.envs.ragdoll2d import env as planar
 from gsenv.envs.ragdoll2d import rules, scene
 from gsenv.envs.ragdoll2d import shared_rules as shared
+from gsenv.solver.dimension import dimension
 from gsenv.solver.records.model import BodyKind
 
 
@@ -117,6 +119,28 @@ def test_assistance_carries_its_share_of_the_weight(figure: Figure) -> None:
     for bad in (-0.1, 0.95, None, True):
         with pytest.raises(ValueError, match="assist must be a share of the weight from 0 to 0.9"):
             figure.module.RagdollGetUpVectorEnv(1, assist=bad)
+
+
+@each_figure
+def test_assistance_acts_at_the_crown(figure: Figure) -> None:
+    vector: TaskVectorEnv = figure.module.RagdollGetUpVectorEnv(3, assist=0.4)
+    vector.reset(seed=0)
+    world = vector.task.world
+    torso = world.model.body_names.index("torso")
+    weight = 9.81 * vector.task.task_state["mass"]
+    vector.task.apply_action(np.zeros_like(vector.task._actions))
+    acts = world.state.bodies["force"][:, torso]
+    up = np.zeros((3, world.model.dim))
+    up[:, -1] = 0.4 * weight * vector.task.engine_steps
+    np.testing.assert_allclose(acts[:, : world.model.dim], up)
+    turn = world.orientation[:, torso]
+    if figure.module is planar:
+        crown = scene.CROWN * np.stack([-np.sin(turn), np.cos(turn)], -1)
+    else:
+        crown = spatial_scene.CROWN * dimension(3).initial_state.turned_by(turn, (0.0, 0.0, 1.0))
+    arm = world.position[:, torso] + crown - world.center_of_mass[:, torso]
+    torque = arm[:, 0] * up[:, 1] if figure.module is planar else np.cross(arm, up)
+    np.testing.assert_allclose(acts[:, world.model.dim :].reshape(torque.shape), torque, atol=1e-9)
 
 
 def test_sines_and_cosines_of_the_trunk_tell_its_tilt() -> None:
