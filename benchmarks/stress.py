@@ -117,10 +117,10 @@ def repeat(dim: int, seed: int, category: str | None) -> str:
 def report(results: Mapping[str, Any]) -> Report:
     rows = []
     for s in unpacked(Summary, results["summaries"]):
-        passive = s.excess is not None
-        gains = [f"{s.excess:.1e}", f"{s.rise:.1e}", f"{s.rise_99:.1e}", str(s.over_limit)]
+        gains = ["driven", "-", "-", "-"]
+        if s.excess is not None:
+            gains = [f"{s.excess:.1e}", f"{s.rise:.1e}", f"{s.rise_99:.1e}", str(s.over_limit)]
         counts = [str(s.scenes), str(s.errors), str(s.not_finite)]
-        gains = gains if passive else ["driven", "-", "-", "-"]
         rows.append([s.category, *counts, *gains, f"{s.speed:.2f}", str(s.escaped), s.worst])
     header = [
         "category", "scenes", "errors", "not finite", "excess", "rise", "rise, 99 %", f"rise > {LIMIT:g}", "speed",
