@@ -103,7 +103,7 @@ RAGDOLL3D = replace(
     arguments={"push": 0.8},
     lessons=({"push": 0.1}, {"push": 0.3}, {"push": 0.45}, {"push": 0.6}, {"push": 0.7}),
 )
-ASSISTED = tuple({"assist": share} for share in (0.85, 0.7, 0.55, 0.4, 0.3, 0.2, 0.1))
+ASSISTED = ({"assist": 0.85}, *({"assist": 0.05 * share} for share in range(14, 0, -1)))
 GET_UP = replace(
     RAGDOLL,
     steps=5_000_000,
