@@ -24,9 +24,7 @@ class AdaptivePPO(PPO):
             falls to it, linearly in the logarithm, from the initial one; None leaves them free.
     """
 
-    def __init__(
-        self, *args: Any, wanted_kl: float = 0.0, final_log_std: float | None = None, **kwargs: Any
-    ) -> None:
+    def __init__(self, *args: Any, wanted_kl: float = 0.0, final_log_std: float | None = None, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
         self.wanted_kl = wanted_kl
         self.final_log_std = final_log_std
