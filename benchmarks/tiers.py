@@ -48,9 +48,11 @@ TIERS: tuple[tuple[str, dict[str, Any]], ...] = (
     ("GRagdoll2D-v0", {"push": 0.3}),
     ("GRagdoll2D-v0", {}),
     ("GRagdoll2D-hardcore-v0", {}),
+    ("GRagdoll2D-get-up-v0", {}),
     ("GRagdoll-v0", {"push": 0.3}),
     ("GRagdoll-v0", {}),
     ("GRagdoll-hardcore-v0", {}),
+    ("GRagdoll-get-up-v0", {}),
 )
 
 
@@ -58,7 +60,7 @@ def at_speeds(script: Callable[..., NDArray[np.float32]], speeds: Iterable[float
     return {f"holds {speed:g} m/s": partial(script, speed=speed) for speed in speeds}
 
 
-NAIVE: dict[str, dict[str, Actor]] = {  # by the first part of the id
+NAIVE: dict[str, dict[str, Actor]] = {  # by id, or the first part of it
     "GStack": {"drops from 0.5 m": stack.drop_blocks},
     "GStack3D": {"drops from 0.5 m": stack3d.drop_blocks},
     "tower_v0": {"drops from 0.5 m": tower.drop_together},
@@ -66,6 +68,8 @@ NAIVE: dict[str, dict[str, Actor]] = {  # by the first part of the id
     "GCar3D": at_speeds(car3d.hold_speed, (5.5, 6.0, 6.25, 6.5, 6.75, 7.0)),
     "GRagdoll2D": {"ankles": ragdoll2d.lean},
     "GRagdoll": {"ankles": ragdoll.lean},
+    "GRagdoll2D-get-up-v0": {"squats, then stands": ragdoll2d.squat_and_stand},
+    "GRagdoll-get-up-v0": {"squats, then stands": ragdoll.squat_and_stand},
 }
 POLICIES = ("zero", "random", "constant", "naive", "scripted", "trained")
 

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from gsenv.envs.ragdoll import figure, scene
 from gsenv.envs.ragdoll.env import RagdollTask
 from gsenv.envs.ragdoll2d import scene as lengths
+from gsenv.envs.ragdoll2d.policy import FOLDED, LOW
 
 _INDEX = {entry.name: k for k, entry in enumerate(RagdollTask.observations)}
 _AXES = {entry.name: k for k, entry in enumerate(RagdollTask.actions)}
@@ -59,6 +60,15 @@ class Habits(NamedTuple):
 
 
 HABITS = Habits()
+
+
+def squat_and_stand(observations: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return actions (..., 21) that pull the legs in while the figure is low, and ask for the stand above that."""
+    low = np.where(np.asarray(observations)[..., _INDEX["height"]] < LOW, 1.0, 0.0)
+    actions = np.zeros((*low.shape, len(_AXES)), np.float32)
+    for name, place in _AXES.items():
+        actions[..., place] = FOLDED.get(name.removeprefix("left_").removeprefix("right_"), 0.0) * low
+    return actions
 
 
 def lean(observations: NDArray[np.float32]) -> NDArray[np.float32]:

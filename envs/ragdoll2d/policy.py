@@ -1,4 +1,4 @@
-"""Scripted policies for GRagdoll2D: one that balances on its ankles, and one that also steps to the capture point.
+"""Scripted policies for GRagdoll2D: balance on the ankles, steps to the capture point too, getting up without skill.
 
 They are functions of the observation alone and have no memory.
 """
@@ -14,6 +14,10 @@ from gsenv.envs.ragdoll2d.env import RagdollTask
 
 _INDEX = {entry.name: k for k, entry in enumerate(RagdollTask.observations)}
 _AXES = {entry.name: k for k, entry in enumerate(RagdollTask.actions)}
+
+
+LOW = -2.5  # of the observation `height`: half the height of the stand
+FOLDED = {"hip": 1.0, "knee": -1.0, "ankle": 1.0}  # signs of the actions that fold a leg
 
 
 class Habits(NamedTuple):
@@ -41,6 +45,14 @@ def lean(observations: NDArray[np.float32]) -> NDArray[np.float32]:
     observations = np.asarray(observations, np.float64)
     press = -0.8 * observations[..., _INDEX["capture_x"]]
     return _actions(observations, {"near_ankle": press, "far_ankle": press})
+
+
+def squat_and_stand(observations: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return actions (..., 7) that pull the legs in while the figure is low, and ask for the stand above that."""
+    observations = np.asarray(observations, np.float64)
+    low = np.where(observations[..., _INDEX["height"]] < LOW, 1.0, 0.0)
+    legs = {f"{side}_{joint}": sign * low for side in ("near", "far") for joint, sign in FOLDED.items()}
+    return _actions(observations, {"waist": -low} | legs)
 
 
 def balance(observations: NDArray[np.float32], habits: Habits = HABITS) -> NDArray[np.float32]:
