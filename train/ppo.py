@@ -116,7 +116,10 @@ GET_UP = replace(
 )
 GET_UP3D = replace(
     RAGDOLL3D,
-    steps=12_000_000,
+    steps=6_000_000,
+    learning_rate=7e-4,
+    log_std=-1.0,
+    wanted_kl=0.0,  # with 0.02 the rate fell to 6e-5, and what had been learned was lost
     discount=0.995,
     arguments={"assist": 0.0},
     lessons=ASSISTED,
