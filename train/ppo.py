@@ -188,16 +188,21 @@ SETTINGS = {
     ),
     "GCar3D-v0": replace(
         CAR,
+        steps=3_200_000,
         world_count=128,
         rollout=64,
-        epochs=8,
-        learning_rate=7e-4,
-        discount=0.999,  # with 0.997 and easier lessons it jumped the gates at full speed
+        gae_lambda=0.98,  # a gate is passed or missed a second after the brakes
+        discount=0.999,
         entropy_weight=0.004,
         layers=(128, 128),
         log_std=-0.7,
-        arguments={"difficulty": 0.5},
-        lessons=({"difficulty": 0.3}, {"difficulty": 0.4}),
+        pass_mark=0.6,
+        arguments={"difficulty": 0.5, "gate_reach": 0.4},
+        lessons=(
+            *({"difficulty": 0.3, "gate_reach": reach} for reach in (6.0, 3.5, 2.0, 1.0)),
+            {"difficulty": 0.3},
+            {"difficulty": 0.4},
+        ),
         tests=({"difficulty": 0.3}, {"difficulty": 0.5}),
     ),
     "GRagdoll2D-v0": RAGDOLL,

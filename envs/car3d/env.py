@@ -14,7 +14,7 @@ from gsenv.envs import time_limit
 from gsenv.envs.car.env import check_difficulty
 from gsenv.envs.car3d import observe, rules, scene
 from gsenv.envs.car3d.build import NAMES, build_scene
-from gsenv.envs.core.arguments import Quantity, Setting
+from gsenv.envs.core.arguments import Quantity, Setting, number_within
 from gsenv.envs.core.env import TaskEnv
 from gsenv.envs.core.spec_tables import Entry, RewardTerm
 from gsenv.envs.core.steering import Stick, pair
@@ -26,6 +26,11 @@ TOLERANCE = 1e-3  # of "balanced": contacts of many tyres converge slowly, and e
 HALVINGS = {"fast": 0, "balanced": 0, "accurate": Options().halvings}  # steps in parts take half as long again
 AXES = ("forwards", "to the left", "upwards")
 KIND_NAMES = ("ramps", "bumps", "balls")
+
+
+def check_gate_reach(reach: Any) -> float:
+    """Return a length as a float; raises ValueError for anything but 0.4 to 20 m."""
+    return number_within(reach, scene.GATE_HALF, 20.0, f"gate_reach must be a length from {scene.GATE_HALF:g} to 20 m")
 
 
 def _wheel_entries() -> list[Entry]:
@@ -128,7 +133,15 @@ class Car3DTask(Task):
     )  # fmt: skip
     max_episode_steps = time_limit("GCar3D-v0")
     draw_count = rules.DRAW_COUNT
-    arguments = (Setting("difficulty", 0.5, check_difficulty, "0 to 1: see above"),)
+    arguments = (
+        Setting("difficulty", 0.5, check_difficulty, "0 to 1: see above"),
+        Setting(
+            "gate_reach",
+            scene.GATE_HALF,
+            check_gate_reach,
+            "m behind a gate within which a wheel of each axle must touch something",
+        ),
+    )
     quantities = (
         Quantity("friction", "friction coefficient of everything", scene.FRICTION, 0.05, 2.0),
         Quantity("mass", "mass of the chassis", scene.CHASSIS_MASS, 50.0, 500.0, "kg"),
@@ -145,7 +158,7 @@ class Car3DTask(Task):
         return replace(options, tolerance=max(options.tolerance, TOLERANCE)) if self.fidelity == "balanced" else options
 
     def initialize_episode(self, worlds: Array, draws: Array, options: Mapping[str, Any]) -> None:
-        rules.initialize_worlds(self.kernel_world, worlds, options["difficulty"], draws)
+        rules.initialize_worlds(self.kernel_world, worlds, options["difficulty"], options["gate_reach"], draws)
 
     def apply_action(self, actions: Array) -> int:
         return rules.apply_actions(self.kernel_world, actions)
@@ -230,7 +243,8 @@ class Car3DEnv(TaskEnv, Env[Any, Any]):
     - Termination, failure: the car has rolled over (its upward axis has a vertical part below 0.2), or is
       more than 2.2 m from the centre line, so that its middle is beside the drawn road.
     - Termination, failure: a missed gate. An axle is 0.4 m beyond it, and within 0.4 m before and behind
-      the gate, no farther than 2 m from the centre line, none of its wheels has touched anything. Gates
+      the gate, no farther than 2 m from the centre line, none of its wheels has touched anything.
+      (`gate_reach` sets how far behind it; a curriculum can begin with more than a jump's length.) Gates
       stand shortly behind the middle of ramps, at the last of three bumps and in the row of balls.
       A gate's bar turns from red to green when both axles have passed.
     - Truncation: after 585 steps (19.5 s), by `gymnasium.make`, `gymnasium.make_vec` and the vector environment.
@@ -260,6 +274,7 @@ class Car3DEnv(TaskEnv, Env[Any, Any]):
 
     task_class = Car3DTask
     difficulty: float
+    gate_reach: float
 
 
 class Car3DVectorEnv(TaskVectorEnv, VectorEnv[Any, Any, Any]):
@@ -267,3 +282,4 @@ class Car3DVectorEnv(TaskVectorEnv, VectorEnv[Any, Any, Any]):
 
     task_class = Car3DTask
     difficulty: float
+    gate_reach: float

@@ -38,6 +38,7 @@ TASK_STATE_FIELDS: list[tuple[Any, ...]] = [
     ("flight", "i8"),  # control steps since a wheel touched something
     ("slot", "i8"),  # of the next gate; SLOTS: none
     ("gates", "i8"),  # that were passed
+    ("reach", "f8"),  # m behind a gate within which a wheel of each axle must touch something
     ("below", "f8", (2,)),  # 1 once a wheel of the rear and of the front axle has touched something at the next gate
     ("gaze", "f8", (4,)),  # m, point (x, y, z) that the camera follows, and rad, its heading
 ]
@@ -86,11 +87,12 @@ def _next_gate(kinds, slot):  # type: ignore[no-untyped-def]
 
 
 @njit
-def initialize_world(world, difficulty, draws):  # type: ignore[no-untyped-def]
+def initialize_world(world, difficulty, reach, draws):  # type: ignore[no-untyped-def]
     """Begin an episode: build a new course; the car is at rest at its start."""
     _apply_physics(world.task.physics, world.parameters)
     build_course(world, difficulty, draws)
     task, position = world.task.state, world.state.bodies[_CHASSIS].position
+    task.reach = reach
     task.slot = _next_gate(task.kinds, 0)
     for d in range(3):
         task.gaze[d] = position[d]
@@ -188,9 +190,9 @@ def _pass_gates(world):  # type: ignore[no-untyped-def]
             wheel = bodies[_WHEEL + k].position
             ahead += 0.5 * (cosine * (wheel[0] - middle[0]) + sine * (wheel[1] - middle[1]))
         touches = task.touch[2 * axle] + task.touch[2 * axle + 1] > 0.0
-        if touches and abs(ahead) <= _GATE_HALF and abs(task.aside) <= _GATE_WIDTH:
+        if touches and -_GATE_HALF <= ahead <= task.reach and abs(task.aside) <= _GATE_WIDTH:
             task.below[axle] = 1.0
-        if ahead > _GATE_HALF and task.below[axle] == 0.0:
+        if ahead > task.reach and task.below[axle] == 0.0:
             return True
     if task.below[0] != 0.0 and task.below[1] != 0.0:
         _turn_green(world, task.slot)
@@ -253,11 +255,11 @@ def evaluate_world(world):  # type: ignore[no-untyped-def]
 
 
 @njit
-def initialize_worlds(world, worlds, difficulty, draws):  # type: ignore[no-untyped-def]
+def initialize_worlds(world, worlds, difficulty, reach, draws):  # type: ignore[no-untyped-def]
     """Begin episodes in chosen worlds; `draws` is (chosen world, number), uniform in [0, 1)."""
     for i in range(len(worlds)):
         select_world(world, worlds[i])
-        initialize_world(world, difficulty, draws[i])
+        initialize_world(world, difficulty, reach, draws[i])
         observe_world(world)
 
 

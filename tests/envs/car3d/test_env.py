@@ -17,7 +17,7 @@ from gsenv.envs import time_limit
 from gsenv.envs.car3d import course, road, rules, scene
 from gsenv.envs.car3d.env import Car3DEnv, Car3DTask, Car3DVectorEnv
 from gsenv.envs.car3d.observe import surface_at
-from gsenv.envs.car3d.policy import hold_speed, pursue
+from gsenv.envs.car3d.policy import HABITS, hold_speed, pursue
 from tests.envs.single_worlds import SingleWorlds, assert_info
 
 G = 9.81
@@ -269,6 +269,29 @@ def test_gates_that_are_driven_through_turn_green() -> None:
     assert enabled[scene.FIRST_GREEN + slot]
     assert not enabled[scene.FIRST_RED + slot]
     np.testing.assert_allclose(position[scene.FIRST_GREEN + slot], position[scene.FIRST_RED + slot], atol=1e-12)
+
+
+def test_a_jump_passes_a_gate_that_reaches_farther_than_it() -> None:
+    """At 7 m/s ramps throw the car 2 to 4 m; the bars of gates turn green where it lands in time."""
+    missed = {}
+    for reach in (scene.GATE_HALF, 6.0):
+        vector = Car3DVectorEnv(12, gate_reach=reach, split="test")
+        vector.reset(seed=0)
+        task = vector.task
+        alive, failed = np.ones(12, bool), np.zeros(12, bool)
+        for _ in range(480):
+            task.step(pursue(task.observation, HABITS._replace(ramp=7.0)))
+            failed |= alive & task.infos["missed_gate"]
+            alive &= ~task.terminated
+        missed[reach] = failed.mean()
+    assert missed[scene.GATE_HALF] > 0.5
+    assert missed[6.0] == 0.0
+
+
+@pytest.mark.parametrize("reach", [0.3, 21.0, float("nan"), "far", True])
+def test_reaches_of_gates_are_checked(reach: Any) -> None:
+    with pytest.raises(ValueError, match=r"gate_reach must be a length from 0.4 to 20 m, got"):
+        Car3DEnv(gate_reach=reach)
 
 
 # ---------------------------------------------------------------- policies
