@@ -9,6 +9,7 @@ from .dispatch import by_dimension
 from .joint_rows import copy_direction, finish_row, has_limit, set_limit_row, set_spring_row
 from .springs import has_spring
 
+anchor_give = by_dimension("joints.reference", "anchor_give")
 set_line_direction = by_dimension("joints.distance", "set_line_direction")
 
 
@@ -26,7 +27,9 @@ def add_distance_rows(
         rows[row].bias = curve
         row += 1
     elif has_spring(parameters):
-        set_spring_row(rows[row], 0, length - parameters.length, 0.0, parameters, 0.0, substep_bodies, h)
+        a, b = body_parameters[rows[row].body_a], body_parameters[rows[row].body_b]
+        give = anchor_give(parameters, a, b)
+        set_spring_row(rows[row], 0, length - parameters.length, 0.0, parameters, give, substep_bodies, h)
         row += 1
     if has_limit(parameters):
         copy_direction(rows[row], rows[first], 1.0)

@@ -12,6 +12,8 @@ from .springs import has_spring
 set_point_rows = by_dimension("joints.point", "set_point_rows")
 set_rotation_rows = by_dimension("joints.weld", "set_rotation_rows")
 set_stretch_rows = by_dimension("joints.weld", "set_stretch_rows")
+anchor_give = by_dimension("joints.reference", "anchor_give")
+turn_give = by_dimension("joints.reference", "turn_give")
 set_target_direction = by_dimension("joints.target", "set_target_direction")
 
 
@@ -23,8 +25,11 @@ def add_weld_rows(
     set_rotation_rows(rows, row, parameters, bodies, substep_bodies)
     if has_spring(parameters):
         set_stretch_rows(rows, row, parameters, bodies, body_parameters, substep_bodies, h)
+        a, b = body_parameters[rows[row].body_a], body_parameters[rows[row].body_b]
+        along, about = anchor_give(parameters, a, b), turn_give(a, b)
         for r in range(len(rows[row].jacobian_a)):
-            soften(rows[row + r], parameters, 0.0, 0.0, substep_bodies, h)
+            give = along if r < len(bodies[0].position) else about
+            soften(rows[row + r], parameters, give, 0.0, substep_bodies, h)
     else:
         set_point_rows(rows, row, parameters, bodies, body_parameters, substep_bodies, h)
 

@@ -14,6 +14,7 @@ from ..records.parameters import ParameterArrays
 from ..records.state import State
 from .initial_state import turn_about
 from .joints.point import arm
+from .joints.reference import anchor_give, turn_give
 from .math import cross, rotate
 
 SLIDING = (JointKind.PRISMATIC, JointKind.WHEEL)
@@ -162,9 +163,8 @@ def read_joint(body_a: Any, body_b: Any, a: Any, b: Any, joint: Any) -> Any:
             energy += stored_energy(p, slid - joint.state.rest, _along(a, b, ax, ay, bx, by, ux, uy))
         return max(abs(cross(ux, uy, x, y)), beyond_limit(p, slid)), energy
     if model.kind == _DISTANCE:
-        length = max(apart, 1e-300)
-        return distance_reading(p, apart, _along(a, b, ax, ay, bx, by, x / length, y / length))
-    about = a.inv_inertia + b.inv_inertia
+        return distance_reading(p, apart, anchor_give(p, a, b))
+    about = turn_give(a, b)
     if model.kind == _REVOLUTE:
         return apart, limit_energy(p, turn, about) + (
             stored_energy(p, turn - joint.state.rest, about) if sprung else 0.0
@@ -172,9 +172,7 @@ def read_joint(body_a: Any, body_b: Any, a: Any, b: Any, joint: Any) -> Any:
     if not sprung:
         return (0.0 if p.damping > 0.0 else apart), 0.0
     c, s = sin_cos(turn)
-    energy = stored_energy(p, atan2(s, c), about)
-    energy += stored_energy(p, x, _along(a, b, ax, ay, bx, by, 1.0, 0.0))
-    return 0.0, energy + stored_energy(p, y, _along(a, b, ax, ay, bx, by, 0.0, 1.0))
+    return 0.0, stored_energy(p, atan2(s, c), about) + stored_energy(p, apart, anchor_give(p, a, b))
 
 
 @njit

@@ -26,9 +26,9 @@ from .joints.axes import (
     turn_coordinate,
     unwrapped,
 )
-from .joints.point import arm, unit_axis
-from .joints.reference import reference_give
-from .math import Vec, add, conjugate, cross, dot, multiply, norm, quaternion, scaled, sub, turn_between, turned, vec
+from .joints.point import arm
+from .joints.reference import anchor_give, reference_give, turn_give
+from .math import Vec, add, conjugate, dot, multiply, norm, quaternion, sub, turn_between, vec
 
 WITHOUT_COORDINATE = (
     JointKind.WELD, JointKind.ROWS, JointKind.TARGET, JointKind.BALL, JointKind.UNIVERSAL, JointKind.SIX_AXIS,
@@ -277,8 +277,7 @@ def read_joint(body_a: Any, body_b: Any, a: Any, b: Any, joint: Any) -> Any:
     apart = norm(d)
     sprung = p.frequency > 0.0 or p.stiffness > 0.0
     if model.kind == _DISTANCE:
-        u = scaled(d, 1.0 / max(apart, 1e-300))
-        return distance_reading(p, apart, _give(body_a, body_b, a, b, arm_a, arm_b, u))
+        return distance_reading(p, apart, anchor_give(p, a, b))
     if model.kind == _BALL:
         return apart, 0.0
     if model.kind != _WELD:
@@ -286,13 +285,8 @@ def read_joint(body_a: Any, body_b: Any, a: Any, b: Any, joint: Any) -> Any:
     if not sprung:
         return (0.0 if p.damping > 0.0 else apart), 0.0
     wanted = multiply(quaternion(body_a.rotation), quaternion(p.reference))
-    turn = turn_between(wanted, quaternion(body_b.rotation))
-    energy = 0.0
-    for k in range(3):
-        u = unit_axis(k)
-        energy += stored_energy(p, d[k], _give(body_a, body_b, a, b, arm_a, arm_b, u))
-        energy += stored_energy(p, turn[k], _turning(body_a, a, u) + _turning(body_b, b, u))
-    return 0.0, energy
+    turn = norm(turn_between(wanted, quaternion(body_b.rotation)))
+    return 0.0, stored_energy(p, apart, anchor_give(p, a, b)) + stored_energy(p, turn, turn_give(a, b))
 
 
 @njit
@@ -355,18 +349,3 @@ def _turned_off(bits: Any, on_a: Any, on_b: Any) -> float:
     if bits == 2:
         return abs(turn_coordinate(NODE_TURN, on_a, on_b))
     return 0.0
-
-
-@njit
-def _turning(body: Any, parameters: Any, u: Vec) -> float:
-    """u I^-1 u, 1/(kg m^2)."""
-    q = multiply(quaternion(body.rotation), quaternion(parameters.axes))
-    own = turned(conjugate(q), u)
-    return dot(vec(parameters.inv_inertia), (own[0] * own[0], own[1] * own[1], own[2] * own[2]))
-
-
-@njit
-def _give(body_a: Any, body_b: Any, a: Any, b: Any, arm_a: Vec, arm_b: Vec, u: Vec) -> float:
-    """J M^-1 J^T of a row along a direction, 1/kg."""
-    turning = _turning(body_a, a, cross(arm_a, u)) + _turning(body_b, b, cross(arm_b, u))
-    return a.inv_mass + b.inv_mass + turning

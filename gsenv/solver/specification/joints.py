@@ -24,7 +24,8 @@ class Weld(Sprung, PairJoint):
     Args:
         anchor: m, world point at the initial poses; or anchor_a and anchor_b, m, in the bodies' own frames.
             Default: the origin of body_b.
-        frequency: Hz, of a spring on the effective mass of the joint, and damping_ratio (default 1); or
+        frequency: Hz, of a spring on the mean effective mass of the anchors over all directions, and of one on the
+            mean effective inertia, and damping_ratio (default 1); or
             stiffness, N/m and N m/rad, and damping, N s/m and N m s/rad. Default 0: rigid.
         collide: whether the two bodies collide with each other, default False.
         enabled: default True.
@@ -182,7 +183,8 @@ class Distance(Sprung, PairJoint):
             Default: the origin of each body.
         length: m, of the rod or relaxed spring. Default: the initial distance.
         limits: m, (lower, upper) of q, infinite for none. Default: none. Only a spring has both.
-        frequency: Hz, of a spring on the effective mass of the joint, and damping_ratio (default 1); or
+        frequency: Hz, of a spring on the mean effective mass of the anchors over all directions, and damping_ratio
+            (default 1); or
             stiffness, N/m, and damping, N s/m. Default 0: no spring.
         spring_effort: N, largest force of the spring, default unbounded.
         collide: whether the two bodies collide with each other, default False.

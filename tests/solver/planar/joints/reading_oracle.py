@@ -10,6 +10,7 @@ from gsenv.solver.api.parameters import Parameters
 from gsenv.solver.records.model import Array, JointKind, Model
 from gsenv.solver.records.state import State
 
+EVERY = np.zeros(0)  # in place of a direction: the mean over all
 SLIDING = (JointKind.PRISMATIC, JointKind.WHEEL)
 
 
@@ -79,17 +80,16 @@ def spring_energy(model: Model, parameters: Parameters, state: State) -> Array:
         ends = ends_of(model, parameters, state, j)
         angles = state.bodies["angle"]
         turn = angles[:, model.joints["body_b"][j]] - angles[:, model.joints["body_a"][j]] - p["reference_angle"]
-        parts = []  # (stretch, whether an angle, direction)
+        parts = []  # (stretch, direction or, about the angle, None)
         if kind == JointKind.WELD:
-            parts = [(ends.apart[:, k], np.eye(2)[k][None]) for k in range(2)]
+            parts = [(np.hypot(*ends.apart.T), EVERY)]
             parts.append((np.arctan2(np.sin(turn), np.cos(turn)), None))
         elif kind == JointKind.REVOLUTE:
             parts = [(turn - state.joints["rest"][:, j], None)]
         elif kind in SLIDING:
             parts = [((ends.axis * ends.apart).sum(-1) - state.joints["rest"][:, j], ends.axis)]
         elif not p["rigid"].any():
-            length = np.hypot(*ends.apart.T)
-            parts = [(length - p["length"], ends.apart / np.maximum(length, 1e-300)[:, None])]
+            parts = [(np.hypot(*ends.apart.T) - p["length"], EVERY)]
         for stretch, direction in parts:
             give = _give(model, parameters, j, ends, direction)
             omega = 2.0 * np.pi * p["frequency"]
@@ -99,10 +99,14 @@ def spring_energy(model: Model, parameters: Parameters, state: State) -> Array:
 
 
 def _give(model: Model, parameters: Parameters, j: int, ends: Ends, direction: Array | None) -> Array:
-    """J M^-1 J^T of a row along a direction, or about the angle; (world,) 1/kg or 1/(kg m^2)."""
+    """J M^-1 J^T of a row along a direction, its mean over all, or about the angle; (world,) 1/kg or 1/(kg m^2)."""
     a, b = (parameters.bodies[:, model.joints[side][j]] for side in ("body_a", "body_b"))
     if direction is None:
         return np.asarray(a["inv_inertia"] + b["inv_inertia"])
+    if direction is EVERY:
+        near = ends._replace(apart=0.0 * ends.apart)
+        gives = [_give(model, parameters, j, near, axis[None]) for axis in np.eye(2)]
+        return np.asarray(0.5 * (gives[0] + gives[1]))
     reach_a = (left(ends.arm_a + ends.apart) * direction).sum(-1)
     reach_b = (left(ends.arm_b) * direction).sum(-1)
     give = a["inv_mass"] + b["inv_mass"] + a["inv_inertia"] * reach_a**2 + b["inv_inertia"] * reach_b**2
