@@ -68,12 +68,12 @@ WORLDS: dict[str, tuple[Callable[[], World], int]] = {  # and how many steps
     "3D chain": (lambda: World(spatial_chain(), options=AWAKE), 120),
 }
 GOLDEN = {
-    "2D mixed": "1de0f4910e20d93f1374f2336afc4d9e821b673527a1587594589fed8eb5ec31",
+    "2D mixed": "e8f913beca15e0c1f29f06fd73a87b34f023dc24c26e0ea2d66c478a58610e8b",
     "2D tumble": "83c86c735cd1bd7a2ee92b80f07f9be8e73fd8a25c301b20236a12b136a7b7ab",
     "2D pyramid": "edb5f93318832ff604f2b0f0c3f8760b3a8dd4c42e721d2a0531ba6bb7c82121",
-    "3D mixed": "5668ac5762a8cf4584c29a082be347fc28b37d10424e0724742e896c48b2aa0b",
+    "3D mixed": "50fe9dce0a3cdf8bdd07ebbc169c5d6fd238d18ffa2562b62817d7d71c5e5bb8",
     "3D tumble": "6ad98122649c4e2da45790ef42f4b51a2f0fb5ab6cca78a85f0e315ffe827c71",
-    "3D chain": "63b56e76b960808901c553629e854a47f58698b1dd199743381a13a99c0f8f8f",
+    "3D chain": "e6748a8a059611d02e750149ae2377e4f00e421dc8ea642973576dcb599b209d",
 }
 
 
