@@ -115,7 +115,7 @@ ENVS = (
         "ragdoll2d.env:RagdollGetUpEnv",
         "ragdoll2d.env:RagdollGetUpVectorEnv",
         300,
-        5.0,
+        7.0,
         "2D: the figure lies on the ground and gets up",
     ),
     EnvEntry(

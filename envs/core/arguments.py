@@ -121,12 +121,18 @@ def check_fidelity(fidelity: Any) -> str:
 
 
 def _setting_property(name: str) -> property:
-    """Return a property of an environment that reads and writes a setting, which applies from the next reset on."""
+    """Return a property of an environment that reads and writes a setting, which applies from the next reset on.
+
+    An environment of several tasks has those of its own task only.
+    """
 
     def read(env: Any) -> Any:
+        if name not in env.task.settings:
+            raise AttributeError(f"{type(env).__name__} has no {name!r} with this task.")
         return env.task.settings[name]
 
     def write(env: Any, value: Any) -> None:
+        read(env)
         setting = next(s for s in env.task.arguments if s.name == name)
         env.task.settings[name] = setting.check(value)
 
@@ -134,10 +140,11 @@ def _setting_property(name: str) -> property:
 
 
 def add_settings(cls: type[Any]) -> None:
-    """Give an environment class an attribute for each setting of its task."""
-    task = cls.__dict__.get("task_class")
-    for setting in task.arguments if task is not None else ():
-        setattr(cls, setting.name, _setting_property(setting.name))
+    """Give an environment class an attribute for each setting of its task, or of all that it may have."""
+    own = cls.__dict__.get("task_class")
+    for task in (*cls.__dict__.get("tasks", {}).values(), *((own,) if own is not None else ())):
+        for setting in task.arguments:
+            setattr(cls, setting.name, _setting_property(setting.name))
 
 
 # ---------------------------------------------------------------- diagnostics

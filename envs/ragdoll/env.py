@@ -274,6 +274,7 @@ class RagdollGetUpEnv(TaskEnv, Env[Any, Any]):
 
     task_class = RagdollGetUpTask
     push: float
+    assist: float
 
 
 class RagdollGetUpVectorEnv(TaskVectorEnv, VectorEnv[Any, Any, Any]):
@@ -281,3 +282,4 @@ class RagdollGetUpVectorEnv(TaskVectorEnv, VectorEnv[Any, Any, Any]):
 
     task_class = RagdollGetUpTask
     push: float
+    assist: float

@@ -174,7 +174,8 @@ _SPECIFICATION = (
     upper one, counterclockwise: positive bends a hip, lifts the toes, and leans the chest back.
 
     ## Observation Space
-    `Box(low, high, (42,), float32)`, always within its bounds.
+    `Box(low, high, (42,), float32)`, always within its bounds; (44,) to get up, where the cosines of the
+    tilts of pelvis and chest come last.
 
     {observation_table}
 
@@ -261,6 +262,7 @@ class RagdollGetUpEnv(TaskEnv, Env[Any, Any]):
 
     task_class = RagdollGetUpTask
     push: float
+    assist: float
 
 
 class RagdollGetUpVectorEnv(TaskVectorEnv, VectorEnv[Any, Any, Any]):
@@ -268,3 +270,4 @@ class RagdollGetUpVectorEnv(TaskVectorEnv, VectorEnv[Any, Any, Any]):
 
     task_class = RagdollGetUpTask
     push: float
+    assist: float

@@ -81,7 +81,8 @@ ARGUMENTS = """{argument_table}
     - `task`: "balance" or "get_up", when the environment is made. The ids above have one each; with `task="get_up"`
       another id gets its rules and start, and keeps its own time limit in `gymnasium.make` and `make_vec`.
 
-    `reset(options={"push": p})` sets it for one episode. All environments also have these:
+    `reset(options={"push": p})` sets it for one episode. `assist` is for curricula of getting up: the force acts at the
+    crown at all times. All environments also have these:
 
     {shared_arguments}
     - `randomize`: domain randomisation: at each reset each world draws these quantities uniformly from

@@ -200,6 +200,13 @@ def test_the_argument_task_gives_the_same_episodes(figure: Figure) -> None:
     np.testing.assert_array_equal(vector.reset(seed=5)[0][0], other.observation)
     made: Any = gymnasium.make_vec(f"gsenv:{figure.env_id.replace('-get-up', '')}", num_envs=2, task="get_up")
     np.testing.assert_array_equal(made.reset(seed=5)[0], vector.reset(seed=5)[0])
+    assert vector.assist == 0.0
+    vector.set_attr("assist", 0.3)
+    assert vector.task.settings["assist"] == 0.3
+    for balancing in (figure.module.RagdollEnv(), figure.module.RagdollVectorEnv(2)):
+        assert not hasattr(balancing, "assist")
+        with pytest.raises(AttributeError, match="has no 'assist' with this task"):
+            balancing.assist = 0.3
     for bad in ("getup", None, 1):
         for env_class in (figure.module.RagdollEnv, figure.module.RagdollVectorEnv):
             with pytest.raises(ValueError, match=r"task must be one of \['balance', 'get_up'\], got"):
