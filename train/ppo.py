@@ -103,7 +103,13 @@ RAGDOLL3D = replace(
     arguments={"push": 0.8},
     lessons=({"push": 0.1}, {"push": 0.3}, {"push": 0.45}, {"push": 0.6}, {"push": 0.7}),
 )
-ASSISTED = ({"assist": 0.85}, *({"assist": 0.05 * share} for share in range(14, 0, -1)))
+
+
+def _assisted(step: float) -> tuple[dict[str, float], ...]:
+    """Return lessons in which ever less of a figure's weight is carried, from 70 % on by `step` less."""
+    return ({"assist": 0.85}, *({"assist": round(step * k, 2)} for k in range(round(0.7 / step), 0, -1)))
+
+
 GET_UP = replace(
     RAGDOLL,
     steps=5_000_000,
@@ -111,7 +117,7 @@ GET_UP = replace(
     rollout=32,
     discount=0.995,
     arguments={"assist": 0.0},
-    lessons=ASSISTED,
+    lessons=_assisted(0.1),
     tests=({},),
 )
 GET_UP3D = replace(
@@ -122,7 +128,7 @@ GET_UP3D = replace(
     wanted_kl=0.0,  # with 0.02 the rate fell to 6e-5, and what had been learned was lost
     discount=0.995,
     arguments={"assist": 0.0},
-    lessons=ASSISTED,
+    lessons=_assisted(0.05),
     tests=({},),
 )
 SETTINGS = {
