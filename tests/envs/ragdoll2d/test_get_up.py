@@ -133,11 +133,12 @@ def test_assistance_acts_at_the_crown(figure: Figure) -> None:
     up = np.zeros((3, world.model.dim))
     up[:, -1] = 0.4 * weight * vector.task.engine_steps
     np.testing.assert_allclose(acts[:, : world.model.dim], up)
-    turn = world.orientation[:, torso]
     if figure.module is planar:
+        turn = world.angle[:, torso]
         crown = scene.CROWN * np.stack([-np.sin(turn), np.cos(turn)], -1)
     else:
-        crown = spatial_scene.CROWN * dimension(3).initial_state.turned_by(turn, (0.0, 0.0, 1.0))
+        turned_by = dimension(3).initial_state.turned_by
+        crown = spatial_scene.CROWN * turned_by(world.orientation[:, torso], (0.0, 0.0, 1.0))
     arm = world.position[:, torso] + crown - world.center_of_mass[:, torso]
     torque = arm[:, 0] * up[:, 1] if figure.module is planar else np.cross(arm, up)
     np.testing.assert_allclose(acts[:, world.model.dim :].reshape(torque.shape), torque, atol=1e-9)
