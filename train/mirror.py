@@ -2,7 +2,8 @@
 
 Each rollout is followed by its mirror image, in which left and right are swapped, with the same advantages (F.
 Abdolhosseini et al., "On learning symmetric locomotion", 2019, "duplicate tuples"). The mirrored actions get the
-probability that the policy gave them before the update.
+probability that the policy gave them before the update. Where the policy would hardly ever act so, because it is not
+symmetric yet, the tuple is not mirrored: a small update would multiply the probability, without bound.
 """
 
 from __future__ import annotations
@@ -18,6 +19,8 @@ from gsenv.envs.ragdoll.mirror import ACTION, OBSERVATION, Mirror
 from gsenv.train.adaptive import AdaptivePPO
 
 Array = NDArray[np.float32]
+
+UNLIKELY = 10.0  # logarithm of the ratio of probabilities beyond which a tuple is not mirrored
 
 
 def mirrored(vectors: Array, mirror: Mirror) -> Array:
@@ -41,6 +44,9 @@ class MirroredPPO(AdaptivePPO):
         observations = self._mirrored_observations(buffer.observations)
         actions = mirrored(buffer.actions, ACTION)
         log_probs = self._log_probs(observations, actions)
+        alien = log_probs < buffer.log_probs - UNLIKELY
+        observations[alien], actions[alien] = buffer.observations[alien], buffer.actions[alien]
+        log_probs[alien] = buffer.log_probs[alien]
         for name, image in (("observations", observations), ("actions", actions), ("log_probs", log_probs)):
             setattr(buffer, name, np.concatenate([getattr(buffer, name), image], axis=1))
         for name in ("values", "advantages", "returns"):

@@ -53,6 +53,27 @@ def test_a_rollout_is_followed_by_its_mirror_image(model: Any) -> None:
     buffer.n_envs = 3
 
 
+def test_what_the_policy_would_hardly_do_is_not_mirrored() -> None:
+    """With a strong and not symmetric bias all mirrored actions are out of reach; the originals come twice instead."""
+    settings = replace(
+        ppo.settings_for("GRagdoll-v0"), steps=48, world_count=3, rollout=16, batch_size=32, layers=(16,), log_std=-4.0
+    )
+    model: Any = ppo.make_model(settings, VecNormalize(experiment.make_envs(settings)))
+    index, sign = mirror.ACTION
+    bias = np.linspace(-0.9, 0.9, len(index)).astype(np.float32)
+    assert abs(bias[index] * sign - bias).max() > 0.5
+    model.policy.action_net.bias.data[:] = torch.as_tensor(bias)
+    _, callback = model._setup_learn(48, None)
+    model.collect_rollouts(model.env, callback, model.rollout_buffer, 16)
+    model._add_mirror_image()
+    for name in ("observations", "actions", "log_probs", "advantages"):
+        values = getattr(model.rollout_buffer, name)
+        np.testing.assert_array_equal(values[:, 3:], values[:, :3])
+    model.rollout_buffer.n_envs = 3
+    model.learn(96)
+    assert all(torch.isfinite(weight).all() for weight in model.policy.parameters())
+
+
 def test_it_learns_for_some_rollouts(model: Any) -> None:
     before = [weight.detach().clone() for weight in model.policy.parameters()]
     model.learn(144)
