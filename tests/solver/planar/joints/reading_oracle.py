@@ -80,7 +80,7 @@ def spring_energy(model: Model, parameters: Parameters, state: State) -> Array:
         ends = ends_of(model, parameters, state, j)
         angles = state.bodies["angle"]
         turn = angles[:, model.joints["body_b"][j]] - angles[:, model.joints["body_a"][j]] - p["reference_angle"]
-        parts = []  # (stretch, direction or, about the angle, None)
+        parts: list[tuple[Array, Array | None]] = []  # (stretch, direction or, about the angle, None)
         if kind == JointKind.WELD:
             parts = [(np.hypot(*ends.apart.T), EVERY)]
             parts.append((np.arctan2(np.sin(turn), np.cos(turn)), None))
