@@ -107,7 +107,7 @@ RAGDOLL3D = replace(
 
 def _assisted(step: float) -> tuple[dict[str, float], ...]:
     """Return lessons in which ever less of a figure's weight is carried, from 70 % on by `step` less."""
-    return ({"assist": 0.85}, *({"assist": step * k} for k in range(round(0.7 / step), 0, -1)))
+    return tuple({"assist": round(step * k, 2)} for k in range(round(0.7 / step), 0, -1))
 
 
 GET_UP = replace(

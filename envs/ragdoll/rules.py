@@ -208,17 +208,6 @@ def initialize_world(world, figure, most, getting_up, assist, draws):  # type: i
 
 
 @njit
-def _assist(world, figure):  # type: ignore[no-untyped-def]
-    """Carry a share of the weight at the crown."""
-    torso = world.state.bodies[figure.parts.torso]
-    force = shared.assist_force(world.task.state, _GRAVITY)
-    arm = sub(point_of(world, figure.parts.torso, (0.0, 0.0, _CROWN)), vec(torso.position))
-    torso.force[2] += force
-    torso.force[3] += force * arm[1]
-    torso.force[4] -= force * arm[0]
-
-
-@njit
 def apply_actions(world, figure, actions):  # type: ignore[no-untyped-def]
     """Apply actions (world, axis) to the drives, and the pushes; return -1, or the first world with a bad action."""
     bad = first_not_finite(actions)
@@ -230,7 +219,7 @@ def apply_actions(world, figure, actions):  # type: ignore[no-untyped-def]
         delay = world.task.physics[_DELAY]
         if task.getting_up != 0:
             shared.act(task, world.state.control, actions[w], figure.stand, figure.below, figure.above, delay)
-            _assist(world, figure)
+            world.state.bodies[figure.parts.torso].force[2] += shared.assist_force(task, _GRAVITY)
         else:
             shared.act(task, world.state.control, actions[w], figure.stand, figure.span, figure.span, delay)
         shared.begin_push(task)

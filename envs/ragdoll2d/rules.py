@@ -188,15 +188,6 @@ def initialize_world(world, most, getting_up, assist, draws):  # type: ignore[no
 
 
 @njit
-def _assist(world):  # type: ignore[no-untyped-def]
-    """Carry a share of the weight at the crown."""
-    torso = world.state.bodies[_TORSO]
-    force = shared.assist_force(world.task.state, -world.parameters.world.gravity[1])
-    torso.force[1] += force
-    torso.force[2] += force * (point_of(torso, world.parameters.bodies[_TORSO], 0.0, _CROWN)[0] - torso.position[0])
-
-
-@njit
 def apply_actions(world, actions):  # type: ignore[no-untyped-def]
     """Apply actions (world, axis) to the drives, and the pushes; return -1, or the first world with a bad action."""
     bad = first_not_finite(actions)
@@ -208,7 +199,7 @@ def apply_actions(world, actions):  # type: ignore[no-untyped-def]
         delay = world.task.physics[_DELAY]
         if task.getting_up != 0:
             shared.act(task, world.state.control, actions[w], _STAND, _BELOW, _ABOVE, delay)
-            _assist(world)
+            world.state.bodies[_TORSO].force[1] += shared.assist_force(task, -world.parameters.world.gravity[1])
         else:
             shared.act(task, world.state.control, actions[w], _STAND, _SPAN, _SPAN, delay)
         shared.begin_push(task)

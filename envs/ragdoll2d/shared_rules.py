@@ -55,7 +55,7 @@ def task_state_fields(actions: int) -> list[tuple[Any, ...]]:
         ("pushed", "i8"),  # steps since it began
         ("getting_up", "i8"),  # 1: the task is to get up
         ("stood", "i8"),  # steps in a row that the figure has stood since
-        ("assist", "f8"),  # share of the weight that a force at the crown carries
+        ("assist", "f8"),  # share of the weight that a force at the chest carries
     ]
 
 

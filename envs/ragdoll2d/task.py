@@ -53,7 +53,7 @@ def check_assist(assist: Any) -> float:
 
 GET_UP_SETTINGS = (
     *push_setting(0.0),
-    Setting("assist", 0.0, check_assist, "share of the figure's weight that an upward force at its crown carries"),
+    Setting("assist", 0.0, check_assist, "share of the figure's weight that an upward force at its chest carries"),
 )
 
 
@@ -81,8 +81,8 @@ ARGUMENTS = """{argument_table}
     - `task`: "balance" or "get_up", when the environment is made. The ids above have one each; with `task="get_up"`
       another id gets its rules and start, and keeps its own time limit in `gymnasium.make` and `make_vec`.
 
-    `reset(options={"push": p})` sets it for one episode. `assist` is for curricula of getting up: the force acts at the
-    crown at all times. All environments also have these:
+    `reset(options={"push": p})` sets it for one episode. `assist` is for curricula of getting up: the force acts at
+    the chest's centre of mass, at all times. All environments also have these:
 
     {shared_arguments}
     - `randomize`: domain randomisation: at each reset each world draws these quantities uniformly from
