@@ -205,7 +205,7 @@ SETTINGS = {
         pass_mark=0.6,
         arguments={"difficulty": 0.5, "gate_reach": 0.4},
         lessons=(
-            *({"difficulty": 0.3, "gate_reach": reach} for reach in (12.0, 7.0, 4.5, 3.0, 2.0, 1.0)),
+            *({"difficulty": 0.3, "gate_reach": reach} for reach in (12.0, 6.0, 3.0, 1.5)),
             {"difficulty": 0.3},
             {"difficulty": 0.4},
         ),

@@ -139,7 +139,7 @@ class Car3DTask(Task):
             "gate_reach",
             scene.GATE_HALF,
             check_gate_reach,
-            "m behind a gate within which a wheel of each axle must touch something",
+            "m behind a gate within which a wheel of each axle must touch something, at most: see Episode End",
         ),
     )
     quantities = (
@@ -244,7 +244,8 @@ class Car3DEnv(TaskEnv, Env[Any, Any]):
       more than 2.2 m from the centre line, so that its middle is beside the drawn road.
     - Termination, failure: a missed gate. An axle is 0.4 m beyond it, and within 0.4 m before and behind
       the gate, no farther than 2 m from the centre line, none of its wheels has touched anything.
-      (`gate_reach` sets how far behind it; a curriculum can begin with more than a jump's length.) Gates
+      With a `gate_reach` above 0.4 m, as a curriculum needs, each episode draws from between 0.4 m and that
+      how far behind it: then a car that is a little slower passes a little more often. Gates
       stand shortly behind the middle of ramps, at the last of three bumps and in the row of balls.
       A gate's bar turns from red to green when both axles have passed.
     - Truncation: after 585 steps (19.5 s), by `gymnasium.make`, `gymnasium.make_vec` and the vector environment.

@@ -9,6 +9,7 @@ from gsenv.envs.car3d.course import (
     DRAW_COUNT as DRAW_COUNT,
 )
 from gsenv.envs.car3d.course import (
+    COURSE_DRAWS,
     KINDS,
     build_course,
     gate_place,
@@ -16,7 +17,7 @@ from gsenv.envs.car3d.course import (
 )
 from gsenv.envs.car3d.observe import observe_world
 from gsenv.envs.car3d.road import COLUMNS, HEADING, nearest, path_at
-from gsenv.envs.core.kernels import active_contacts, first_not_finite
+from gsenv.envs.core.kernels import active_contacts, between, first_not_finite
 from gsenv.solver.core.edit import disable_body, set_mass
 from gsenv.solver.core.trig import sin_cos
 from gsenv.solver.jit import njit
@@ -92,7 +93,7 @@ def initialize_world(world, difficulty, reach, draws):  # type: ignore[no-untype
     _apply_physics(world.task.physics, world.parameters)
     build_course(world, difficulty, draws)
     task, position = world.task.state, world.state.bodies[_CHASSIS].position
-    task.reach = reach
+    task.reach = between(_GATE_HALF, reach, draws[COURSE_DRAWS])
     task.slot = _next_gate(task.kinds, 0)
     for d in range(3):
         task.gaze[d] = position[d]

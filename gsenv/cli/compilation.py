@@ -42,6 +42,8 @@ def run_pack(options: argparse.Namespace) -> int:
     try:
         with terminable(), tempfile.TemporaryDirectory() as cache:
             processes = options.processes or warmup.core_count()
+            if not options.fresh:
+                print(f"{pack.keep_current(Path(cache), folder)} kernels are kept")
             _follow(pack.compile_for_baseline(names, processes, Path(cache)), len(names))
             path = pack.write_set(Path(cache), folder)
     except OSError as error:

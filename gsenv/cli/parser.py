@@ -153,6 +153,7 @@ def make_parser() -> argparse.ArgumentParser:
         formatter_class=style,
     )
     pack.add_argument("--out", type=Path, metavar="FOLDER", help="output folder (default: that of the package)")
+    pack.add_argument("--fresh", action="store_true", help="compile all anew, those too whose sources have not changed")
     _add_processes(pack)
     pack.set_defaults(run=run_pack)
     return parser

@@ -273,19 +273,23 @@ def test_gates_that_are_driven_through_turn_green() -> None:
 
 def test_a_jump_passes_a_gate_that_reaches_farther_than_it() -> None:
     """At 7 m/s ramps throw the car 2 to 4 m; the bars of gates turn green where it lands in time."""
-    missed = {}
-    for reach in (scene.GATE_HALF, 6.0):
-        vector = Car3DVectorEnv(12, gate_reach=reach, split="test")
+    missed, reaches = {}, {}
+    for most in (scene.GATE_HALF, 20.0):
+        vector = Car3DVectorEnv(24, gate_reach=most, split="test")
         vector.reset(seed=0)
         task = vector.task
-        alive, failed = np.ones(12, bool), np.zeros(12, bool)
+        reaches[most] = task.task_state["reach"].copy()
+        alive, failed = np.ones(24, bool), np.zeros(24, bool)
         for _ in range(480):
             task.step(pursue(task.observation, HABITS._replace(ramp=7.0)))
             failed |= alive & task.infos["missed_gate"]
             alive &= ~task.terminated
-        missed[reach] = failed.mean()
-    assert missed[scene.GATE_HALF] > 0.5
-    assert missed[6.0] == 0.0
+        missed[most] = failed
+    assert (reaches[scene.GATE_HALF] == scene.GATE_HALF).all()
+    assert missed[scene.GATE_HALF].mean() > 0.5
+    assert reaches[20.0].min() < 2.5 < 15.0 < reaches[20.0].max() <= 20.0
+    assert not missed[20.0][reaches[20.0] > 6.0].any()
+    assert missed[20.0][missed[scene.GATE_HALF] & (reaches[20.0] < 2.0)].all()
 
 
 @pytest.mark.parametrize("reach", [0.3, 21.0, float("nan"), "far", True])
