@@ -6,14 +6,14 @@ from typing import Any
 
 from gsenv.envs.car3d import scene as n
 from gsenv.envs.car3d.course import (
-    DRAW_COUNT as DRAW_COUNT,
-)
-from gsenv.envs.car3d.course import (
     COURSE_DRAWS,
     KINDS,
     build_course,
     gate_place,
     place_thing,
+)
+from gsenv.envs.car3d.course import (
+    DRAW_COUNT as DRAW_COUNT,
 )
 from gsenv.envs.car3d.observe import observe_world
 from gsenv.envs.car3d.road import COLUMNS, HEADING, nearest, path_at

@@ -150,6 +150,37 @@ def test_the_set_of_the_package_gives_the_bits_of_this_cpu(tmp_path: Path) -> No
     assert not list(tmp_path.rglob("*.nb[ci]"))
 
 
+def test_packing_again_keeps_what_is_current(tmp_path: Path) -> None:
+    """Kept kernels lie where a process of `gsenv pack` finds them; those of other sources are left behind."""
+    current = precompiled.FOLDER / precompiled.set_name()
+    if not current.is_file():
+        pytest.skip("no set for this Python")
+    assert BASELINE is not None
+    with zipfile.ZipFile(current) as archive:
+        names = archive.namelist()
+        with zipfile.ZipFile(tmp_path / current.name, "w") as other:
+            for name in names:
+                other.writestr(name, archive.read(name))
+            base, digest, key, kind = names[0].rsplit(".", 3)
+            other.writestr(f"{base}.{'0' * len(digest)}.{key}.{kind}", b"of other sources")
+    cache = tmp_path / "cache"
+    cache.mkdir()
+    count = pack.keep_current(cache, tmp_path)
+    kept = {file.name for file in cache.rglob("*.nbc")}
+    assert len(kept) == count
+    assert kept <= set(names)
+    assert pack.keep_current(cache, tmp_path / "nothing") == 0
+    environment = {name: value for name, value in os.environ.items() if not name.startswith(("NUMBA_", "GSENV_"))}
+    environment |= {"NUMBA_CACHE_DIR": str(cache), "NUMBA_CPU_NAME": BASELINE.name, "NUMBA_CPU_FEATURES": ""}
+    if count < len(names):
+        pytest.skip("the sources have changed since `gsenv pack`")
+    command = [sys.executable, "-c", EPISODE]
+    result = subprocess.run(command, env=environment, cwd=ROOT, capture_output=True, text=True, timeout=600)
+    assert result.returncode == 0, result.stderr
+    assert "compiling" not in result.stderr
+    assert {file.name for file in cache.rglob("*.nbc")} == kept
+
+
 SCENES = """
 from gsenv.solver import Scene, World, planar, spatial
 for dim in (2, 3):
