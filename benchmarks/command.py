@@ -24,7 +24,7 @@ from rich.console import Console
 
 from benchmarks.common.files import read_json
 from benchmarks.common.report import Outputs, show, write
-from benchmarks.common.run import Run, UsageError
+from benchmarks.common.run import Run, Unable, UsageError
 from benchmarks.common.stamp import ROOT, load, make_stamp
 from benchmarks.registry import BENCHMARKS, Benchmark, Implementation
 
@@ -46,6 +46,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return run(benchmark, words)
     except UsageError as error:
         return failed(str(error), WRONG_USAGE)
+    except Unable as error:
+        return failed(str(error), FAILED)
     except ModuleNotFoundError as error:
         if (error.name or "").partition(".")[0] in ("benchmarks", "gsenv"):
             raise

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 TIMES = """\
 Times are CPU times of the step calls in us per simulated second, as medians of repeated runs. Building, compiling and
 reading are not counted, and garbage collection is off."""
@@ -19,6 +21,11 @@ SHARED_FAMILIES = """\
   layer's mean height at the end divided by the number of layers up to it, whichever is larger. A tower that drifts
   sideways by 1 cm or still moves at 1 cm/s at the end has failed. Sleeping is off except where the title says "may
   sleep"."""
+
+
+def method(dim: int, engines: Sequence[str]) -> str:
+    """Return the paragraphs of a dimension, with one on each engine in ``engines`` that is built from its sources."""
+    return "\n\n".join([METHOD[dim], *(paragraph(text) for name, text in BUILT.items() if name in engines)])
 
 
 def paragraph(text: str) -> str:
@@ -95,6 +102,24 @@ Featherstone's algorithm.
         ),
     )
 )
+
+SOFT_STEPS = """\
+Its settings list the steps per second x substeps. "stiff" sets the frequencies of contacts and joints to the most that
+it allows, an eighth and a quarter of the substeps' rate; without it they are its defaults of 30 and 60 Hz, which allow
+overlaps however small the substeps are. "lively" is stiff with less damping, and "not recycled" finds a contact's
+points anew in each step, though the pair has moved by less than 5 cm. Its threshold of restitution is 0, and its
+continuous collision is off. All steps are taken in one call."""
+
+BUILT = {
+    "Box2D v3": f"""
+Box2D v3 is built from its sources for one thread, with its vector instructions or, in the settings that say "scalar",
+without. Its polygons have no skin. {SOFT_STEPS}
+""",
+    "Box3D": f"""
+Box3D is built from its sources for one thread, as it builds by default. It has no cylinders: these are prisms with 32
+sides, the most that its function for them makes. {SOFT_STEPS}
+""",
+}
 
 METHOD = {2: PLANAR, 3: SPATIAL}
 LENIENT = (

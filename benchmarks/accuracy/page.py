@@ -12,7 +12,7 @@ from gsenv.solver.api.options import FIDELITIES
 
 from .cases import Case
 from .fronts import OURS, Judge, Points, best_peer, cheapest, lenient, ratio_to_best_peer, strict
-from .method import LENIENT, METHOD
+from .method import LENIENT, method
 from .points import Point, points_in
 from .suites import suite_of
 
@@ -77,7 +77,7 @@ def report(results: Mapping[str, Any]) -> Report:
     standing = [case for case in cases if case.kind == "standing"]
     balls = [case for case in cases if case.kind == "balls"]
     parts: list[Part] = [Picture("Error against CPU time, one panel for each case", partial(picture, cases, points))]
-    parts.append(METHOD[dim])
+    parts.append(method(dim, points.engines))
     outdated = outdated_cases(points, results["sources"])
     if outdated:
         parts.append(f"These cases were measured before the last change of a source file: {', '.join(outdated)}.")

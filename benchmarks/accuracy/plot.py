@@ -18,9 +18,11 @@ from .points import Point
 COLORS = {
     "gsenv": "#0b6e99",
     "Box2D": "#d1702a",
+    "Box2D v3": "#8e5aa8",
     "pymunk": "#7a8450",
     "MuJoCo": "#d1702a",
     "PyBullet": "#7a8450",
+    "Box3D": "#8e5aa8",
 }
 MARKS = {"fast": "^", "balanced": "o", "accurate": "s"}
 INK = "#333333"
@@ -110,5 +112,5 @@ def draw(cases: Sequence[Case], points: Points) -> Figure:
     figure.supxlabel("CPU time per simulated second", fontsize=10.5, color=INK)
     figure.supylabel("error, relative or in m", fontsize=10.5, color=INK)
     handles = legend_handles(points.engines)
-    figure.legend(handles=handles, loc="outside upper center", ncols=7, frameon=False, fontsize=9.5)
+    figure.legend(handles=handles, loc="outside upper center", ncols=8, frameon=False, fontsize=9.5)
     return figure

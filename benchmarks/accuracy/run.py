@@ -12,6 +12,7 @@ from typing import Any
 from benchmarks.common.progress import progress_bar
 from benchmarks.common.run import Run, UsageError
 
+from .built import BUILT, add_source_options, given_sources
 from .cases import Case
 from .engines import Setting
 from .points import Results, measure_point
@@ -23,6 +24,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--only", nargs="+", metavar="CASE", help="cases (tower:10) or families of cases (tower)")
     parser.add_argument("--engine", nargs="+", metavar="NAME", help="default: all that are installed")
     parser.add_argument("--fresh", action="store_true", help="forget what was measured before")
+    add_source_options(parser)
 
 
 def chosen_cases(cases: Sequence[Case], names: Sequence[str] | None, quick: bool) -> list[Case]:
@@ -41,15 +43,17 @@ def chosen_cases(cases: Sequence[Case], names: Sequence[str] | None, quick: bool
 
 
 def chosen_engines(suite: Suite, names: Sequence[str] | None) -> list[str]:
-    """Return the engines that were asked for, or all that are installed.
+    """Return the engines that were asked for, or all that are installed or whose sources are given.
 
     Raises:
-        UsageError: an engine is unknown or not installed.
+        UsageError: an engine is unknown, not installed or without sources.
     """
     installed = suite.installed
     for name in names or ():
         if name not in suite.engines:
             raise UsageError(f"--engine {name}: unknown; there are {', '.join(suite.engines)}.")
+        if name not in installed and name in BUILT:
+            raise UsageError(f"--engine {name!r}: it is built from its sources; give {BUILT[name].flag} FOLDER.")
         if name not in installed:
             raise UsageError(f"--engine {name}: not installed; pip install 'gsenv[bench]'.")
     return list(names or installed)
@@ -104,11 +108,11 @@ def measure(run: Run) -> dict[str, Any]:
     Raises:
         KeyboardInterrupt: before there was any point.
     """
-    suite = suite_of(run.dim)
+    suite = suite_of(run.dim, given_sources(run.options, run.dim))
     engines = chosen_engines(suite, run.options.engine)
     cases = chosen_cases(suite.cases, run.options.only, run.quick)
     results = Results(run.dim, run.stamp, source_stamps(suite, engines), run.results_file, run.options.fresh)
-    peers = {name: suite.module(name).version() for name in engines if name != "gsenv"}
+    peers = {name: suite.version(name) for name in engines if name != "gsenv"}
     run.stamp["versions"] = results.versions | run.stamp["versions"] | peers
     run.interrupted = not measure_jobs(suite, plan(suite, cases, engines, run.quick), results)
     if not results.points:

@@ -19,8 +19,7 @@ def source_stamps(suite: Suite, engines: Iterable[str]) -> dict[str, str]:
     shared = digest(PACKAGE / "scenes", *(HERE / name for name in suite.judging))
     stamps = {}
     for name in engines:
-        module = suite.module(name)
-        stamps[name] = "; ".join((module.version(), digest(Path(str(module.__file__))), shared, cpu()))
+        stamps[name] = "; ".join((suite.version(name), digest(*suite.files(name)), shared, cpu()))
     return stamps
 
 

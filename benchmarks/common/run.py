@@ -12,6 +12,10 @@ class UsageError(Exception):
     """A wrong command line, in one sentence."""
 
 
+class Unable(Exception):
+    """What a benchmark needs is not here or does not work, in one sentence."""
+
+
 @dataclass
 class Run:
     """One run of a benchmark.
