@@ -1,0 +1,202 @@
+"""CPU time per box and step of heaps that settle and rest, and their largest overlaps; nothing sleeps.
+
+    python -m benchmarks heaps --box2d-source FOLDER
+    python -m benchmarks heaps --dim 3 --box3d-source FOLDER
+
+A stack of 50 boxes and a pyramid with a base of 20, at 60 steps per second: gsenv's fidelities balanced and fast and,
+built from the folder of its sources, Box2D v3 or Box3D. Boxes start exactly touching. "Settling" are the first 60
+steps, "resting" the 60 steps after 5 s. All settings take turns on one core, each run in a new world; times are
+medians. Overlaps are exact, from the poses of one more run.
+"""
+
+from __future__ import annotations
+
+import argparse
+import statistics
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.accuracy.built import add_source_options, given_sources
+from benchmarks.accuracy.engines import Setting, Simulation
+from benchmarks.accuracy.geometry import deepest_overlap
+from benchmarks.accuracy.geometry3d import deepest_box_overlap
+from benchmarks.accuracy.settings_built import STIFF
+from benchmarks.accuracy.suites import Suite, suite_of
+from benchmarks.common.files import packed, unpacked
+from benchmarks.common.progress import progress_bar
+from benchmarks.common.report import Report
+from benchmarks.common.run import Run
+from benchmarks.common.tables import Table
+from benchmarks.common.timing import cpu_time, median_ratio
+from gsenv.scenes import pyramid, stack
+from gsenv.scenes.spatial import cube_pyramid, cube_stack
+from gsenv.solver import Model, Scene
+from gsenv.solver.api.options import FIDELITIES
+from gsenv.solver.records.model import BodyKind
+
+Array = NDArray[np.float64]
+
+HEAPS: dict[int, dict[str, Callable[[], Scene]]] = {
+    2: {"stack of 50": partial(stack, 50), "pyramid, base 20": partial(pyramid, 20)},
+    3: {"stack of 50": partial(cube_stack, 50), "pyramid, base 20": partial(cube_pyramid, 20)},
+}
+TIMESTEP = 1.0 / 60.0
+STEPS, REST = 60, 300  # steps in a timed call, and before the resting ones
+RUNS, QUICK_RUNS = 15, 3
+OURS = ("balanced", "fast")
+
+
+@dataclass(frozen=True)
+class Timing:
+    """A setting on a heap, settling and resting.
+
+    Attributes:
+        heap, engine, setting: which.
+        settling, resting: us per box and step.
+        settling_ratio, resting_ratio: over the time of gsenv's balanced fidelity, median of the runs' ratios.
+        settling_overlap, resting_overlap: m, the largest of all steps.
+        sunk: m, how far the highest box is below its place at the end.
+        drift: m, the farthest that a box is sideways from its place at the end.
+    """
+
+    heap: str
+    engine: str
+    setting: str
+    settling: float
+    resting: float
+    settling_ratio: float
+    resting_ratio: float
+    settling_overlap: float
+    resting_overlap: float
+    sunk: float
+    drift: float
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    add_source_options(parser)
+    parser.add_argument("--runs", type=int, help=f"timed runs of each setting; default: {RUNS}")
+
+
+def settings_of(suite: Suite) -> list[Setting]:
+    """Return gsenv's fidelities and, of engines that are built from sources, the default and stiff settings."""
+    out = [Setting("gsenv", mark, TIMESTEP, {**FIDELITIES[mark], "sleep": False}) for mark in OURS]
+    ways: dict[str, dict[str, Any]] = {
+        "4 substeps": {"substeps": 4},
+        "4 substeps, not recycled": {"substeps": 4, "recycle": False},
+        "16 substeps, stiff": {"substeps": 16, **STIFF},
+        "64 substeps, stiff": {"substeps": 64, **STIFF},
+    }
+    for engine in suite.sources:
+        out += [Setting(engine, label, TIMESTEP, values) for label, values in ways.items()]
+        if "scalar" in suite.module(engine).PEER.variants:
+            out.append(Setting(engine, "4 substeps, scalar", TIMESTEP, {"substeps": 4, "build": "scalar"}))
+    return out
+
+
+def times_of(simulation: Simulation) -> tuple[float, float]:
+    """Return the CPU times in s of the settling and the resting steps."""
+    settling = cpu_time(lambda: simulation.step(STEPS))
+    simulation.step(REST - STEPS)
+    return settling, cpu_time(lambda: simulation.step(STEPS))
+
+
+def overlap_of(model: Model, states: Array) -> float:
+    """Return the deepest overlap in m of boxes and into the ground."""
+    boxes = np.flatnonzero(model.bodies["kind"] == BodyKind.DYNAMIC)
+    half = model.nominal_shapes["size"][model.bodies["shape_first"][boxes]]
+    if model.dim == 2:
+        return deepest_overlap(states[boxes, 0:2], states[boxes, 2], half)
+    return deepest_box_overlap(states[boxes, 0:3], states[boxes, 3:7], half)
+
+
+def worst_overlap(simulation: Simulation, model: Model) -> float:
+    """Take the steps one by one; return the largest overlap in m."""
+    worst = 0.0
+    for _ in range(STEPS):
+        simulation.step(1)
+        worst = max(worst, overlap_of(model, simulation.read()))
+    return worst
+
+
+def places_of(simulation: Simulation, model: Model) -> tuple[float, float, float, float]:
+    """Return in m the largest overlaps, settling and resting, how far the top has sunk, and the largest drift."""
+    up = model.dim - 1
+    start = simulation.read()
+    settling = worst_overlap(simulation, model)
+    simulation.step(REST - STEPS)
+    resting = worst_overlap(simulation, model)
+    end = simulation.read()
+    top = int(start[:, up].argmax())
+    drift = np.linalg.norm((end - start)[:, :up], axis=1).max()
+    return settling, resting, float(start[top, up] - end[top, up]), float(drift)
+
+
+def time_heap(suite: Suite, heap: str, runs: int, advance: Callable[[], None]) -> list[Timing]:
+    """Return the timings of all settings on one heap, measured by turns."""
+    model = HEAPS[suite.dim][heap]().compile()
+    count = int((model.bodies["kind"] == BodyKind.DYNAMIC).sum())
+    settings = settings_of(suite)
+    times: list[list[tuple[float, float]]] = [[] for _ in settings]
+    for _ in range(runs):
+        for setting, found in zip(settings, times, strict=True):
+            found.append(times_of(suite.build(setting.engine)(model, setting)))
+        advance()
+    out = []
+    base = [list(column) for column in zip(*times[0], strict=True)]
+    for setting, found in zip(settings, times, strict=True):
+        phases = [list(column) for column in zip(*found, strict=True)]
+        us = [1e6 * statistics.median(phase) / (STEPS * count) for phase in phases]
+        ratios = [median_ratio(phase, other) for phase, other in zip(phases, base, strict=True)]
+        settling, resting, sunk, drift = places_of(suite.build(setting.engine)(model, setting), model)
+        out.append(
+            Timing(
+                heap, setting.engine, setting.label, us[0], us[1], ratios[0], ratios[1], settling, resting, sunk, drift
+            )
+        )  # fmt: skip
+    return out
+
+
+def measure(run: Run) -> dict[str, Any]:
+    sources: dict[str, Path] = given_sources(run.options, run.dim)
+    suite = suite_of(run.dim, sources)
+    versions = {engine: suite.version(engine) for engine in sources}
+    run.stamp["versions"] = run.stamp["versions"] | versions
+    runs = run.options.runs or (QUICK_RUNS if run.quick else RUNS)
+    timings: list[Timing] = []
+    with progress_bar("", runs * len(HEAPS[run.dim])) as bar:
+        for heap in HEAPS[run.dim]:
+            bar.describe(heap)
+            timings += time_heap(suite, heap, runs, bar.advance)
+    return {"dim": run.dim, "runs": runs, "timings": packed(timings)}
+
+
+def report(results: Mapping[str, Any]) -> Report:
+    timings = unpacked(Timing, results["timings"])
+    text = (
+        f"CPU us per box and step, median of {results['runs']} runs; ratios are over gsenv's balanced. Settling: the"
+        f" first {STEPS} steps from boxes that just touch; resting: {STEPS} steps after {REST * TIMESTEP:g} s. Overlaps"
+        " are the largest at any of these steps, in mm; sunk: how far the highest box is below its place at the end;"
+        " drift: the farthest that a box is sideways from its place."
+    )
+    return Report(f"Heaps in {results['dim']}D", [text, *(table(timings, heap) for heap in HEAPS[results["dim"]])])
+
+
+def table(timings: Sequence[Timing], heap: str) -> Table:
+    rows = [
+        [
+            f"{t.engine}, {t.setting}", f"{t.settling:.3f}", f"{t.resting:.3f}",
+            f"{t.settling_ratio:.2f}", f"{t.resting_ratio:.2f}",
+            *(f"{1e3 * value:.3f}" for value in (t.settling_overlap, t.resting_overlap)),
+            *(f"{1e3 * value:.2f}" for value in (t.sunk, t.drift)),
+        ]
+        for t in timings
+        if t.heap == heap
+    ]  # fmt: skip
+    header = ["us", "us at rest", "ratio", "at rest", "overlap", "at rest", "sunk", "drift"]
+    return Table([heap, *header], rows)
