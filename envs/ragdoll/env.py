@@ -109,6 +109,7 @@ class RagdollTask(BalanceTask):
     task_state_fields = rules.TASK_STATE_FIELDS
     max_episode_steps = time_limit("GRagdoll-v0")
     draw_count = rules.DRAW_COUNT
+    shown_height = SHOWN_HEIGHT
     balanced_substeps = 1  # of 1/60 s: overlaps stay below 0.5 mm in 99 of 100 steps of random drives
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
@@ -137,8 +138,8 @@ class RagdollTask(BalanceTask):
         from gsenv.render.spatial import SpatialCamera
 
         x, y = (float(at) for at in self.task_state["gaze"][world])
-        eye = (x + EYE[0], y + EYE[1], SHOWN_HEIGHT + EYE[2])
-        return SpatialCamera(eye, (x, y, SHOWN_HEIGHT), width=width, height=height)
+        eye = (x + EYE[0], y + EYE[1], self.shown_height + EYE[2])
+        return SpatialCamera(eye, (x, y, self.shown_height), width=width, height=height)
 
 
 class RagdollHardcoreTask(RagdollTask):
@@ -154,6 +155,7 @@ class RagdollGetUpTask(RagdollTask):
     max_episode_steps = time_limit("GRagdoll-get-up-v0")
     arguments = GET_UP_SETTINGS
     getting_up = True
+    shown_height = 0.7  # a limb towards the camera is far down in the picture where the figure lies
 
 
 TASKS: dict[str, type[Task]] = {"balance": RagdollTask, "get_up": RagdollGetUpTask}

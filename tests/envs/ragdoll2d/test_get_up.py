@@ -9,6 +9,7 @@ import gymnasium
 import numpy as np
 import pytest
 
+from gsenv.envs.core.policies import trained_actions
 from gsenv.envs.core.vector import TaskVectorEnv
 from gsenv.envs.ragdoll import env as spatial
 from gsenv.envs.ragdoll import figure
@@ -213,3 +214,16 @@ def test_zero_constant_and_random_actions_do_not_get_up(figure: Figure) -> None:
         for _ in range(299):
             vector.task.step(policy())
             assert not vector.task.infos["success"].any()
+
+
+def test_the_figure_stays_in_the_picture_while_it_gets_up() -> None:
+    """The middles of all parts, feet among them, with a margin for how far the parts reach."""
+    vector, policy = lying(FIGURES[1]), trained_actions("GRagdoll-get-up-v0")
+    parts = vector.task.world.model.bodies["kind"] == BodyKind.DYNAMIC
+    seen, margin = vector.task.observation, 24
+    for _ in range(75):
+        seen = vector.step(policy(seen))[0]
+        for world, middles in enumerate(vector.task.world.position[:, parts]):
+            pixels = vector.task.camera(world, 640, 480).to_pixel(middles)
+            assert (pixels > margin).all()
+            assert (pixels < (640 - margin, 480 - margin)).all()
