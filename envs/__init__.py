@@ -142,7 +142,7 @@ ENVS = (
         "ragdoll.env:RagdollGetUpEnv",
         "ragdoll.env:RagdollGetUpVectorEnv",
         300,
-        5.0,
+        8.0,
         "3D: the figure lies on the ground and gets up",
     ),
 )
