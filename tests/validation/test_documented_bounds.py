@@ -38,4 +38,4 @@ def test_large_pyramids_come_to_rest(
     assert world.diagnostics().penetration[0] < overlap
     sleepy = World(build(20), options=Options.preset(fidelity))
     sleepy.step(180)
-    assert sleepy.asleep[0].all()
+    assert sleepy.asleep[0, 1:].all()

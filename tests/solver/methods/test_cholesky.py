@@ -213,7 +213,8 @@ def test_products_of_blocks_are_counted_and_bounded(shape: str) -> None:
     island = Island(SHAPES[shape])
     n = island.plan()
     columns = [
-        set(island.blocks["column"][island.factor["first"][p] :][: island.factor["count"][p]].tolist()) for p in range(n)
+        set(island.blocks["column"][island.factor["first"][p] :][: island.factor["count"][p]].tolist())
+        for p in range(n)
     ]
     # block (p, q) needs a product for each column left of q that rows p and q share, the diagonal one for each column
     least = sum(len(own & columns[q]) for own in columns for q in own) + sum(map(len, columns))
