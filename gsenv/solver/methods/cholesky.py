@@ -19,7 +19,8 @@ from ..core.rows import EQUATION
 from ..jit import njit
 from ..records.model import NDOF
 
-BLOCKS_PER_BODY = 8  # largest mean number of blocks in a row of the factor; with more, sweeps are cheaper
+BLOCKS_PER_BODY = 40  # mean number of blocks in a row of the factor for which there is memory
+ANY_COST = 1 << 62  # products of blocks: more than any factor has
 _OUTSIDE = -1
 _WAITING = -2  # has rows, but no block row yet
 _IDLE = -3  # in the island, but no row found yet
@@ -138,16 +139,19 @@ def _order_bodies(island_bodies: Any, factor: Any, edges: Any) -> Any:
 
 
 @njit
-def plan_factor(rows: Any, count: Any, equations: Any, island_bodies: Any, factor: Any, edges: Any, blocks: Any) -> Any:
+def plan_factor(
+    rows: Any, count: Any, equations: Any, island_bodies: Any, factor: Any, edges: Any, blocks: Any, most_products: Any
+) -> Any:
     """Order the bodies that rows move, and lay out the factor.
 
-    Returns the number of block rows, or 0 where the factor does not fit or sweeps are cheaper.  ``equations``:
-    whether only rows of that kind count.  ``factor`` (body,), all ``place`` negative on entry; ``edges`` int32
-    (4 * row,).
+    Returns the number of block rows and that of the products of blocks in ``factorise``; (0, 0) where the blocks do
+    not fit or the products are more than ``most_products``.  ``equations``: whether only rows of that kind count.
+    ``factor`` (body,), all ``place`` negative on entry; ``edges`` int32 (4 * row,).
     """
     _link_bodies(rows, count, equations, island_bodies, factor, edges)
     n = _order_bodies(island_bodies, factor, edges)
     total = 0
+    products = 0
     for p in range(n):
         row = factor[p]
         row.first = total
@@ -156,8 +160,8 @@ def plan_factor(rows: Any, count: Any, equations: Any, island_bodies: Any, facto
         while edge >= 0:
             q = factor[edges[2 * edge + 1]].place
             while q < p and factor[q].mark != p:  # up the elimination tree
-                if total + 1 >= min(len(blocks), BLOCKS_PER_BODY * n):
-                    return 0
+                if total + 1 >= len(blocks):
+                    return 0, 0
                 factor[q].mark = p
                 blocks[total].column = q
                 total += 1
@@ -166,12 +170,13 @@ def plan_factor(rows: Any, count: Any, equations: Any, island_bodies: Any, facto
                 q = factor[q].parent
             edge = edges[2 * edge]
         row.count = total - row.first
+        products += row.count * (row.count + 1) // 2
         _sort_columns(blocks, row.first, total)
-        if total >= len(blocks):
-            return 0
+        if total >= len(blocks) or products > most_products:
+            return 0, 0
         blocks[total].column = p
         total += 1
-    return n
+    return n, products
 
 
 @njit

@@ -15,6 +15,7 @@ from typing import Any
 from ..core.rows import EQUATION, push_row
 from ..jit import njit
 from .cholesky import (
+    ANY_COST,
     add_force,
     add_stiffness,
     change_of,
@@ -39,7 +40,7 @@ def factorise_equations(
     rows: Any, end: Any, island_bodies: Any, substep_bodies: Any, entries: Any, edges: Any, blocks: Any
 ) -> Any:
     """Factorise the equations among ``rows[:end]``; returns the size, 0 if there are none or it does not fit."""
-    n = plan_factor(rows, end, True, island_bodies, entries, edges, blocks)
+    n, _ = plan_factor(rows, end, True, island_bodies, entries, edges, blocks, ANY_COST)
     load_masses(n, entries, blocks, substep_bodies)
     for r in range(end):
         if n > 0 and rows[r].kind == EQUATION and rows[r].diagonal > 0.0:

@@ -26,6 +26,7 @@ from typing import Any
 from ..core.rows import EQUATION, FRICTION, apply_impulse, relative_velocity
 from ..jit import njit
 from .cholesky import (
+    ANY_COST,
     add_force,
     add_product,
     add_stiffness,
@@ -371,7 +372,7 @@ def solve_newton(
     substep_bodies = scratch.substep_bodies
     factor = scratch.factor
     entries = factor.entries
-    factor.plan.size = plan_factor(rows, count, False, island_bodies, entries, factor.edges, factor.blocks)
+    factor.plan.size, _ = plan_factor(rows, count, False, island_bodies, entries, factor.edges, factor.blocks, ANY_COST)
     left = MOST_STEPS
     used = 1
     converged = factor.plan.size > 0

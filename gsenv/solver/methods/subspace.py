@@ -7,7 +7,10 @@ removes the slow modes (a leaning tower, a light body under a heavy one), sweeps
 For the active rows, with w their present velocities and s = epsilon A_rr + softness,
 (A + diag(s - softness)) d = -w  is solved for the change d of the impulses in body space:
 (M + J^T s^-1 J) x = -J^T s^-1 w,  d = -(w + J x) / s.  epsilon makes redundant rows harmless: it
-keeps d small, so repeated steps converge to the exact solution whatever epsilon is.
+keeps d small, so repeated steps converge to the exact solution whatever epsilon is.  A step that fails is
+repeated with a larger epsilon (Levenberg, "A method for the solution of certain non-linear problems in least
+squares", Quarterly of Applied Mathematics 2 (1944)): the rows found active may ask for impulses far beyond
+their bounds, as those of gaps that no motion of a box can close at once.
 A step that raises the energy function that the solve minimises is repeated without the rows that it left inactive,
 then shortened, or not taken;
 rows that contradict each other (a body between a press and the ground) would keep w = -epsilon A_rr d,
@@ -38,13 +41,19 @@ from .cholesky import (
 from .nncg import solve_nncg
 
 EPSILON = 1e-6
+DAMPED_EPSILON = 1e-3  # after a step that failed
 CONTRADICTION = 0.05  # remaining fraction of sum w^2 / A_rr above which rows contradict each other
 ROUNDS = 5  # direct steps, each on the rows that the one before left active
 NEARER = 0.5  # of the rise of the energy function: steps that reduce it less are the last,
 SLIDING = 10  # as are those with which one in so many contacts slides: the energy function ignores that bounds change
 TRIALS = 2  # step lengths 1/2, 1/4
-FIRST_SWEEPS = 4  # sweeps before the first step
-SWEEPS_BETWEEN = 4  # sweeps between steps, each of which costs two or three sweeps
+FIRST_SWEEPS = 4  # least number of sweeps before the first step
+SWEEPS_BETWEEN = 4  # sweeps between steps
+DEAREST = 2.0  # of the most sweeps: islands whose step would cost more are left to the sweeps
+# Measured cost of a step, in sweeps: that of the rows for each degree of freedom of a body, and that of a product of
+# two blocks, in sweeps over one row, for the square of the degrees of freedom.
+ROWS_COST = 0.65
+PRODUCT_COST = 1.0 / 15.0
 
 
 @njit
@@ -125,7 +134,7 @@ def _move(rows: Any, count: Any, bodies: Any, length: Any) -> None:
 
 
 @njit
-def _set_directions(rows: Any, count: Any, bodies: Any, scratch: Any, kinematic_contact: Any) -> Any:
+def _set_directions(rows: Any, count: Any, bodies: Any, scratch: Any, kinematic_contact: Any, epsilon: Any) -> Any:
     """Set the direct step of the active rows; False where there is none, or where rows contradict each other."""
     substep_bodies = scratch.substep_bodies
     entries = scratch.factor.entries
@@ -137,7 +146,7 @@ def _set_directions(rows: Any, count: Any, bodies: Any, scratch: Any, kinematic_
         row.previous = row.impulse
         row.direction = 0.0
         if _is_active(rows, r):
-            s = EPSILON * (row.diagonal - row.softness) + row.softness
+            s = epsilon * (row.diagonal - row.softness) + row.softness
             row.direction = _row_velocity(row, bodies)
             add_stiffness(row, entries, blocks, 1.0 / s)
             add_force(row, entries, -row.direction / s)
@@ -150,7 +159,7 @@ def _set_directions(rows: Any, count: Any, bodies: Any, scratch: Any, kinematic_
         row = rows[r]
         if _is_active(rows, r):
             w = row.direction
-            hold = EPSILON * (row.diagonal - row.softness)
+            hold = epsilon * (row.diagonal - row.softness)
             row.direction = -(w + change_of(row, entries)) / (hold + row.softness)
             violation += w * w / row.diagonal
             left += (hold * row.direction) ** 2 / row.diagonal
@@ -158,7 +167,9 @@ def _set_directions(rows: Any, count: Any, bodies: Any, scratch: Any, kinematic_
 
 
 @njit
-def subspace_step(rows: Any, count: Any, bodies: Any, island_bodies: Any, scratch: Any, kinematic_contact: Any) -> Any:
+def subspace_step(
+    rows: Any, count: Any, bodies: Any, island_bodies: Any, scratch: Any, kinematic_contact: Any, epsilon: Any
+) -> Any:
     """Take a direct step on the active rows; returns whether it was taken. Bounds hold before and after.
 
     A step that raises the energy function is followed by one on the rows that are still active after it, such as
@@ -171,7 +182,7 @@ def subspace_step(rows: Any, count: Any, bodies: Any, island_bodies: Any, scratc
     last = np.inf
     straight = False  # whether directions are those of the first step
     for k in range(ROUNDS):
-        if not _set_directions(rows, count, bodies, scratch, kinematic_contact):
+        if not _set_directions(rows, count, bodies, scratch, kinematic_contact, epsilon):
             break
         _move(rows, count, bodies, 1.0)
         after = _objective(rows, count, island_bodies, bodies, substep_bodies)
@@ -196,6 +207,19 @@ def subspace_step(rows: Any, count: Any, bodies: Any, island_bodies: Any, scratc
 
 
 @njit
+def _plan_step(rows: Any, count: Any, island_bodies: Any, factor: Any, max_sweeps: Any) -> Any:
+    """Lay out the factor of a step; returns how many sweeps a step costs, infinity where it would not pay."""
+    ndof = len(rows[0].jacobian_a)
+    fixed = ROWS_COST * ndof
+    per_product = PRODUCT_COST * ndof * ndof / count
+    most = int64(max((DEAREST * max_sweeps - fixed) / per_product, 0.0))
+    factor.plan.size, products = plan_factor(
+        rows, count, False, island_bodies, factor.entries, factor.edges, factor.blocks, most
+    )
+    return fixed + per_product * products if factor.plan.size > 0 else np.inf
+
+
+@njit
 def solve_subspace(
     rows: Any,
     count: Any,
@@ -208,8 +232,9 @@ def solve_subspace(
 ) -> Any:
     """Take accelerated sweeps, with a subspace step after every few. Returns (sweeps, residual).
 
-    ``limits`` as for ``solve_pgs``.  A warm start within the tolerance costs one sweep and no factor; an island
-    whose factor has too much fill-in is solved by sweeps alone.
+    ``limits`` as for ``solve_pgs``.  A warm start within the tolerance costs one sweep and no factor.  The first step
+    is taken when the sweeps have cost as much as it does: so a solve costs at most about twice as much as the cheaper
+    of both ways (the ski-rental problem).  An island whose factor has too much fill-in is solved by sweeps alone.
     """
     max_sweeps, tolerance, scale = limits
     first = (min(FIRST_SWEEPS, max_sweeps), tolerance, scale)
@@ -218,12 +243,18 @@ def solve_subspace(
         return used, residual
     factor = scratch.factor
     entries = factor.entries
-    factor.plan.size = plan_factor(rows, count, False, island_bodies, entries, factor.edges, factor.blocks)
-    fits = factor.plan.size > 0
+    cost = _plan_step(rows, count, island_bodies, factor, max_sweeps)
+    fits = cost < np.inf
     if joint_factor is not None:
         fits = fits and not any_coupled(rows, count)
+    worth = int64(min(cost, max_sweeps - SWEEPS_BETWEEN))  # sweeps before the first step
+    if fits and used < worth:
+        more, residual = solve_nncg(rows, count, bodies, island_bodies, joint_factor, (worth - used, tolerance, scale))
+        used += more
     while fits and residual > tolerance and used < max_sweeps:
-        fits = subspace_step(rows, count, bodies, island_bodies, scratch, kinematic_contact)
+        fits = subspace_step(rows, count, bodies, island_bodies, scratch, kinematic_contact, EPSILON)
+        if not fits:
+            fits = subspace_step(rows, count, bodies, island_bodies, scratch, kinematic_contact, DAMPED_EPSILON)
         next_few = (min(SWEEPS_BETWEEN, max_sweeps - used), tolerance, scale)
         before = residual
         more, residual = solve_nncg(rows, count, bodies, island_bodies, joint_factor, next_few)

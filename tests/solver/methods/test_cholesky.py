@@ -12,6 +12,7 @@ from gsenv.solver.core.joint_rows import finish_row
 from gsenv.solver.core.rows import BOUNDED, EQUATION, row_dtype
 from gsenv.solver.jit import njit
 from gsenv.solver.methods.cholesky import (
+    ANY_COST,
     BLOCKS_PER_BODY,
     add_force,
     add_stiffness,
@@ -84,13 +85,13 @@ class Island:
         self.state = np.zeros(bodies, body_state_dtype(DIM))
         self.state["velocity"][1:] = random.normal(size=(bodies - 1, NDOF))
 
-    def plan(self, equations: bool = True) -> int:
-        return int(
-            plan_factor(
-                as_records(self.rows), len(self.rows), equations, self.island_bodies,
-                as_records(self.factor), self.chain, as_records(self.blocks),
-            )
+    def plan(self, equations: bool = True, most_products: int = ANY_COST) -> int:
+        size, products = plan_factor(
+            as_records(self.rows), len(self.rows), equations, self.island_bodies,
+            as_records(self.factor), self.chain, as_records(self.blocks), most_products,
         )  # fmt: skip
+        self.products = int(products)
+        return int(size)
 
     def jacobian(self) -> Array:
         """(row, body * 3), dense; the static body feels nothing."""
@@ -203,8 +204,24 @@ def test_what_does_not_fit_is_refused() -> None:
     island = Island(SHAPES["all with all"], blocks=10)
     assert island.plan() == 0
     forget_factor(island.island_bodies, as_records(island.factor))
-    crowd = Island([(j, k) for k in range(1, 25) for j in range(k)])
-    assert crowd.plan() == 0  # more than BLOCKS_PER_BODY blocks a body do not pay
+    crowd = Island([(j, k) for k in range(1, 2 * BLOCKS_PER_BODY + 10) for j in range(k)])
+    assert crowd.plan() == 0  # more than BLOCKS_PER_BODY blocks a body
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_products_of_blocks_are_counted_and_bounded(shape: str) -> None:
+    island = Island(SHAPES[shape])
+    n = island.plan()
+    first, count = island.factor["first"], island.factor["count"]
+    columns = [set(island.blocks["column"][first[p] : first[p] + count[p]].tolist()) for p in range(n)]
+    # block (p, q) needs a product for each column left of q that rows p and q share, the diagonal one for each column
+    least = sum(len(own & columns[q]) for own in columns for q in own) + sum(map(len, columns))
+    assert least <= island.products
+    forget_factor(island.island_bodies, as_records(island.factor))
+    assert island.plan(most_products=island.products) == n
+    if island.products > 0:
+        forget_factor(island.island_bodies, as_records(island.factor))
+        assert island.plan(most_products=island.products - 1) == 0
 
 
 def test_only_equations_count() -> None:
