@@ -56,6 +56,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return failed("interrupted; nothing was written.", INTERRUPTED)
 
 
+def without_place(word: str) -> str:
+    """Return a word of a command line, FOLDER in place of an absolute path: pages do not tell where things lay."""
+    return "FOLDER" if Path(word).is_absolute() else word
+
+
 def failed(sentence: str, code: int) -> int:
     print(f"benchmarks: {sentence}", file=sys.stderr)
     return code
@@ -110,7 +115,7 @@ def run(benchmark: Benchmark, words: list[str]) -> int:
     if options.from_results:
         results = stored_results(options.from_results, stem)
     else:
-        command = shlex.join(["python", "-m", "benchmarks", *words])
+        command = shlex.join(["python", "-m", "benchmarks", *map(without_place, words)])
         job = Run(options, options.quick, dim, make_stamp(command), outputs.results)
         results = measured(benchmark, module, job)
         interrupted = job.interrupted
