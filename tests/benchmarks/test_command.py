@@ -99,6 +99,12 @@ def test_command_line_of_each(name: str, capsys: pytest.CaptureFixture[str]) -> 
     assert ("--core" in text) == BENCHMARKS[name].single_core
 
 
+def test_pages_do_not_tell_where_things_lay(small: Path) -> None:
+    out = small / "out"
+    assert command.main(["small", "--out", str(out)]) == command.OK
+    assert read_json(out / "small.json")["stamp"]["command"] == "python -m benchmarks small --out FOLDER"
+
+
 @pytest.mark.parametrize("stem", RESULTS)
 def test_page_and_stored_results_agree(stem: str) -> None:
     """docs/ has what the report makes of benchmarks/results/: `--from-results` writes the pages anew."""
