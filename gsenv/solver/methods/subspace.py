@@ -7,15 +7,16 @@ removes the slow modes (a leaning tower, a light body under a heavy one), sweeps
 For the active rows, with w their present velocities and s = epsilon A_rr + softness,
 (A + diag(s - softness)) d = -w  is solved for the change d of the impulses in body space:
 (M + J^T s^-1 J) x = -J^T s^-1 w,  d = -(w + J x) / s.  epsilon makes redundant rows harmless: it
-keeps d small, so repeated steps converge to the exact solution whatever epsilon is.  A step that fails is
-repeated with a larger epsilon (Levenberg, "A method for the solution of certain non-linear problems in least
-squares", Quarterly of Applied Mathematics 2 (1944)): the rows found active may ask for impulses far beyond
-their bounds, as those of gaps that no motion of a box can close at once.
+keeps d small, so repeated steps converge to the exact solution whatever epsilon is.  In heaps with many
+redundant rows a step that fails is repeated with a larger epsilon (Levenberg, "A method for the solution of
+certain non-linear problems in least squares", Quarterly of Applied Mathematics 2 (1944)): the rows found
+active may ask for impulses far beyond their bounds, as those of gaps that no motion of a box can close at
+once.  Columns that land and ropes settle better by sweeps after such a failure.
 A step that raises the energy function that the solve minimises is repeated without the rows that it left inactive,
 then shortened, or not taken;
 rows that contradict each other (a body between a press and the ground) would keep w = -epsilon A_rr d,
-and are left to the sweeps.  Only islands in contact with a moving kinematic body can have such rows;
-elsewhere the remainder is a slow mode, which the next step reduces further.
+and are left to the sweeps.  In islands without contact with a moving kinematic body the remainder is mostly
+a slow mode, which the next step reduces further.
 """
 
 from __future__ import annotations
@@ -41,7 +42,8 @@ from .cholesky import (
 from .nncg import solve_nncg
 
 EPSILON = 1e-6
-DAMPED_EPSILON = 1e-3  # after a step that failed
+DAMPED_EPSILON = 1e-3  # after a step that failed, in islands with many redundant rows:
+REDUNDANT = 2  # rows for each degree of freedom; stacks of boxes have as many
 CONTRADICTION = 0.05  # remaining fraction of sum w^2 / A_rr above which rows contradict each other
 ROUNDS = 5  # direct steps, each on the rows that the one before left active
 NEARER = 0.5  # of the rise of the energy function: steps that reduce it less are the last,
@@ -253,7 +255,7 @@ def solve_subspace(
         used += more
     while fits and residual > tolerance and used < max_sweeps:
         fits = subspace_step(rows, count, bodies, island_bodies, scratch, kinematic_contact, EPSILON)
-        if not fits:
+        if not fits and count > REDUNDANT * len(rows[0].jacobian_a) * len(island_bodies):
             fits = subspace_step(rows, count, bodies, island_bodies, scratch, kinematic_contact, DAMPED_EPSILON)
         next_few = (min(SWEEPS_BETWEEN, max_sweeps - used), tolerance, scale)
         before = residual

@@ -68,11 +68,11 @@ WORLDS: dict[str, tuple[Callable[[], World], int]] = {  # and how many steps
     "3D chain": (lambda: World(spatial_chain(), options=AWAKE), 120),
 }
 GOLDEN = {
-    "2D mixed": "f6a0eb338970a6ef36dbf4794547bc725449a09fc4e6615b094f60e1a66a9214",
-    "2D tumble": "07690ea7fb7cbdf8d74865e9b53b06571590c7c5718e53b2f38eab27b8dec956",
+    "2D mixed": "e8f913beca15e0c1f29f06fd73a87b34f023dc24c26e0ea2d66c478a58610e8b",
+    "2D tumble": "83c86c735cd1bd7a2ee92b80f07f9be8e73fd8a25c301b20236a12b136a7b7ab",
     "2D pyramid": "edb5f93318832ff604f2b0f0c3f8760b3a8dd4c42e721d2a0531ba6bb7c82121",
-    "3D mixed": "b3569ccd8524b28ee5d3481ae8e6199c5c78d4a04c8dad8bd87d4cca6f287811",
-    "3D tumble": "14159e36c6c9bcd53a4012c3fdc4e6a08de6e1068f6aceda1b4f9d5d29ed26b5",
+    "3D mixed": "de187cef60d9bd8b632a101e3d47f31a5c420c61e872321aaa76506b8541dc55",
+    "3D tumble": "1818d31e98a1a86c057804ab54ab08c417b6565c98c2c0aa92432a65da16a371",
     "3D chain": "e6748a8a059611d02e750149ae2377e4f00e421dc8ea642973576dcb599b209d",
 }
 
