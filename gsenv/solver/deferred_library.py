@@ -3,6 +3,9 @@
 numba optimises each function together with all that it calls and translates it to machine code before it compiles
 the caller, where the same happens again; the functions of a step are nested ten deep.  A `DeferredLibrary` does
 neither until a pointer to its code is needed.  Until then it holds one function, and its caller links it.
+
+The cache stores the machine code of such a kernel without the code that callers link, which takes twice the space
+and is seldom wanted: a caller makes it anew.
 """
 
 from __future__ import annotations
@@ -18,6 +21,7 @@ from numba.core.codegen import JITCodeLibrary
 from numba.core.environment import lookup_environment
 from numba.core.runtime import rtsys
 
+_MACHINE_CODE = "machine code"  # the kind of a cache entry
 _ENVIRONMENT = "_ZN08NumbaEnv"  # prefix of the global variables that point to a function's globals
 _DYNAMIC = "numba.dynamic.globals"  # prefix of addresses that are valid in this process only
 
@@ -31,6 +35,9 @@ class DeferredLibrary(JITCodeLibrary):
 
     kernel: tuple[Any, tuple[Any, ...]] | None = None
     """The dispatcher and the argument types of a kernel, None for other functions."""
+
+    is_machine_code = False
+    """Whether it was loaded without code that a caller can link."""
 
     @property
     def codegen(self) -> Any:
@@ -64,12 +71,24 @@ class DeferredLibrary(JITCodeLibrary):
 
     def _get_module_for_linking(self) -> Any:
         """Return the code for a caller; of an incomplete library its own function alone."""
+        if self.is_machine_code:
+            return self._linkable_again()
         if self._finalized:
             return super()._get_module_for_linking()
         module = self._final_module.clone()
         for function in module.functions:
             if not function.is_declaration and function.linkage == binding.Linkage.external:
                 function.linkage = "linkonce_odr"  # several callers may link it
+        return module
+
+    def _linkable_again(self) -> Any:
+        """Return the code of this kernel and of all that it calls, compiled once more or from the cache."""
+        assert self.kernel is not None
+        dispatcher, arguments = self.kernel
+        library = dispatcher.compile_inner(arguments).library
+        module = library._get_module_for_linking()
+        for callee in library._callees():
+            module.link_in(callee._get_module_for_linking(), preserve=True)
         return module
 
     def finalize(self) -> None:
@@ -93,7 +112,7 @@ class DeferredLibrary(JITCodeLibrary):
     def serialize_using_object_code(self) -> Any:
         """Return what the cache stores: machine code, or of an incomplete library its code and its callees' names."""
         if self._finalized:
-            return super().serialize_using_object_code()
+            return self._serialize_machine_code()
         module, kernels = self._get_module_for_linking(), []
         own = {function.name for function in module.functions if not function.is_declaration}
         for library in self._callees(beyond_kernels=False):
@@ -107,9 +126,30 @@ class DeferredLibrary(JITCodeLibrary):
                 function.linkage = "internal"  # numba names helpers by a number that another process gives to others
         return self.name, "deferred", (module.as_bitcode(), kernels)
 
+    def _serialize_machine_code(self) -> Any:
+        if self.kernel is None or not self.kernel[0].has_lasting_symbol:
+            return super().serialize_using_object_code()
+        module = self._final_module
+        named = (*module.functions, *module.global_variables)
+        symbols = [value.name for value in named if not value.is_declaration]
+        return self.name, _MACHINE_CODE, (self._get_compiled_object(), symbols)
+
+    @classmethod
+    def _load_machine_code(cls, codegen: Any, state: Any) -> Any:
+        name, _, (code, symbols) = state
+        library = codegen.create_library(name)
+        library.is_machine_code = True
+        library.enable_object_caching()
+        library._set_compiled_object(code)
+        library._finalize_final_module()
+        codegen._engine._defined_symbols.update(symbols)
+        return library
+
     @classmethod
     def _unserialize(cls, codegen: Any, state: Any) -> Any:
         name, kind, data = state
+        if kind == _MACHINE_CODE:
+            return cls._load_machine_code(codegen, state)
         if kind != "deferred":
             return super()._unserialize(codegen, state)
         library = codegen.create_library(name)

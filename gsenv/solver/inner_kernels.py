@@ -61,6 +61,7 @@ class KernelDispatcher(CPUDispatcher):
         self.inner = False
         self._options = dict(self._compiler.targetoptions)
         self._inner_overloads: set[tuple[Any, ...]] = set()
+        self._machine_code: dict[tuple[Any, ...], Any] = {}  # results for Python, while `overloads` has inner ones
 
     def get_call_template(self, arguments: Any, keywords: Any) -> Any:
         """Numba's, for exactly these types: a record never stands for another one with the same first fields.
@@ -83,6 +84,10 @@ class KernelDispatcher(CPUDispatcher):
             if not inner and arguments in self._inner_overloads:
                 self._inner_overloads.remove(arguments)
                 del self.overloads[arguments]
+                if arguments in self._machine_code:
+                    self.overloads[arguments] = self._machine_code.pop(arguments)
+            elif inner and arguments in self.overloads and self.overloads[arguments].library.is_machine_code:
+                self._machine_code[arguments] = self.overloads.pop(arguments)
             before = self.inner
             self._become(inner)
             KernelDispatcher._depth += 1
@@ -92,6 +97,21 @@ class KernelDispatcher(CPUDispatcher):
             finally:
                 KernelDispatcher._depth -= 1
                 self._become(before)
+
+    def compile_inner(self, arguments: tuple[Any, ...]) -> Any:
+        """Compile for these types as for another kernel; returns numba's result."""
+        with global_compiler_lock:
+            KernelDispatcher._depth += 1
+            try:
+                self.compile(arguments)
+            finally:
+                KernelDispatcher._depth -= 1
+            return self.overloads[arguments]
+
+    @property
+    def has_lasting_symbol(self) -> bool:
+        """Whether every process gives this kernel's code the same name."""
+        return self.py_func in symbol_ids
 
     def _become(self, inner: bool) -> None:
         self.inner = inner

@@ -149,6 +149,9 @@ def test_numba_still_has_the_private_parts_that_the_cache_uses() -> None:
     assert {"load", "save", "flush"} <= set(dir(stock._cache_file))
     kernel: Any = njit(function)
     assert type(kernel._cache._cache_file).__module__ == jit.__name__
+    engine = kernel.targetctx.codegen()._engine
+    assert isinstance(engine._defined_symbols, set)
+    assert engine.is_symbol_defined(next(iter(engine._defined_symbols)))
 
 
 def test_failing_save_is_reported_and_the_call_goes_on(package: Path) -> None:
@@ -291,6 +294,42 @@ def test_entry_that_calls_a_missing_symbol_is_compiled_again(package: Path) -> N
     assert code.count(b"6callee") > 1  # in the code and in its description
     path.write_bytes(code.replace(b"6callee", b"6collee"))  # as if numba made symbols in another way
     assert run_top(package, 1) == "21"
+
+
+MIXED = """
+import numba
+from gsenv.solver.caller import caller
+print(caller(1))  # machine code from the cache
+
+@numba.njit
+def function(x):
+    return caller(x) + 1
+
+print(function(1))
+from gsenv.solver.top import top
+print(top(1), caller(1))
+from gsenv.solver.jit import entry
+print(entry(caller, 1)(1))
+"""
+
+
+def test_cached_machine_code_is_compiled_again_for_callers_only(package: Path) -> None:
+    """The entry of a kernel that Python called has no code to link into others."""
+    assert run(package, "1")[0] == "20"
+    (package / "gsenv/solver/top.py").write_text(TOP.format(5))
+    for _ in range(2):
+        command = [sys.executable, "-c", MIXED]
+        done = subprocess.run(command, cwd=package, capture_output=True, text=True, timeout=120)
+        assert done.returncode == 0, done.stderr
+        assert done.stdout.split() == ["20", "21", "25", "20", "20"]
+
+
+def test_entry_for_python_holds_no_code_for_callers(package: Path) -> None:
+    run(package, "1")
+    (name,) = [name for name in entries(package) if name.endswith(".nbc")]
+    data = (package / "gsenv/solver/__pycache__" / name).read_bytes()
+    assert b"ELF" in data[:2000] or sys.platform != "linux"
+    assert b"BC\xc0\xde" not in data  # how bitcode begins
 
 
 HELPERS = """
