@@ -162,7 +162,7 @@ TASKS: dict[str, type[Task]] = {"balance": RagdollTask, "get_up": RagdollGetUpTa
 
 
 _SPECIFICATION = (
-    """Keep a figure on its feet in 3D: {id}.
+    """{goal}: {id}.
 
     ## Description
     A person of 1.7 m and 60 kg stands on level ground with bent knees and is pushed at the hips every
@@ -238,9 +238,13 @@ _SPECIFICATION = (
 )
 
 
+def _specification(name: str, goal: str) -> str:
+    return _SPECIFICATION.replace("{id}", name).replace("{goal}", goal)
+
+
 @documented
 class RagdollEnv(OneOfTasks, TaskEnv, Env[Any, Any]):
-    __doc__ = _SPECIFICATION.replace("{id}", "GRagdoll-v0")
+    __doc__ = _specification("GRagdoll-v0", "Keep a figure on its feet in 3D")
 
     tasks = TASKS
     task_class = RagdollTask
@@ -257,7 +261,7 @@ class RagdollVectorEnv(OneOfTasks, TaskVectorEnv, VectorEnv[Any, Any, Any]):
 
 @documented
 class RagdollHardcoreEnv(TaskEnv, Env[Any, Any]):
-    __doc__ = _SPECIFICATION.replace("{id}", "GRagdoll-hardcore-v0")
+    __doc__ = _specification("GRagdoll-hardcore-v0", "Keep a figure on its feet in 3D")
 
     task_class = RagdollHardcoreTask
     push: float
@@ -272,7 +276,7 @@ class RagdollHardcoreVectorEnv(TaskVectorEnv, VectorEnv[Any, Any, Any]):
 
 @documented
 class RagdollGetUpEnv(TaskEnv, Env[Any, Any]):
-    __doc__ = _SPECIFICATION.replace("{id}", "GRagdoll-get-up-v0")
+    __doc__ = _specification("GRagdoll-get-up-v0", "Get up from the ground in 3D")
 
     task_class = RagdollGetUpTask
     push: float

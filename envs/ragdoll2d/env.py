@@ -148,7 +148,7 @@ TASKS: dict[str, type[Task]] = {"balance": RagdollTask, "get_up": RagdollGetUpTa
 
 
 _SPECIFICATION = (
-    """Keep a figure on its feet: {id}.
+    """{goal}: {id}.
 
     ## Description
     Seen from the side, a person of 1.7 m and 60 kg stands on level ground with bent knees and is pushed
@@ -224,9 +224,13 @@ _SPECIFICATION = (
 )
 
 
+def _specification(name: str, goal: str) -> str:
+    return _SPECIFICATION.replace("{id}", name).replace("{goal}", goal)
+
+
 @documented
 class RagdollEnv(OneOfTasks, TaskEnv, Env[Any, Any]):
-    __doc__ = _SPECIFICATION.replace("{id}", "GRagdoll2D-v0")
+    __doc__ = _specification("GRagdoll2D-v0", "Keep a figure on its feet")
 
     tasks = TASKS
     task_class = RagdollTask
@@ -243,7 +247,7 @@ class RagdollVectorEnv(OneOfTasks, TaskVectorEnv, VectorEnv[Any, Any, Any]):
 
 @documented
 class RagdollHardcoreEnv(TaskEnv, Env[Any, Any]):
-    __doc__ = _SPECIFICATION.replace("{id}", "GRagdoll2D-hardcore-v0")
+    __doc__ = _specification("GRagdoll2D-hardcore-v0", "Keep a figure on its feet")
 
     task_class = RagdollHardcoreTask
     push: float
@@ -258,7 +262,7 @@ class RagdollHardcoreVectorEnv(TaskVectorEnv, VectorEnv[Any, Any, Any]):
 
 @documented
 class RagdollGetUpEnv(TaskEnv, Env[Any, Any]):
-    __doc__ = _SPECIFICATION.replace("{id}", "GRagdoll2D-get-up-v0")
+    __doc__ = _specification("GRagdoll2D-get-up-v0", "Get up from the ground")
 
     task_class = RagdollGetUpTask
     push: float
