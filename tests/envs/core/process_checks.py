@@ -19,7 +19,7 @@ import gymnasium
 import numpy as np
 from gymnasium.vector import AutoresetMode
 
-from tests.envs.registered import IDS, digest, make, make_vector, play, random_actions
+from tests.envs.registered import IDS, TASK_IDS, digest, make, make_vector, play, random_actions
 
 STEPS = 12
 LIMIT = 8
@@ -117,7 +117,7 @@ def main() -> None:
     if check == "pool":
         check_pool(method)
     else:
-        for env_id in IDS:
+        for env_id in TASK_IDS:
             {"gymnasium": check_gymnasium, "sb3": check_sb3}[check](env_id, method)
     print("same")
 
