@@ -1,8 +1,9 @@
 """Contacts of bodies at rest: they are taken from the last step, without the narrowphase.
 
 After a step the separation of each contact is that of the new poses, to first order in the motion.  So a pair at rest
-keeps its contacts until its bodies have moved by a small part of the slop since the narrowphase found them.  Catto
-("Solver2D", 2024, and Box2D v3) and Bullet keep manifolds in a similar way.
+keeps its contacts until its bodies have moved by a small part of their size since the narrowphase found them.  Catto
+("Solver2D", 2024, and Box2D v3) and Bullet keep manifolds in a similar way.  Round shapes are searched in each step: a
+contact that stays behind a rolling ball would push it.
 """
 
 from __future__ import annotations

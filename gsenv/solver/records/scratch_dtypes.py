@@ -20,7 +20,7 @@ def shape_geometry_dtype(dim: int) -> np.dtype[Any]:
             ("reach", "f8"),  # m, largest motion in a step beyond the linear one: by rotation, gravity and forces
             ("extent", "f8"),  # m, length scale of a dynamic shape, else infinite
             ("form", "f8"),  # code of size and place on the body; see core/recycling.py
-            ("calm", "i4"),  # 1: on a static body, or on one without joints that rests
+            ("calm", "i4"),  # 1: not round, and on a static body or one without joints that rests
             ("active", "i4"),  # 1: enabled, on an enabled body
             ("dynamic", "i4"),  # 1: active, on a dynamic body
             ("awake", "i4"),  # 1: on an awake dynamic or a moving kinematic body

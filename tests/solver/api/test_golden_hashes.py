@@ -69,7 +69,7 @@ WORLDS: dict[str, tuple[Callable[[], World], int]] = {  # and how many steps
 }
 GOLDEN = {
     "2D mixed": "0ba5bc51976541ffa85ce0b93089ed46c69e4d74c1fcf8ab54b00ceff1aaea26",
-    "2D tumble": "296cdebcccc48646cbf3a1fad22707e12310e20a2b22f6bb383cc81208dc65c3",
+    "2D tumble": "3af51c3373e5bbc140796ed5df14272453f1dbc4a516b7354f0f72265c4619fe",
     "2D pyramid": "d5767f02ad7e88365ead83d261e6fb4d400a02a00172ca401e3e905ce9dc75fc",
     "3D mixed": "be538ebea3528cc917e37276604cd67146a089d4f5807295d67e3c1150ce6678",
     "3D tumble": "6c7d837f0a24df9a04c79f2aef39a8df9e460987fc0b15ccac8b504ed4d63fce",

@@ -9,7 +9,7 @@ from gsenv.scenes import stack
 from gsenv.scenes.spatial.stacks import cube_pyramid, cube_stack
 from gsenv.solver import Options, Scene, World, spatial
 from gsenv.solver.core.recycling import FARTHEST
-from gsenv.solver.planar import Box
+from gsenv.solver.planar import Box, Circle
 from tests.solver.bits import everything
 
 AWAKE = Options(sleep=False)
@@ -108,6 +108,22 @@ def test_a_force_moves_a_box_at_rest_at_once(dim: int) -> None:
         world.state.bodies["force"][0, 1, UP[dim]] = 10.0 * G
         world.step()
     assert world.position[0, 1, UP[dim]] - height == pytest.approx(0.5 * 9.0 * G * 0.1**2, rel=1e-6)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_a_slowly_rolling_ball_keeps_its_speed(dim: int) -> None:
+    """A contact that stayed behind the ball would push it: 0.5 mm/s became 0.8 mm/s."""
+    scene = Scene(dim=dim)
+    ground = Box(half_extents=(3, 0.5)) if dim == 2 else spatial.Box(half_extents=(3, 3, 0.5))
+    ball = Circle(radius=0.5) if dim == 2 else spatial.Sphere(radius=0.5)
+    scene.add_body("ground", kind="static", shapes=[ground], position=(0.0,) * (dim - 1) + (-0.5,))
+    scene.add_body("ball", shapes=[ball], position=(0.0,) * (dim - 1) + (0.5,))
+    world = World(scene, options=AWAKE)
+    world.step(60)
+    v = 5e-4
+    world.set_velocity("ball", linear=(v, 0.0, 0.0)[:dim], angular=-v / 0.5 if dim == 2 else (0.0, v / 0.5, 0.0))
+    world.step(600)
+    assert world.linear_velocity[0, 1, 0] == pytest.approx(v, rel=1e-4)
 
 
 @pytest.mark.parametrize("build", [lambda: stack(10), lambda: cube_stack(10)], ids=["2D", "3D"])
