@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
 from numba import int64
 from numpy.typing import NDArray
 
@@ -236,7 +235,6 @@ def insert_ended(world: Any, ended: int) -> None:
         else:
             contact = contacts[last + left + 1]
             contacts[last + left + 1] = extra[PART, left]
-            contact.form = np.inf  # its separation is no longer kept
             for d in range(len(contact.impulse)):
                 contact.impulse[d] = 0.0
             left -= 1
