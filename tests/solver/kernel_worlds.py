@@ -57,7 +57,13 @@ def kernel_world(
         options=options,
         model=Bundle("Model", dim, bodies=arrays.body_models, exclusions=exclusions),
         parameters=Bundle("Parameters", dim, world=world_parameters, bodies=arrays.body_parameters),
-        state=Bundle("State", dim, bodies=arrays.bodies),
+        state=Bundle(
+            "State",
+            dim,
+            bodies=arrays.bodies,
+            contacts=np.zeros(0, records.contact_dtype(dim)),  # of the last step
+            world=np.zeros((), records.world_state_dtype()),
+        ),
         shapes=shapes_bundle(dim, arrays.shape_models, arrays.shape_parameters, arrays.vertices),
         scratch=Bundle(
             "Scratch",

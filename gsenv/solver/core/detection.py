@@ -11,6 +11,7 @@ from ..jit import inline_njit, njit
 from .broadphase import find_pairs
 from .dispatch import by_dimension
 from .geometry import BASE_MARGIN, MovingShape, PlacedShape, linear_norm, update_geometry
+from .recycling import recycle_pair
 from .secondary import MAX_LOOKS, any_wider, clear_widening, keep_secondary, widen_boxes
 from .status import MORE_CONTACTS, MORE_PAIRS, OK
 
@@ -23,10 +24,16 @@ def undecided(world: Any, a: int, b: int, margin: float) -> bool:
     return False
 
 
+@inline_njit
+def without_rolling(contact: Any, one: Any, other: Any) -> None:
+    """Do nothing: 2D contacts have no torsional and rolling friction."""
+
+
 pose_in = by_dimension("geometry", "pose_in")
 motion_of = by_dimension("narrowphase.motion", "motion_of")
 far_apart = by_dimension("narrowphase.find", "far_apart", otherwise=undecided)
 pair_contacts = by_dimension("narrowphase.find", "pair_contacts")
+label_rolling = by_dimension("narrowphase.find", "label_rolling", otherwise=without_rolling)
 
 
 @njit
@@ -78,6 +85,7 @@ def collide_pairs(world: Any, pair_count: int) -> int:
     pairs = world.scratch.pairs
     found = world.scratch.found
     timestep = world.options.timestep
+    known = int64(0)
     count = int64(0)  # not a literal: callees would be compiled for that as well
     for p in range(pair_count):
         a = int64(pairs[p].shape_a)
@@ -87,10 +95,16 @@ def collide_pairs(world: Any, pair_count: int) -> int:
             models[a].sensor | models[b].sensor, timestep,
         )  # fmt: skip
         start = count
-        count = collide_pair(world, a, b, extent, margin, count)
+        if geometry[a].calm + geometry[b].calm == 2:
+            known, count = recycle_pair(world, a, b, known, count)
+        if count == start:
+            count = collide_pair(world, a, b, extent, margin, count)
+            for k in range(start, min(count, len(found))):
+                found[k].shape_a = a
+                found[k].shape_b = b
+                found[k].travel = bodies[models[a].body].travel + bodies[models[b].body].travel
+                found[k].form = geometry[a].form + geometry[b].form
         for k in range(start, min(count, len(found))):
-            found[k].shape_a = a
-            found[k].shape_b = b
             label_contact(found[k], models[a], models[b], parameters[a], parameters[b], extent)
     return count
 
@@ -143,6 +157,7 @@ def label_contact(contact: Any, model_a: Any, model_b: Any, one: Any, other: Any
     for k in range(len(contact.impulse)):
         contact.impulse[k] = 0.0
         contact.total_impulse[k] = 0.0
+    label_rolling(contact, one, other)
 
 
 @njit

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 from numba import int64
 from numpy.typing import NDArray
 
@@ -235,6 +236,7 @@ def insert_ended(world: Any, ended: int) -> None:
         else:
             contact = contacts[last + left + 1]
             contacts[last + left + 1] = extra[PART, left]
+            contact.form = np.inf  # its separation is no longer kept
             for d in range(len(contact.impulse)):
                 contact.impulse[d] = 0.0
             left -= 1

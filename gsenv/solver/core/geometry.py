@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 from ..jit import njit
 from ..records.model import BodyKind
 from .dispatch import by_dimension
+from .recycling import form_of
+from .sleep import is_calm
 
 Array = NDArray[Any]
 
@@ -137,6 +139,11 @@ def update_geometry(world: Any) -> None:
     for k in range(len(models)):
         b = models[k].body
         kind = body_models[b].kind
+        calm = kind == STATIC
+        if kind == DYNAMIC and body_models[b].jointed == 0:
+            calm = is_calm(bodies[b], body_parameters[b], gravity, timestep)
+        geometry[k].calm = 1 if calm and parameters[k].radius == 0.0 else 0
+        geometry[k].form = form_of(parameters[k])
         if mark_shape(geometry[k], models[k], parameters[k], bodies[b], kind, body_parameters[b]):
             pose = place_shape(geometry[k], bodies[b], body_parameters[b], parameters[k])
             lower, upper = bounding_box(models[k], parameters[k], vertices, pose)

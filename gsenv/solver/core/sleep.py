@@ -6,8 +6,11 @@ from typing import Any
 
 from ..jit import njit
 from .dispatch import by_dimension
+from .slices import part
 
 gyration = by_dimension("rotation", "gyration")
+
+CALM = 0.01  # of what gravity adds to a speed in a step: bodies at rest that are slower are calm
 
 
 @njit
@@ -43,6 +46,37 @@ def _speed(v: Any, radius: Any) -> Any:
 
 
 @njit
+def point_speed(velocity: Any, parameters: Any) -> Any:
+    """Return a bound of the speed in m/s of a body's fastest point; without shapes, at the radius of gyration."""
+    return _speed(velocity, parameters.radius if parameters.radius > 0.0 else gyration(parameters))
+
+
+@njit
+def is_calm(body: Any, parameters: Any, gravity: Any, timestep: Any) -> Any:
+    """Whether a body has rested for a step and nothing begins to move it; gravity in m/s^2."""
+    if body.sleep_time == 0.0 or point_speed(body.velocity, parameters) >= CALM * gravity * timestep:
+        return False
+    for d in range(len(body.force)):
+        if body.force[d] != 0.0:
+            return False
+    return True
+
+
+@njit
+def all_calm(world: Any, island: Any) -> Any:
+    """Whether all bodies of the island are calm."""
+    bodies = world.state.bodies
+    body_parameters = world.parameters.bodies
+    timestep = world.options.timestep
+    island_bodies = part(world.scratch.island_bodies, island.body_first, island.body_count)
+    for k in range(len(island_bodies)):
+        i = island_bodies[k]
+        if not is_calm(bodies[i], body_parameters[i], island.gravity_norm, timestep):
+            return False
+    return True
+
+
+@njit
 def update_sleep(
     island_bodies: Any, bodies: Any, body_parameters: Any, substep_bodies: Any, options: Any, restless: Any
 ) -> None:
@@ -51,10 +85,10 @@ def update_sleep(
     for k in range(len(island_bodies)):
         body = bodies[island_bodies[k]]
         parameters = body_parameters[island_bodies[k]]
-        radius = parameters.radius if parameters.radius > 0.0 else gyration(parameters)  # of a body without shapes
-        speed = _speed(body.velocity, radius)
         # the position pass moves bodies at rest as well
-        speed = max(speed, _speed(substep_bodies[island_bodies[k]].displacement, radius) / options.timestep)
+        moved = point_speed(substep_bodies[island_bodies[k]].displacement, parameters)
+        body.travel += moved
+        speed = max(point_speed(body.velocity, parameters), moved / options.timestep)
         body.asleep = 0
         if restless or speed > options.sleep_speed:
             body.sleep_time = 0.0

@@ -12,6 +12,7 @@ from ..methods import solve_rows
 from ..methods.cholesky import forget_factor
 from ..methods.joint_factor import factorise_equations
 from ..methods.soft import keep_pseudo_velocities, solve_biased
+from ..records.options import SolverKind
 from .activity import AWAKE, KINEMATIC_CONTACT
 from .articulation.step import step_articulated
 from .contact_rows import (
@@ -41,6 +42,7 @@ from .joints import (
 )
 from .landings import MAX_PARTS, NONE, end_landing, may_land, next_landing
 from .position_pass import correct_positions, smooth_fraction
+from .sleep import all_calm
 from .slices import part
 from .springs import any_sprung, guard_springs, release_springs
 
@@ -54,6 +56,7 @@ swing_about_pivot = by_dimension("single_pivot", "swing_about_pivot", otherwise=
 set_gyroscopic_biases = by_dimension("joints.gyroscopic", "set_gyroscopic_biases", otherwise=nothing)
 set_gyroscopic_errors = by_dimension("joints.gyroscopic", "set_gyroscopic_errors", otherwise=nothing)
 
+SUBSPACE = int(SolverKind.SUBSPACE)
 SHORT = 0.25  # of a substep: impulses of shorter parts are not stored
 CONTRADICTED = 0.1  # residual above which the rows contradict each other; their impulses would grow in each step
 
@@ -94,7 +97,9 @@ def start_island(world: Any, island: Any, joints: Any, joint_factor: Any) -> Non
     island.joint_rows = 0
     island.residual = 0.0
     start_island_joints(world, island, joints, joint_factor)
-    if flies_freely(world, island):
+    island.has_restitution = any_restitution(world, island)
+    island.calm = rests_undriven(world, island)
+    if island.calm or flies_freely(world, island):
         island.substeps = 1
     island.h = options.timestep / island.substeps
     island.stored_scale = island.substeps / options.substeps
@@ -102,9 +107,19 @@ def start_island(world: Any, island: Any, joints: Any, joint_factor: Any) -> Non
     enter_frames(world, island)
     island.rows = add_contact_rows(world, island)
     island.rotated_frame = any_rotated_frame(world, island)
-    island.has_restitution = any_restitution(world, island)
     island.may_land = world.variant.soft is None and may_land(world, island, joint_factor)
     world.state.world.row_count += island.rows
+
+
+@njit
+def rests_undriven(world: Any, island: Any) -> Any:
+    """Whether the bodies of the island rest on each other, without joints or drives; then one substep is enough.
+
+    A body at the end of its bounces may be as slow, but longer substeps would make its last bounce later.
+    """
+    if island.driven or island.joint_count > 0 or island.has_restitution or world.options.solver != SUBSPACE:
+        return False
+    return all_calm(world, island)
 
 
 @njit

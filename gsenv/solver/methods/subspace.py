@@ -49,6 +49,7 @@ ROUNDS = 5  # direct steps, each on the rows that the one before left active
 NEARER = 0.5  # of the rise of the energy function: steps that reduce it less are the last,
 SLIDING = 10  # as are those with which one in so many contacts slides: the energy function ignores that bounds change
 TRIALS = 2  # step lengths 1/2, 1/4
+DRIFT = 0.1  # of the tolerance: velocities that bodies at rest may gain in a substep
 FIRST_SWEEPS = 4  # least number of sweeps before the first step
 SWEEPS_BETWEEN = 4  # sweeps between steps
 DEAREST = 2.0  # of the most sweeps: islands whose step would cost more are left to the sweeps
@@ -209,6 +210,20 @@ def subspace_step(
 
 
 @njit
+def _gain(island_bodies: Any, bodies: Any, substep_bodies: Any) -> Any:
+    """Return the gain of twice the kinetic energy in the substep."""
+    gain = 0.0
+    for k in range(len(island_bodies)):
+        i = island_bodies[k]
+        v = bodies[i].velocity
+        start = substep_bodies[i].start_velocity
+        mass = substep_bodies[i].mass_matrix
+        for d in range(len(v)):
+            gain += mass[d, d] * (v[d] * v[d] - start[d] * start[d])
+    return gain
+
+
+@njit
 def _plan_step(rows: Any, count: Any, island_bodies: Any, factor: Any, max_sweeps: Any) -> Any:
     """Lay out the factor of a step; returns how many sweeps a step costs, infinity where it would not pay."""
     ndof = len(rows[0].jacobian_a)
@@ -241,7 +256,9 @@ def solve_subspace(
     max_sweeps, tolerance, scale = limits
     first = (min(FIRST_SWEEPS, max_sweeps), tolerance, scale)
     used, residual = solve_nncg(rows, count, bodies, island_bodies, joint_factor, first)
-    if residual <= tolerance or used >= max_sweeps:
+    most = (DRIFT * tolerance) ** 2 * scale
+    drifts = scratch.island.calm and _gain(island_bodies, bodies, scratch.substep_bodies) > most
+    if (residual <= tolerance and not drifts) or used >= max_sweeps:
         return used, residual
     factor = scratch.factor
     entries = factor.entries
@@ -250,10 +267,11 @@ def solve_subspace(
     if joint_factor is not None:
         fits = fits and not any_coupled(rows, count)
     worth = int64(min(cost, max_sweeps - SWEEPS_BETWEEN))  # sweeps before the first step
-    if fits and used < worth:
+    if fits and residual > tolerance and used < worth:
         more, residual = solve_nncg(rows, count, bodies, island_bodies, joint_factor, (worth - used, tolerance, scale))
         used += more
-    while fits and residual > tolerance and used < max_sweeps:
+    while fits and (residual > tolerance or drifts) and used < max_sweeps:
+        drifts = False
         fits = subspace_step(rows, count, bodies, island_bodies, scratch, kinematic_contact, EPSILON)
         if not fits and count > REDUNDANT * len(rows[0].jacobian_a) * len(island_bodies):
             fits = subspace_step(rows, count, bodies, island_bodies, scratch, kinematic_contact, DAMPED_EPSILON)
@@ -261,7 +279,7 @@ def solve_subspace(
         before = residual
         more, residual = solve_nncg(rows, count, bodies, island_bodies, joint_factor, next_few)
         used += more
-        fits = fits and residual < before  # else the rest is left to sweeps
+        fits = fits and (residual < before or residual <= tolerance)  # else the rest is left to sweeps
     forget_factor(island_bodies, entries)
     if residual > tolerance and used < max_sweeps:
         rest = (max_sweeps - used, tolerance, scale)

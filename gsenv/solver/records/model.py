@@ -158,6 +158,7 @@ def body_state_dtype(dim: int) -> np.dtype[Any]:
             ("velocity", "f8", (NDOF[dim],)),  # m/s and rad/s: [vx, vy, w] or [v, w]
             ("force", "f8", (NDOF[dim],)),  # N and N m, applied in the next step and then cleared
             ("sleep_time", "f8"),  # s at rest so far
+            ("travel", "f8"),  # m, path of its fastest point, summed over all steps
             ("asleep", "i4"),
         ],
         align=True,
@@ -182,6 +183,8 @@ def contact_dtype(dim: int) -> np.dtype[Any]:
             *rolling,
             ("restitution", "f8"),
             ("extent", "f8"),  # m, length scale of the pair
+            ("travel", "f8"),  # m, sum of its bodies' when the narrowphase found it
+            ("form", "f8"),  # code of the forms of its shapes then; see core/recycling.py
             ("miss_distance", "f8"),  # m, distance by which a candidate for a secondary impact misses, else 0
             ("impulse", "f8", (CONTACT_ROWS[dim],)),  # N s of the last substep: normal, then tangents
             ("total_impulse", "f8", (CONTACT_ROWS[dim],)),  # N s, summed over the step

@@ -19,6 +19,8 @@ def shape_geometry_dtype(dim: int) -> np.dtype[Any]:
             ("upper", "f8", (dim,)),
             ("reach", "f8"),  # m, largest motion in a step beyond the linear one: by rotation, gravity and forces
             ("extent", "f8"),  # m, length scale of a dynamic shape, else infinite
+            ("form", "f8"),  # code of size and place on the body; see core/recycling.py
+            ("calm", "i4"),  # 1: not round, and on a static body or one without joints that rests
             ("active", "i4"),  # 1: enabled, on an enabled body
             ("dynamic", "i4"),  # 1: active, on a dynamic body
             ("awake", "i4"),  # 1: on an awake dynamic or a moving kinematic body
@@ -123,6 +125,7 @@ ISLAND_STEP_DTYPE = np.dtype(
         ("driven", "i4"),  # 1: joints or kinematic bodies may do work on it
         ("has_springs", "i4"),  # 1: a joint has a spring, which may release energy
         ("has_restitution", "i4"),  # 1: a contact has a restitution
+        ("calm", "i4"),  # 1: its bodies rest on each other and take one substep
         ("may_land", "i4"),  # 1: its bodies are fast enough for a landing, and its contacts few enough
         ("rotated_frame", "i4"),  # 1: one of its bodies has a rotated frame (3D)
         ("servos", "i4"),  # 1: joints of trees have limits, motors, springs or rotors

@@ -68,11 +68,11 @@ WORLDS: dict[str, tuple[Callable[[], World], int]] = {  # and how many steps
     "3D chain": (lambda: World(spatial_chain(), options=AWAKE), 120),
 }
 GOLDEN = {
-    "2D mixed": "e8f913beca15e0c1f29f06fd73a87b34f023dc24c26e0ea2d66c478a58610e8b",
-    "2D tumble": "83c86c735cd1bd7a2ee92b80f07f9be8e73fd8a25c301b20236a12b136a7b7ab",
-    "2D pyramid": "edb5f93318832ff604f2b0f0c3f8760b3a8dd4c42e721d2a0531ba6bb7c82121",
-    "3D mixed": "de187cef60d9bd8b632a101e3d47f31a5c420c61e872321aaa76506b8541dc55",
-    "3D tumble": "1818d31e98a1a86c057804ab54ab08c417b6565c98c2c0aa92432a65da16a371",
+    "2D mixed": "0ba5bc51976541ffa85ce0b93089ed46c69e4d74c1fcf8ab54b00ceff1aaea26",
+    "2D tumble": "cc6de94f844c0617a18583dc2c572e23737ba4d78168d7bc5a032c54c3973042",
+    "2D pyramid": "d5767f02ad7e88365ead83d261e6fb4d400a02a00172ca401e3e905ce9dc75fc",
+    "3D mixed": "be538ebea3528cc917e37276604cd67146a089d4f5807295d67e3c1150ce6678",
+    "3D tumble": "6c7d837f0a24df9a04c79f2aef39a8df9e460987fc0b15ccac8b504ed4d63fce",
     "3D chain": "e6748a8a059611d02e750149ae2377e4f00e421dc8ea642973576dcb599b209d",
 }
 

@@ -225,7 +225,7 @@ def test_diagnostics() -> None:
     for name, value in {"contacts": 1, "rows": 2, "islands": 2, "awake": 2, "impacts": 0, "unconverged": 0}.items():
         np.testing.assert_array_equal(getattr(d, name), value, err_msg=name)
     assert (d.pairs >= 1).all()
-    assert (d.sweeps >= 2).all()
+    np.testing.assert_array_equal(d.sweeps, 1)  # the ball at rest takes one substep, which one sweep confirms
     assert (d.residual < 1e-4).all()
     np.testing.assert_array_equal(d.joint_error, 0)
 

@@ -23,8 +23,6 @@ from .table import FIELDS, PAIR_TABLE, collide
 def pair_contacts(world: Any, one: PlacedShape, other: PlacedShape, extent: float, margin: float, count: int) -> int:
     """Write the contacts of a pair from entry `count` of `world.scratch.found` on; returns the new count."""
     shapes = world.shapes
-    a = shapes.parameters[one.number]
-    b = shapes.parameters[other.number]
     found = world.scratch.found
     narrowphase = world.scratch.narrowphase
     start = count
@@ -41,9 +39,14 @@ def pair_contacts(world: Any, one: PlacedShape, other: PlacedShape, extent: floa
         count = write_points(m, found, count)
     for k in range(start, min(count, len(found))):
         found[k].miss_distance = miss
-        found[k].torsional_friction = max(a.torsional_friction, b.torsional_friction)
-        found[k].rolling_friction = max(a.rolling_friction, b.rolling_friction)
     return count
+
+
+@inline_njit
+def label_rolling(contact: Any, one: Any, other: Any) -> None:
+    """Set the torsional and rolling friction of a contact of shapes with these parameters."""
+    contact.torsional_friction = max(one.torsional_friction, other.torsional_friction)
+    contact.rolling_friction = max(one.rolling_friction, other.rolling_friction)
 
 
 @njit
