@@ -71,6 +71,7 @@ BENCHMARKS: dict[str, Benchmark] = {
         Benchmark("scaling", "step time against the number of bodies, awake and asleep", (2, 3), True, True),
         Benchmark("solve", "run time against error of the methods that solve rows without bodies", (2,), True, True),
         Benchmark("stability", "error of each fidelity as scenes get harder, and random jointed scenes", page=True),
+        Benchmark("stages", "CPU time of each stage of a step, of heaps", (2, 3), True, True),
         Benchmark("stack_sweeps", "contact loads and height of a stack against the number of sweeps"),
         Benchmark("startup", "process start to the end of the first step, with an empty and a full kernel cache"),
         Benchmark("step_time", "CPU time of a step, also as a ratio to another checkout's", (2, 3), True),
