@@ -23,10 +23,11 @@ _ZIP_TIME = (1980, 1, 1, 0, 0, 0)  # of each entry: equal kernels make equal fil
 def pack_targets() -> list[str]:
     """Return the names of the targets of `gsenv.warmup` that a set is for.
 
-    They are all environments, each alone and batched, and scenes of the user's own.
+    They are scenes of the user's own, which take longest, and all environments, each alone and batched.
     """
     environments = {entry.id for entry in ENVS} | {entry.name for entry in PARALLEL_ENVS}
-    return [name for name in warmup_targets() if name in environments or name.startswith("any scene")]
+    names = [name for name in warmup_targets() if name in environments or name.startswith("any scene")]
+    return sorted(names, key=lambda name: name in environments)
 
 
 def compile_for_baseline(names: list[str], processes: int, cache: Path) -> Iterator[str]:

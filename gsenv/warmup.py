@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from importlib import import_module
 from importlib.util import find_spec
+from typing import Any
 
 import gymnasium
 import numpy as np
@@ -15,6 +16,13 @@ import numpy as np
 from gsenv.envs import ENVS, PARALLEL_ENVS
 from gsenv.solver.records.kernel_variants import OWN_KERNELS
 
+ONLY_2D = ", solver newton"
+WAYS: dict[str, dict[str, Any]] = {  # of solving: options that have kernels of their own
+    "": {},
+    ", joints by rows": {"articulated": False},
+    ", solver soft": {"solver": "soft"},
+    ONLY_2D: {"solver": "newton"},
+}
 LONGEST = ("GRagdoll", "GCar3D", "GStack3D", "GRagdoll2D")  # to compile; these come first, so that no core waits
 
 
@@ -34,7 +42,12 @@ def warmup_targets() -> dict[str, Callable[[], None]]:
         for name, spec in SCENES.items()
         if spec.dim == 2 or name == "cube_stack"
     }
-    targets |= {f"any scene in {dim}D": partial(_run_any_scene, dim) for dim in (2, 3)}
+    targets |= {
+        f"any scene in {dim}D{way}": partial(_run_any_scene, dim, options)
+        for dim in (3, 2)
+        for way, options in WAYS.items()
+        if dim == 2 or way != ONLY_2D
+    }
     targets["windows"] = _run_window
     targets["Problem and solve"] = _solve_problem
     targets["many bodies"] = _run_many_bodies
@@ -150,9 +163,9 @@ def _run_jointed_terrain() -> None:
     World(scene).step()
 
 
-def _run_any_scene(dim: int) -> None:
-    """Compile the kernel that steps scenes without one of their own, and what reads worlds without and with joints."""
-    from gsenv.solver import Scene, World, planar, spatial
+def _run_any_scene(dim: int, options: Mapping[str, Any]) -> None:
+    """Compile a kernel that steps scenes without one of their own, and what reads worlds without and with joints."""
+    from gsenv.solver import Options, Scene, World, planar, spatial
     from gsenv.solver.records.kernel_variants import ONE_KERNEL
 
     plain = Scene(dim=dim)
@@ -165,7 +178,7 @@ def _run_any_scene(dim: int) -> None:
     os.environ[ONE_KERNEL] = str(dim)
     try:
         for scene in (plain, jointed):
-            world = World(scene)
+            world = World(scene, options=Options(**options))
             world.step()
             world.diagnostics()
             world.contacts()

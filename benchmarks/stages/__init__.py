@@ -1,25 +1,26 @@
 """CPU time of each stage of a step, of heaps that settle and that rest, by sampling with Linux's ``perf``.
 
 Samples are taken of the kernel as it always runs: no code is added to it. A sample belongs to the stage of the function
-that it hits; a small function that the compiler has put into its callers belongs to theirs.
+that it hits; a small function that the compiler has put into its callers belongs to theirs. Samples outside of the
+kernel, such as of the reset between rounds, do not count.
 """
 
 from __future__ import annotations
 
 import argparse
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from benchmarks.common.files import packed, unpacked
 from benchmarks.common.progress import progress_bar
 from benchmarks.common.report import Report
-from benchmarks.common.run import Run
+from benchmarks.common.run import Run, Unable
 from benchmarks.common.tables import Table
 from benchmarks.common.timing import cpu_time
 from benchmarks.heaps import HEAPS, REST, STEPS, TIMESTEP
-from benchmarks.stages.sampling import Symbols, sampled
+from benchmarks.stages.sampling import OUTSIDE, Symbols, machine_code_kept, sampled
 from gsenv.solver import Options, Scene, World
 from gsenv.solver.records.model import BodyKind
 
@@ -34,7 +35,7 @@ STAGES: dict[str, tuple[str, ...]] = {  # by modules, or functions of modules; t
     "warm start": ("energy.apply_warm_start",),
     "residual": ("energy", "friction_cone.cone_residual", "friction_cone._nearest", "rows"),
     "sweeps": ("pgs", "nncg", "disc", "friction_cone"),
-    "subspace steps": ("subspace", "cholesky"),
+    "subspace steps": ("subspace", "cholesky", "blocks"),
     "impacts and landings": ("impacts", "landings"),
     "position pass": ("position_pass",),
     "integration": ("integrate", "rotation", "free_rotation"),
@@ -65,47 +66,38 @@ def stage_of(function: Sequence[str]) -> str:
     return OTHER
 
 
-def profile(world: World, symbols: Symbols, advance: Callable[[], int], seconds: float) -> tuple[dict[str, float], int]:
-    """Return the CPU time in us of each stage and the number of steps; ``advance`` takes some and returns how many."""
-    steps = 0
-    spent = 0.0
+def profile(world: World, symbols: Symbols, from_start: bool, seconds: float) -> dict[str, float]:
+    """Step for so many seconds of CPU time; return the CPU time in us of each stage of a step."""
+    times: list[float] = []
 
     def work() -> None:
-        nonlocal steps, spent
-        while spent < seconds:
-            spent += cpu_time(lambda: count_steps(advance()))
+        while sum(times) < seconds:
+            if from_start:
+                world.reset()
+            times.append(cpu_time(lambda: world.step(STEPS)))
 
-    def count_steps(taken: int) -> None:
-        nonlocal steps
-        steps += taken
+    functions = [symbols.function_at(place) for place in sampled(work)]
+    hits = Counter(stage_of(function) for function in functions if function != OUTSIDE)
+    if not hits:
+        raise Unable("no sample hit the kernel of steps.")
+    us = 1e6 * sum(times) / (STEPS * len(times) * sum(hits.values()))
+    return {stage: us * hits[stage] for stage in (*STAGES, OTHER)}
 
-    hits = Counter(stage_of(symbols.function_at(place)) for place in sampled(work))
-    total = sum(hits.values())
-    return {stage: 1e6 * spent * hits[stage] / total for stage in (*STAGES, OTHER)}, steps
 
-
-def profiles_of(heap: str, scene: Scene, symbols: Symbols, seconds: float) -> list[Profile]:
+def profiles_of(heap: str, scene: Scene, loaded: Mapping[int, bytes], seconds: float) -> list[Profile]:
     """Sample the first steps of a heap, again and again from its start, and then steps at rest."""
     world = World(scene, options=AWAKE)
     boxes = int((world.model.bodies["kind"] == BodyKind.DYNAMIC).sum())
 
-    def settle() -> int:
-        world.reset()
-        world.step(STEPS)
-        return STEPS
-
-    def rest() -> int:
-        world.step(STEPS)
-        return STEPS
-
+    world.step()
+    symbols = Symbols.of_steps(loaded)
     out = []
-    for phase, advance in (("settling", settle), ("at rest", rest)):
+    for phase in ("settling", "at rest"):
+        from_start = phase == "settling"
         world.reset()
-        if phase == "at rest":
-            world.step(REST - STEPS)
-        times, steps = profile(world, symbols, advance, seconds)
-        sweeps = sweeps_of(world, advance is settle)
-        stages = {stage: us / (boxes * steps) for stage, us in times.items()}
+        world.step(0 if from_start else REST - STEPS)
+        stages = {stage: us / boxes for stage, us in profile(world, symbols, from_start, seconds).items()}
+        sweeps = sweeps_of(world, from_start)
         out.append(Profile(heap, phase, stages, sum(sweeps) / len(sweeps)))
     return out
 
@@ -123,13 +115,11 @@ def sweeps_of(world: World, from_start: bool) -> list[float]:
 
 def measure(run: Run) -> dict[str, Any]:
     seconds = QUICK_SECONDS if run.quick else SECONDS
-    scenes = {heap: build() for heap, build in HEAPS[run.dim].items()}  # with the same features, so the same kernel
     found: list[Profile] = []
-    with progress_bar("loading", len(scenes)) as bar:
-        symbols = Symbols.of_steps_in(World(next(iter(scenes.values())), options=AWAKE).step)
-        for heap, scene in scenes.items():
+    with progress_bar("", len(HEAPS[run.dim])) as bar, machine_code_kept() as loaded:
+        for heap, scene in HEAPS[run.dim].items():
             bar.describe(heap)
-            found += profiles_of(heap, scene, symbols, seconds)
+            found += profiles_of(heap, scene(), loaded, seconds)
             bar.advance()
     return {"dim": run.dim, "profiles": packed(found)}
 

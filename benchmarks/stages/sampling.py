@@ -10,7 +10,8 @@ import signal
 import subprocess
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -23,6 +24,7 @@ from gsenv.solver.deferred_library import DeferredLibrary
 FREQUENCY = 4000  # Hz
 START, END = 0.5, 10.0  # s: until perf samples, and until it has written
 NAMES = re.compile(r"(\d+)")
+OUTSIDE = ("", "")  # the name of code that is not the kernel's
 
 
 @dataclass(frozen=True)
@@ -40,34 +42,40 @@ class Symbols:
     names: list[tuple[str, ...]]
 
     @classmethod
-    def of_steps_in(cls, step: Callable[[], None]) -> Symbols:
-        """Return those of the kernel that ``step`` calls first: it is compiled, or loaded from a cache.
+    def of_steps(cls, loaded: Mapping[int, bytes]) -> Symbols:
+        """Return those of all kernels of steps; ``loaded``: see ``machine_code_kept``.
 
         Raises:
             Unable: nm is missing, which lists the symbols.
         """
-        loaded: dict[int, bytes] = {}
-        load = DeferredLibrary._set_compiled_object
-
-        def keep(library: Any, code: bytes) -> None:  # the library itself gives the code away
-            loaded[id(library)] = code
-            load(library, code)
-
-        with mock.patch.object(DeferredLibrary, "_set_compiled_object", keep):
-            step()
         kernel: Any = step_worlds
-        compiled = list(kernel.overloads.values())[-1]
-        entry, library = compiled.fndesc.llvm_cpython_wrapper_name, compiled.library
-        symbols = sorted(symbols_of(loaded.get(id(library)) or library._get_compiled_object()))
-        offset = library.get_pointer_to_function(entry) - next(start for start, _, name in symbols if name == entry)
-        starts = [start + offset for start, _, _ in symbols]
-        ends = [start + size for start, (_, size, _) in zip(starts, symbols, strict=True)]
-        return cls(starts, ends, [demangled(name) for _, _, name in symbols])
+        found: list[tuple[int, int, tuple[str, ...]]] = []
+        for compiled in kernel.overloads.values():
+            entry, library = compiled.fndesc.llvm_cpython_wrapper_name, compiled.library
+            symbols = symbols_of(loaded.get(id(library)) or library._get_compiled_object())
+            offset = library.get_pointer_to_function(entry) - next(start for start, _, name in symbols if name == entry)
+            found += [(offset + start, offset + start + size, demangled(name)) for start, size, name in symbols]
+        starts, ends, names = map(list, zip(*sorted(found), strict=True))
+        return cls(starts, ends, names)
 
     def function_at(self, place: int) -> tuple[str, ...]:
-        """Return packages, module and name of the function at an address; ("", "") for code of others."""
+        """Return packages, module and name of the function at an address, or ``OUTSIDE``."""
         k = bisect.bisect_right(self.starts, place) - 1
-        return self.names[k] if k >= 0 and place < self.ends[k] else ("", "")
+        return self.names[k] if k >= 0 and place < self.ends[k] else OUTSIDE
+
+
+@contextmanager
+def machine_code_kept() -> Iterator[dict[int, bytes]]:
+    """Keep the object files of kernels that are loaded from a cache, by the id of their library, which drops them."""
+    loaded: dict[int, bytes] = {}
+    load = DeferredLibrary._set_compiled_object
+
+    def keep(library: Any, code: bytes) -> None:
+        loaded[id(library)] = code
+        load(library, code)
+
+    with mock.patch.object(DeferredLibrary, "_set_compiled_object", keep):
+        yield loaded
 
 
 def symbols_of(code: bytes) -> list[tuple[int, int, str]]:
@@ -109,13 +117,22 @@ def sampled(work: Callable[[], None]) -> list[int]:
             work()
         finally:
             recorder.send_signal(signal.SIGINT)
-            _, problem = recorder.communicate(timeout=END)
+            problem = end_of(recorder)
         if not Path(data).exists():
             raise Unable(f"perf can take no samples here: {' '.join(problem.split())}")
         lines = output_of(["perf", "script", "-i", data, "-F", "ip"]).split()
     if not lines:
         raise Unable("perf has taken no samples.")
     return [int(line, 16) for line in lines]
+
+
+def end_of(recorder: subprocess.Popen[str]) -> str:
+    """Wait until a process ends, which then is killed; return what it said."""
+    try:
+        return recorder.communicate(timeout=END)[1]
+    except subprocess.TimeoutExpired:
+        recorder.kill()
+        return recorder.communicate()[1]
 
 
 def found(program: str) -> str:

@@ -44,10 +44,16 @@ def test_every_place_of_a_stage_exists() -> None:
 def test_functions_of_a_kernel_in_memory() -> None:
     """Read in a process of its own: here the kernel may have been loaded before."""
     code = """
-from benchmarks.stages.sampling import Symbols
+from benchmarks.stages.sampling import Symbols, machine_code_kept
 from gsenv.scenes import stack
 from gsenv.solver import World
-symbols = Symbols.of_steps_in(World(stack(2)).step)
+from gsenv.solver.core.step import step_worlds
+with machine_code_kept() as loaded:
+    World(stack(2)).step()
+    symbols = Symbols.of_steps(loaded)
+compiled = next(iter(step_worlds.overloads.values()))  # an address that nothing above was made of
+place = compiled.library.get_pointer_to_function(compiled.fndesc.llvm_func_name)
+assert symbols.function_at(place)[-1] == "step_worlds" and place in symbols.starts
 k = next(k for k, name in enumerate(symbols.names) if name[-1] == "update_sleep")
 assert symbols.function_at(symbols.starts[k]) == symbols.names[k]
 assert symbols.function_at(symbols.ends[k] - 1) == symbols.names[k]

@@ -21,7 +21,8 @@ class Options:
 
     Attributes:
         timestep: s, duration of one ``World.step``.
-        substeps: number of solves per step; contacts are found once per step.
+        substeps: number of solves per step; contacts are found at its start. Islands of bodies that rest on each other
+            without joints take one.
         max_substeps: largest number of substeps of an island whose taut joints need more than ``substeps``.
         halvings: largest number of times that a step is halved where an overlap has grown in it, as fast impacts may
             cause; 0: steps are never divided.

@@ -77,6 +77,7 @@ def resolve_continuous_collisions(world: Any, start_poses: Any) -> int:
             move_back(bodies[b], start_poses[b], motion, time)
             if models[hit].kind == KINEMATIC:
                 move_with(bodies[b], motion_between(start_poses[hit], bodies[hit], parameters[hit]), 1.0 - time)
+            bodies[b].sleep_time = 0.0  # its contacts are those of another place
             lost = (1.0 - time) * world.options.timestep  # s that the body does not move in
             for axis in range(3):  # the whole velocity in 2D, the linear part in 3D
                 bodies[b].velocity[axis] -= lost * substep_bodies[b].acceleration[axis]

@@ -11,7 +11,7 @@ from ..jit import inline_njit, njit
 from .broadphase import find_pairs
 from .dispatch import by_dimension
 from .geometry import BASE_MARGIN, MovingShape, PlacedShape, linear_norm, update_geometry
-from .recycling import recycle_pair
+from .recycling import pair_form, recycle_pair
 from .secondary import MAX_LOOKS, any_wider, clear_widening, keep_secondary, widen_boxes
 from .status import MORE_CONTACTS, MORE_PAIRS, OK
 
@@ -103,7 +103,7 @@ def collide_pairs(world: Any, pair_count: int) -> int:
                 found[k].shape_a = a
                 found[k].shape_b = b
                 found[k].travel = bodies[models[a].body].travel + bodies[models[b].body].travel
-                found[k].form = geometry[a].form + geometry[b].form
+                found[k].form = pair_form(geometry, a, b)
         for k in range(start, min(count, len(found))):
             label_contact(found[k], models[a], models[b], parameters[a], parameters[b], extent)
     return count

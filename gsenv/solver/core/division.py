@@ -236,7 +236,7 @@ def insert_ended(world: Any, ended: int) -> None:
         else:
             contact = contacts[last + left + 1]
             contacts[last + left + 1] = extra[PART, left]
-            contact.form = np.inf  # its separation is no longer kept
+            contact.form = np.inf  # equal to none: the narrowphase searches this pair again
             for d in range(len(contact.impulse)):
                 contact.impulse[d] = 0.0
             left -= 1

@@ -2,8 +2,8 @@
 
 After a step the separation of each contact is that of the new poses, to first order in the motion.  So a pair at rest
 keeps its contacts until its bodies have moved by a small part of their size since the narrowphase found them.  Catto
-("Solver2D", 2024, and Box2D v3) and Bullet keep manifolds in a similar way.  Round shapes are searched in each step: a
-contact that stays behind a rolling ball would push it.
+("Solver2D", 2024, and Box2D v3) and Bullet keep manifolds in a similar way.  Shapes with a rounding radius (balls,
+capsules, cylinders) are searched in each step: a contact that stays behind a rolling ball would push it.
 """
 
 from __future__ import annotations
@@ -37,6 +37,12 @@ def form_of(parameter: Any) -> float:
 
 
 @njit
+def pair_form(geometry: Any, a: int, b: int) -> Any:
+    """Return the number that tells whether the shapes of a pair have changed."""
+    return geometry[a].form + 1.1892071150 * geometry[b].form
+
+
+@njit
 def recycle_pair(world: Any, a: int, b: int, known: int, count: int) -> tuple[int, int]:
     """Copy the contacts of shapes a and b in the last step to `world.scratch.found`, from entry `count` on.
 
@@ -52,13 +58,12 @@ def recycle_pair(world: Any, a: int, b: int, known: int, count: int) -> tuple[in
     while first < total and is_before(contacts[first], a, b):
         first += 1
     last = first
-    form = geometry[a].form + geometry[b].form
+    form = pair_form(geometry, a, b)
     same = True
     while last < total and contacts[last].shape_a == a and contacts[last].shape_b == b:
         contact = contacts[last]
         path = bodies[contact.body_a].travel + bodies[contact.body_b].travel - contact.travel
-        same = same and contact.form == form and path <= FARTHEST * contact.extent
-        same = same and contact.sensor == 0 and contact.miss_distance == 0.0
+        same = same and contact.sensor == 0 and contact.form == form and 0.0 <= path <= FARTHEST * contact.extent
         last += 1
     if same:
         for k in range(first, last):

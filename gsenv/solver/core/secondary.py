@@ -1,6 +1,6 @@
 """Secondary impacts: a body that is hit within the step changes its path, and may hit others on the new one.
 
-Contacts are found once per step.  Those on the present paths are found by prediction; paths after an
+Contacts are found at the start of a step.  Those on the present paths are found by prediction; paths after an
 impact are known only after the solve.  So pairs that miss each other are candidates, and are kept if
 velocities that impacts may give to the two bodies close the gap.  Without impacts, at rest, rolling or in
 free flight, none is kept.
@@ -318,7 +318,8 @@ def widen_boxes(
         substep_bodies[b].widened_radius = radius
         if not timestep * radius > BASE_MARGIN * extent:
             continue
-        entry.awake = 1  # it may be woken, and then meet others that sleep
+        entry.awake = 1  # it may be woken, and then meet others that sleep,
+        entry.calm = 0  # where its contacts of the last step do not reach
         entry.reach += min(timestep * radius, extent)
         for d in range(len(entry.lower)):
             v = timestep * bodies[b].velocity[d]

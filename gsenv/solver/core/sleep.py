@@ -53,7 +53,9 @@ def point_speed(velocity: Any, parameters: Any) -> Any:
 
 @njit
 def is_calm(body: Any, parameters: Any, gravity: Any, timestep: Any) -> Any:
-    """Whether a body has rested for a step and nothing begins to move it; gravity in m/s^2."""
+    """Whether a body has rested for a step and nothing begins to move it or damps it; gravity in m/s^2."""
+    if parameters.linear_damping != 0.0 or parameters.angular_damping != 0.0:
+        return False  # substeps are what makes damping accurate
     if body.sleep_time == 0.0 or point_speed(body.velocity, parameters) >= CALM * gravity * timestep:
         return False
     for d in range(len(body.force)):

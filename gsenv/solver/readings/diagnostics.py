@@ -23,7 +23,8 @@ class Contacts:
     Attributes:
         body_a, body_b, shape_a, shape_b: indices; the normal points from a to b.
         point: m, (contact, dim), midway between the surfaces where the contact was found, at the
-            start of the step or, for a fast approach, where it was predicted.
+            start of the step or, for a fast approach, where it was predicted. Between bodies at rest it may have been
+            found earlier, at most 1e-4 of their extent from here.
         normal: unit, (contact, dim), at the same time as ``point``.
         separation: m, at the end of the step; negative for an overlap, positive for a gap.
         impulse: N s, (contact, 2), normal and tangent, summed over the step; in 3D (contact, 6): normal, two

@@ -158,7 +158,7 @@ def body_state_dtype(dim: int) -> np.dtype[Any]:
             ("velocity", "f8", (NDOF[dim],)),  # m/s and rad/s: [vx, vy, w] or [v, w]
             ("force", "f8", (NDOF[dim],)),  # N and N m, applied in the next step and then cleared
             ("sleep_time", "f8"),  # s at rest so far
-            ("travel", "f8"),  # m, path of its fastest point, summed over all steps
+            ("travel", "f8"),  # m, bound of the path of its fastest point, summed over all steps
             ("asleep", "i4"),
         ],
         align=True,

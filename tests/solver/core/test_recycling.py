@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -9,7 +11,7 @@ from gsenv.scenes import stack
 from gsenv.scenes.spatial.stacks import cube_pyramid, cube_stack
 from gsenv.solver import Options, Scene, World, spatial
 from gsenv.solver.core.recycling import FARTHEST
-from gsenv.solver.planar import Box, Circle
+from gsenv.solver.planar import Box, Circle, Terrain
 from tests.solver.bits import everything
 
 AWAKE = Options(sleep=False)
@@ -20,9 +22,9 @@ UP = {2: 1, 3: 2}
 def box_on_table(dim: int) -> Scene:
     """A box of side 1 m at rest on a static table, its lower side at height 0."""
     scene = Scene(dim=dim)
-    if dim == 2:
-        table, box = Box(half_extents=(3, 0.5)), Box(half_extents=(0.5, 0.5), density=1.0)
-    else:
+    table: Box | spatial.Box = Box(half_extents=(3, 0.5))
+    box: Box | spatial.Box = Box(half_extents=(0.5, 0.5), density=1.0)
+    if dim == 3:
         table = spatial.Box(half_extents=(3, 3, 0.5))
         box = spatial.Box(half_extents=(0.5, 0.5, 0.5), density=1.0)
     scene.add_body("table", kind="static", shapes=[table], position=(0.0,) * (dim - 1) + (-0.5,))
@@ -150,3 +152,45 @@ def test_a_restored_state_at_rest_continues_bit_for_bit(build) -> None:  # type:
     other.restore(kept)
     other.step(50)
     assert everything(other) == expected
+
+
+def test_a_body_at_rest_that_is_hit_meets_walls_beyond_its_contacts() -> None:
+    """Floor and wall are one terrain, and the contacts of the last step are those with the floor.
+
+    The oracle is a world in which nothing counts as being at rest, so that all contacts are searched.
+    """
+    scene = Scene()
+    scene.add_body("ground", "static", [Terrain(vertices=[(-5, 0), (1, 0), (1, 2), (5, 2)])])
+    scene.add_body("box", shapes=[Box(half_extents=(0.5, 0.5), density=1.0)], position=(0.48, 0.5))
+    scene.add_body("ball", shapes=[Circle(radius=0.2, density=1e3)], position=(-0.28, 0.5), gravity_scale=0.0)
+    options = replace(AWAKE, halvings=0)
+    world, restless = World(scene, options=options), World(scene, options=replace(options, sleep_speed=0.0))
+    for one in (world, restless):
+        one.step(60)
+        one.set_velocity("ball", linear=(6.0, 0.0))
+        one.step()
+    assert world.linear_velocity[0, 1, 0] > 1.0  # it was hit
+    np.testing.assert_allclose(world.position[0, 1], restless.position[0, 1], atol=1e-5)
+
+
+def test_a_state_of_the_past_that_is_written_over_the_present_is_searched() -> None:
+    world = at_rest(2)
+    bodies = world.state.bodies.copy()
+    world.set_velocity("box", linear=(1.0, 0.0))
+    world.step(90)
+    assert world.position[0, 1, 0] > 0.05
+    world.state.bodies[:] = bodies
+    world.step()
+    np.testing.assert_allclose(contacts_of(world)["point"][:, 0], [-0.5, 0.5], atol=1e-3)
+
+
+def test_damping_of_slow_bodies_is_as_accurate_as_the_substeps() -> None:
+    """A frictionless box at 1 mm/s with a damping of 2/s, 1 s long; implicit Euler with a step of h."""
+    scene = Scene()
+    scene.add_body("table", "static", [Box(half_extents=(3, 0.5), friction=0.0)], position=(0, -0.5))
+    scene.add_body("box", shapes=[Box(half_extents=(0.5, 0.5), friction=0.0)], position=(0, 0.5), linear_damping=2.0)
+    world = World(scene, options=replace(AWAKE, substeps=8))
+    world.step(30)
+    world.set_velocity("box", linear=(1e-3, 0.0))
+    world.step(60)
+    assert world.linear_velocity[0, 1, 0] == pytest.approx(1e-3 * (1.0 + 2.0 / 480.0) ** -480, rel=1e-6)

@@ -26,14 +26,14 @@ from gsenv.solver.methods.cholesky import (
     substitute,
 )
 from gsenv.solver.methods.joint_factor import factorise_equations, solve_equations
-from gsenv.solver.records.model import body_state_dtype
+from gsenv.solver.records.model import NDOF, body_state_dtype
 from gsenv.solver.records.plain import as_records
 from gsenv.solver.records.scratch_dtypes import substep_body_dtype
 
 pytestmark = pytest.mark.nojit
 Array = NDArray[Any]
 Edges = list[tuple[int, int]]
-DIM, NDOF = 2, 3
+DIMS = pytest.mark.parametrize("dim", [2, 3])
 
 
 # a row, whose fields share places, can't be handed to a kernel by itself
@@ -62,28 +62,32 @@ def change(rows: Any, r: int, factor: Any) -> Any:
 class Island:
     """Bodies with random masses, and rows with random directions between pairs of them; body 0 is static."""
 
-    def __init__(self, edges: Edges, rows_per_edge: int = 2, blocks: int | None = None, seed: int = 0) -> None:
+    def __init__(
+        self, edges: Edges, rows_per_edge: int = 2, blocks: int | None = None, seed: int = 0, dim: int = 2
+    ) -> None:
         random = np.random.default_rng(seed)
+        self.ndof = NDOF[dim]
         bodies = 1 + max(max(edge) for edge in edges)
         self.edges = edges
-        self.substep_bodies = np.zeros(bodies, substep_body_dtype(DIM))
+        self.substep_bodies = np.zeros(bodies, substep_body_dtype(dim))
         for b in range(1, bodies):
-            mass, inertia = random.uniform(0.5, 3.0), random.uniform(0.1, 1.0)
-            self.substep_bodies["mass_matrix"][b] = np.diag([mass, mass, inertia])
-            self.substep_bodies["inverse"][b] = 1.0 / mass, 1.0 / mass, 1.0 / inertia
-        self.rows = np.zeros(rows_per_edge * len(edges), row_dtype(DIM))
+            mass, inertia = random.uniform(0.5, 3.0), random.uniform(0.1, 1.0, self.ndof - dim)
+            diagonal = np.array([mass] * dim + list(inertia))
+            self.substep_bodies["mass_matrix"][b] = np.diag(diagonal)
+            self.substep_bodies["inverse"][b] = 1.0 / diagonal
+        self.rows = np.zeros(rows_per_edge * len(edges), row_dtype(dim))
         for r in range(len(self.rows)):
             self.rows["body_a"][r], self.rows["body_b"][r] = edges[r // rows_per_edge]
-            self.rows["jacobian_a"][r] = random.normal(size=NDOF)
-            self.rows["jacobian_b"][r] = random.normal(size=NDOF)
+            self.rows["jacobian_a"][r] = random.normal(size=self.ndof)
+            self.rows["jacobian_b"][r] = random.normal(size=self.ndof)
             finish(as_records(self.rows), r, as_records(self.substep_bodies))
         self.island_bodies = np.arange(1, bodies, dtype=np.int32)
-        self.factor = np.zeros(bodies, factor_dtype(DIM))
+        self.factor = np.zeros(bodies, factor_dtype(dim))
         self.factor["place"] = -1
         self.chain = np.zeros(4 * len(self.rows), np.int32)
-        self.blocks = np.zeros(blocks or BLOCKS_PER_BODY * bodies, block_dtype(DIM))
-        self.state = np.zeros(bodies, body_state_dtype(DIM))
-        self.state["velocity"][1:] = random.normal(size=(bodies - 1, NDOF))
+        self.blocks = np.zeros(blocks or BLOCKS_PER_BODY * bodies, block_dtype(dim))
+        self.state = np.zeros(bodies, body_state_dtype(dim))
+        self.state["velocity"][1:] = random.normal(size=(bodies - 1, self.ndof))
 
     def plan(self, equations: bool = True, most_products: int = ANY_COST) -> int:
         size, products = plan_factor(
@@ -94,8 +98,8 @@ class Island:
         return int(size)
 
     def jacobian(self) -> Array:
-        """(row, body * 3), dense; the static body feels nothing."""
-        dense = np.zeros((len(self.rows), len(self.substep_bodies), NDOF))
+        """(row, body * ndof), dense; the static body feels nothing."""
+        dense = np.zeros((len(self.rows), len(self.substep_bodies), self.ndof))
         for r, row in enumerate(self.rows):
             dense[r, row["body_a"]] += row["jacobian_a"]
             dense[r, row["body_b"]] += row["jacobian_b"]
@@ -140,9 +144,10 @@ SHAPES: dict[str, Edges] = {
 }
 
 
+@DIMS
 @pytest.mark.parametrize("name", SHAPES)
-def test_solution_is_that_of_the_dense_system(name: str) -> None:
-    island = Island(SHAPES[name])
+def test_solution_is_that_of_the_dense_system(name: str, dim: int) -> None:
+    island = Island(SHAPES[name], dim=dim)
     n = island.plan()
     bodies = len(island.island_bodies)
     assert n == bodies
@@ -160,7 +165,7 @@ def test_solution_is_that_of_the_dense_system(name: str) -> None:
     jacobian = island.jacobian()
     dense = island.mass() + jacobian.T @ (stiffness[:, None] * jacobian)
     expected = np.linalg.solve(dense, jacobian.T @ forces)
-    found = np.zeros((bodies, NDOF))
+    found = np.zeros((bodies, island.ndof))
     found[island.factor["order"][:n] - 1] = island.factor["x"][:n]
     np.testing.assert_allclose(found.ravel(), expected, rtol=1e-9, atol=1e-11)
     changes = [change(rows, r, factor) for r in range(len(rows))]
@@ -242,10 +247,11 @@ def test_no_factor_of_what_is_not_positive_definite() -> None:
     assert not factorise(n, as_records(island.factor), as_records(island.blocks))
 
 
+@DIMS
 @pytest.mark.parametrize("name", SHAPES)
-def test_equations_become_true(name: str) -> None:
+def test_equations_become_true(name: str, dim: int) -> None:
     # impulses of E v + b = 0 as least squares in the metric of mass: redundant and contradictory rows too
-    island = Island(SHAPES[name], rows_per_edge=2)
+    island = Island(SHAPES[name], rows_per_edge=2, dim=dim)
     random = np.random.default_rng(3)
     jacobian, mass = island.jacobian(), island.mass()
     target = random.normal(size=jacobian.shape[1])
