@@ -15,15 +15,9 @@ from typing import Any
 
 import numpy as np
 
-from ..core.dispatch import by_dimension
 from ..core.rows import EQUATION
 from ..jit import njit
 from ..records.model import NDOF
-
-add_outer = by_dimension("blocks", "add_outer")
-subtract_product = by_dimension("blocks", "subtract_product")
-divide = by_dimension("blocks", "divide")
-subtract_forward = by_dimension("blocks", "subtract_forward")
 
 BLOCKS_PER_BODY = 40  # mean number of blocks in a row of the factor for which there is memory
 ANY_COST = 1 << 62  # products of blocks: more than any factor has
@@ -43,7 +37,6 @@ PLAN_DTYPE = np.dtype(
 
 
 def block_dtype(dim: int) -> np.dtype[Any]:
-    """Return the dtype of a block: its entries, (i, j) at ``m[j, i]``, and the block row p of its column of blocks."""
     return np.dtype([("m", "f8", (NDOF[dim], NDOF[dim])), ("column", "i4")], align=True)
 
 
@@ -278,13 +271,13 @@ def add_product(row: Any, other: Any, factor: Any, blocks: Any, scale: Any) -> N
     """Add scale J^T J' of two rows on the same bodies to H; to keep H symmetric, add both orders."""
     p, q = places_of(row, factor)
     if p >= 0:
-        add_outer(blocks[factor[p].first + factor[p].count], row.jacobian_a, other.jacobian_a, scale)
+        _add_block(blocks[factor[p].first + factor[p].count].m, row.jacobian_a, other.jacobian_a, scale)
     if q >= 0:
-        add_outer(blocks[factor[q].first + factor[q].count], row.jacobian_b, other.jacobian_b, scale)
+        _add_block(blocks[factor[q].first + factor[q].count].m, row.jacobian_b, other.jacobian_b, scale)
     if p > q >= 0:
-        add_outer(blocks[_block_at(factor, blocks, p, q)], row.jacobian_a, other.jacobian_b, scale)
+        _add_block(blocks[_block_at(factor, blocks, p, q)].m, row.jacobian_a, other.jacobian_b, scale)
     elif q > p >= 0:
-        add_outer(blocks[_block_at(factor, blocks, q, p)], row.jacobian_b, other.jacobian_a, scale)
+        _add_block(blocks[_block_at(factor, blocks, q, p)].m, row.jacobian_b, other.jacobian_a, scale)
 
 
 @njit
@@ -294,23 +287,54 @@ def add_stiffness(row: Any, factor: Any, blocks: Any, stiffness: Any) -> None:
 
 
 @njit
-def _cholesky(m: Any) -> Any:
-    """Factorise a block in place, L L^T with 1 / L_jj on the diagonal; False if it is not positive definite."""
-    n = len(m)
+def _add_block(block: Any, left: Any, right: Any, scale: Any) -> None:
+    for i in range(len(left)):
+        for j in range(len(right)):
+            block[i, j] += scale * left[i] * right[j]
+
+
+@njit
+def _subtract_product(target: Any, left: Any, right: Any) -> None:
+    """Subtract left right^T from ``target``."""
+    n = len(left)
+    for i in range(n):
+        for j in range(n):
+            s = 0.0
+            for k in range(n):
+                s += left[i, k] * right[j, k]
+            target[i, j] -= s
+
+
+@njit
+def _cholesky(block: Any) -> Any:
+    """Factorise a block in place, L L^T; returns False if it is not positive definite."""
+    n = len(block)
     for j in range(n):
-        d = m[j, j]
+        d = block[j, j]
         for k in range(j):
-            d -= m[k, j] * m[k, j]
+            d -= block[j, k] * block[j, k]
         if not d > 0.0:
             return False
-        d = 1.0 / d**0.5
-        m[j, j] = d
+        d = d**0.5
+        block[j, j] = d
         for i in range(j + 1, n):
-            s = m[j, i]
+            s = block[i, j]
             for k in range(j):
-                s -= m[k, i] * m[k, j]
-            m[j, i] = s * d
+                s -= block[i, k] * block[j, k]
+            block[i, j] = s / d
     return True
+
+
+@njit
+def _divide(block: Any, factor: Any) -> None:
+    """Set block = block L^-T for the lower factor L."""
+    n = len(block)
+    for i in range(n):
+        for j in range(n):
+            s = block[i, j]
+            for k in range(j):
+                s -= block[i, k] * factor[j, k]
+            block[i, j] = s / factor[j, j]
 
 
 @njit
@@ -320,7 +344,7 @@ def _subtract_common(blocks: Any, target: Any, left: Any, left_end: Any, right: 
         i = blocks[left].column
         j = blocks[right].column
         if i == j:
-            subtract_product(blocks[target], blocks[left], blocks[right])
+            _subtract_product(blocks[target].m, blocks[left].m, blocks[right].m)
         left += int(i <= j)
         right += int(j <= i)
 
@@ -335,9 +359,9 @@ def factorise(n: Any, factor: Any, blocks: Any) -> Any:
             other = factor[blocks[k].column]
             end = other.first + other.count
             _subtract_common(blocks, k, first, k, other.first, end)
-            divide(blocks[k], blocks[end])
+            _divide(blocks[k].m, blocks[end].m)
         for k in range(first, diagonal):
-            subtract_product(blocks[diagonal], blocks[k], blocks[k])
+            _subtract_product(blocks[diagonal].m, blocks[k].m, blocks[k].m)
         if not _cholesky(blocks[diagonal].m):
             return False
     return True
@@ -350,13 +374,13 @@ def substitute(n: Any, factor: Any, blocks: Any) -> None:
         row = factor[p]
         diagonal = row.first + row.count
         for k in range(row.first, diagonal):
-            subtract_forward(row.x, blocks[k], factor[blocks[k].column].x)
+            _subtract_forward(row.x, blocks[k].m, factor[blocks[k].column].x)
         block = blocks[diagonal].m
         for i in range(len(row.x)):
             s = row.x[i]
             for k in range(i):
-                s -= block[k, i] * row.x[k]
-            row.x[i] = s * block[i, i]
+                s -= block[i, k] * row.x[k]
+            row.x[i] = s / block[i, i]
     for p in range(n - 1, -1, -1):
         row = factor[p]
         diagonal = row.first + row.count
@@ -364,17 +388,21 @@ def substitute(n: Any, factor: Any, blocks: Any) -> None:
         for i in range(len(row.x) - 1, -1, -1):
             s = row.x[i]
             for k in range(i + 1, len(row.x)):
-                s -= block[i, k] * row.x[k]
-            row.x[i] = s * block[i, i]
+                s -= block[k, i] * row.x[k]
+            row.x[i] = s / block[i, i]
         for k in range(row.first, diagonal):
             _subtract_backward(factor[blocks[k].column].x, blocks[k].m, row.x)
 
 
 @njit
-def _subtract_backward(target: Any, m: Any, x: Any) -> None:
-    """Subtract block^T x."""
+def _subtract_forward(target: Any, block: Any, x: Any) -> None:
     for i in range(len(target)):
-        s = 0.0
         for k in range(len(x)):
-            s += m[i, k] * x[k]
-        target[i] -= s
+            target[i] -= block[i, k] * x[k]
+
+
+@njit
+def _subtract_backward(target: Any, block: Any, x: Any) -> None:
+    for i in range(len(target)):
+        for k in range(len(x)):
+            target[i] -= block[k, i] * x[k]

@@ -68,12 +68,12 @@ WORLDS: dict[str, tuple[Callable[[], World], int]] = {  # and how many steps
     "3D chain": (lambda: World(spatial_chain(), options=AWAKE), 120),
 }
 GOLDEN = {
-    "2D mixed": "62a144c51f0b8b9747a66ab11e7d01c208daf9c476920eac6f7783ceb69be261",
-    "2D tumble": "cbb848cbe303c4c03cf14238992e3e1e9432028e74c1ac2a627745bbd435c641",
-    "2D pyramid": "83c1db71608093532b3089902abdf0767cc3170a71eea6d7851299c2683cea3f",
-    "3D mixed": "7ae3ce87a51489f6034122034c689f479a0a75bf9267779fefab6b2d06272abe",
-    "3D tumble": "3a672f4ebf1a7788aeca10617f06c7474a10d826fba3fefd72f1bd41f2ccdc5f",
-    "3D chain": "c215baf1e1a7407219df0cb3410d6a8e1fed90dd97b9f68659bf094deeeb22d2",
+    "2D mixed": "03eb02074785b1f274302161054a6ba8548ef69e4e92407bfed484717e492080",
+    "2D tumble": "7669bca267125d0e7649c4288b4f3626dc00f663dfd4e8c867ce9e338f20828b",
+    "2D pyramid": "d5767f02ad7e88365ead83d261e6fb4d400a02a00172ca401e3e905ce9dc75fc",
+    "3D mixed": "be538ebea3528cc917e37276604cd67146a089d4f5807295d67e3c1150ce6678",
+    "3D tumble": "c6e1889fba2ade1a4de966cd2df4b7432cdb3d322d9da017d933e66995b5eef7",
+    "3D chain": "e6748a8a059611d02e750149ae2377e4f00e421dc8ea642973576dcb599b209d",
 }
 
 
