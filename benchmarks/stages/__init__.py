@@ -88,7 +88,6 @@ def profiles_of(heap: str, scene: Scene, loaded: Mapping[int, bytes], seconds: f
     """Sample the first steps of a heap, again and again from its start, and then steps at rest."""
     world = World(scene, options=AWAKE)
     boxes = int((world.model.bodies["kind"] == BodyKind.DYNAMIC).sum())
-
     world.step()
     symbols = Symbols.of_steps(loaded)
     out = []

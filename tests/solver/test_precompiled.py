@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
 import zipfile
 from pathlib import Path
+from typing import Any
 
 import pytest
 from llvmlite import binding
@@ -15,6 +17,8 @@ from gsenv import pack
 from gsenv.scenes import SCENES as SCENES_OF_THE_PACKAGE
 from gsenv.solver import precompiled
 from gsenv.solver.records.kernel_variants import ONE_KERNEL, OWN_KERNELS
+from gsenv.warmup import WAYS
+from tests.envs.registered import TASK_IDS
 from tests.solver.mini_package import CALLEE, entries, make_package, run
 
 ROOT = Path(__file__).parents[2]
@@ -182,8 +186,10 @@ def test_packing_again_keeps_what_is_current(tmp_path: Path) -> None:
 
 
 SCENES = """
-from gsenv.solver import Scene, World, planar, spatial
-for dim in (2, 3):
+import json, sys
+from gsenv.solver import Options, Scene, World, planar, spatial
+options = Options(**json.loads(sys.argv[1]))
+for dim in (2,) if options.solver == "newton" else (2, 3):
     kind = planar if dim == 2 else spatial
     half = (0.3,) * dim
     scene = Scene(dim=dim)
@@ -198,19 +204,20 @@ for dim in (2, 3):
         scene.joints.clear()
         for name, joint in joints.items():
             scene.add_joint(name, joint)
-        world = World(scene, 2)
+        world = World(scene, 2, options=options)
         world.step(10)
         world.diagnostics()
         world.contacts()
 """
 
 
-def test_a_scene_of_ones_own_runs_at_once_on_the_general_kernel(tmp_path: Path) -> None:
+@pytest.mark.parametrize("options", WAYS.values(), ids=str)
+def test_a_scene_of_ones_own_runs_at_once_on_the_general_kernel(options: dict[str, Any], tmp_path: Path) -> None:
     if isinstance(precompiled.open_set(), str):
         pytest.skip(str(precompiled.open_set()))
     environment = {name: value for name, value in os.environ.items() if not name.startswith(("NUMBA_", "GSENV_"))}
     environment["NUMBA_CACHE_DIR"] = str(tmp_path)
-    command = [sys.executable, "-c", SCENES]
+    command = [sys.executable, "-c", SCENES, json.dumps(options)]
     result = subprocess.run(command, env=environment, cwd=ROOT, capture_output=True, text=True, timeout=600)
     assert result.returncode == 0, result.stderr
     if "is for other sources" in result.stderr:
@@ -228,19 +235,33 @@ for name in sys.argv[1:]:
     world.step(120)
     print(name, hashlib.sha256(world.state.bodies.tobytes()).hexdigest())
 """
+OWN_ENVS = """
+import sys
+from tests.envs.registered import digest, make_vector, play, random_actions
+for name in sys.argv[1:]:
+    envs = make_vector(name, 2)
+    envs.reset(seed=5)
+    print(name, digest([play(envs, random_actions(name, 1, 40, 2))]))
+"""
 ALL = [*(name for name, spec in SCENES_OF_THE_PACKAGE.items() if spec.dim == 2), "cube_stack"]
 
 
-@pytest.mark.parametrize("scenes", [["stack"], pytest.param(ALL, marks=pytest.mark.slow)], ids=["one", "all"])
-def test_the_general_kernel_gives_the_bits_of_those_of_single_scenes(scenes: list[str], tmp_path: Path) -> None:
-    """A stack, whose kernel compiles fast, in each run; nightly also trees, and trees with loops and ropes."""
+@pytest.mark.parametrize(
+    ("code", "names"),
+    [(OWN_ENVS, TASK_IDS), (OWN_SCENES, ["stack"]), pytest.param(OWN_SCENES, ALL, marks=pytest.mark.slow)],
+    ids=["environments", "stack", "scenes"],
+)
+def test_the_general_kernel_gives_the_bits_of_those_of_single_scenes(
+    code: str, names: list[str], tmp_path: Path
+) -> None:
+    """Environments have trees, loops, springs and terrain, and their kernels are in the set; a stack compiles fast."""
     if isinstance(precompiled.open_set(), str):
         pytest.skip(str(precompiled.open_set()))
     environment = {name: value for name, value in os.environ.items() if not name.startswith(("NUMBA_", "GSENV_"))}
     environment["NUMBA_CACHE_DIR"] = str(tmp_path)
     outputs = []
     for changes in ({ONE_KERNEL: "2,3"}, {OWN_KERNELS: "1"}):
-        command = [sys.executable, "-c", OWN_SCENES, *scenes]
+        command = [sys.executable, "-c", code, *names]
         result = subprocess.run(
             command, env=environment | changes, cwd=ROOT, capture_output=True, text=True, timeout=1200
         )
@@ -248,5 +269,5 @@ def test_the_general_kernel_gives_the_bits_of_those_of_single_scenes(scenes: lis
         if ONE_KERNEL in changes and "is for other sources" in result.stderr:
             pytest.skip("the sources have changed since `gsenv pack`")
         outputs.append(result.stdout)
-    assert outputs[0].count("\n") == len(scenes)
+    assert outputs[0].count("\n") == len(names)
     assert outputs[0] == outputs[1]
