@@ -7,11 +7,17 @@ removes the slow modes (a leaning tower, a light body under a heavy one), sweeps
 For the active rows, with w their present velocities and s = epsilon A_rr + softness,
 (A + diag(s - softness)) d = -w  is solved for the change d of the impulses in body space:
 (M + J^T s^-1 J) x = -J^T s^-1 w,  d = -(w + J x) / s.  epsilon makes redundant rows harmless: it
-keeps d small, so repeated steps converge to the exact solution whatever epsilon is.  In heaps with many
-redundant rows a step that fails is repeated with a larger epsilon (Levenberg, "A method for the solution of
-certain non-linear problems in least squares", Quarterly of Applied Mathematics 2 (1944)): the rows found
-active may ask for impulses far beyond their bounds, as those of gaps that no motion of a box can close at
-once.  Columns that land and ropes settle better by sweeps after such a failure.
+keeps d small, so repeated steps converge to the exact solution whatever epsilon is.
+
+Sweeps leave the loads of redundant contacts, such as the four corners of a box, as uneven as their order made them,
+and a direct step that changes them little then asks corners to pull.  A step in an island that moves therefore solves
+(A + diag(s - softness)) d = -(w + c A_rr p), which draws the impulses p towards zero and so shares loads evenly
+(Tikhonov, "Solution of incorrectly formulated problems and the regularization method", Soviet Math. Doklady 4 (1963)).
+It leaves w = -c A_rr p; c is so small that this is less than ``UNEVEN`` of the residual before the step.
+
+A step that fails is repeated with a larger epsilon (Levenberg, "A method for the solution of certain non-linear
+problems in least squares", Quarterly of Applied Mathematics 2 (1944)): the rows found active may ask for impulses far
+beyond their bounds, as those of gaps that no motion of a box can close at once.
 A step that raises the energy function that the solve minimises is repeated without the rows that it left inactive,
 then shortened, or not taken;
 rows that contradict each other (a body between a press and the ground) would keep w = -epsilon A_rr d,
@@ -42,8 +48,8 @@ from .cholesky import (
 from .nncg import solve_nncg
 
 EPSILON = 1e-6
-DAMPED_EPSILON = 1e-3  # after a step that failed, in islands with many redundant rows:
-REDUNDANT = 2  # rows for each degree of freedom; stacks of boxes have as many
+DAMPED_EPSILON = 1e-3  # after a step that failed
+UNEVEN = 0.003  # of the residual: error that a step may leave to share loads evenly
 CONTRADICTION = 0.05  # remaining fraction of sum w^2 / A_rr above which rows contradict each other
 ROUNDS = 5  # direct steps, each on the rows that the one before left active
 NEARER = 0.5  # of the rise of the energy function: steps that reduce it less are the last,
@@ -137,8 +143,9 @@ def _move(rows: Any, count: Any, bodies: Any, length: Any) -> None:
 
 
 @njit
-def _set_directions(rows: Any, count: Any, bodies: Any, scratch: Any, kinematic_contact: Any, epsilon: Any) -> Any:
+def _set_directions(rows: Any, count: Any, bodies: Any, scratch: Any, kinematic_contact: Any, step: Any) -> Any:
     """Set the direct step of the active rows; False where there is none, or where rows contradict each other."""
+    epsilon, draw = step
     substep_bodies = scratch.substep_bodies
     entries = scratch.factor.entries
     blocks = scratch.factor.blocks
@@ -150,7 +157,7 @@ def _set_directions(rows: Any, count: Any, bodies: Any, scratch: Any, kinematic_
         row.direction = 0.0
         if _is_active(rows, r):
             s = epsilon * (row.diagonal - row.softness) + row.softness
-            row.direction = _row_velocity(row, bodies)
+            row.direction = _row_velocity(row, bodies) + draw * (row.diagonal - row.softness) * row.impulse
             add_stiffness(row, entries, blocks, 1.0 / s)
             add_force(row, entries, -row.direction / s)
     if not factorise(n, entries, blocks):
@@ -171,9 +178,11 @@ def _set_directions(rows: Any, count: Any, bodies: Any, scratch: Any, kinematic_
 
 @njit
 def subspace_step(
-    rows: Any, count: Any, bodies: Any, island_bodies: Any, scratch: Any, kinematic_contact: Any, epsilon: Any
+    rows: Any, count: Any, bodies: Any, island_bodies: Any, scratch: Any, kinematic_contact: Any, step: Any
 ) -> Any:
     """Take a direct step on the active rows; returns whether it was taken. Bounds hold before and after.
+
+    ``step``: (epsilon, c), see above.
 
     A step that raises the energy function is followed by one on the rows that are still active after it, such as
     without the corners of a box that it lifts.  If these do not lower it in the end, a part of the way is tried.
@@ -185,7 +194,7 @@ def subspace_step(
     last = np.inf
     straight = False  # whether directions are those of the first step
     for k in range(ROUNDS):
-        if not _set_directions(rows, count, bodies, scratch, kinematic_contact, epsilon):
+        if not _set_directions(rows, count, bodies, scratch, kinematic_contact, step):
             break
         _move(rows, count, bodies, 1.0)
         after = _objective(rows, count, island_bodies, bodies, substep_bodies)
@@ -221,6 +230,15 @@ def _gain(island_bodies: Any, bodies: Any, substep_bodies: Any) -> Any:
         for d in range(len(v)):
             gain += mass[d, d] * (v[d] * v[d] - start[d] * start[d])
     return gain
+
+
+@njit
+def _draw(rows: Any, count: Any, residual: Any, scale: Any) -> Any:
+    """Return c, with which a step shares loads evenly and leaves less than ``UNEVEN`` of the residual."""
+    size = 0.0
+    for r in range(count):
+        size += (rows[r].diagonal - rows[r].softness) * rows[r].impulse ** 2
+    return min(EPSILON, UNEVEN * residual * (scale / size) ** 0.5) if size > 0.0 else 0.0
 
 
 @njit
@@ -272,14 +290,15 @@ def solve_subspace(
         used += more
     while fits and (residual > tolerance or drifts) and used < max_sweeps:
         drifts = False
-        fits = subspace_step(rows, count, bodies, island_bodies, scratch, kinematic_contact, EPSILON)
-        if not fits and count > REDUNDANT * len(rows[0].jacobian_a) * len(island_bodies):
-            fits = subspace_step(rows, count, bodies, island_bodies, scratch, kinematic_contact, DAMPED_EPSILON)
+        # at rest loads keep: there, evening them out only moves them
+        draw = 0.0 if scratch.island.calm else _draw(rows, count, residual, scale)
+        fits = subspace_step(rows, count, bodies, island_bodies, scratch, kinematic_contact, (EPSILON, draw))
+        if not fits:
+            damped = (DAMPED_EPSILON, 0.0)
+            fits = subspace_step(rows, count, bodies, island_bodies, scratch, kinematic_contact, damped)
         next_few = (min(SWEEPS_BETWEEN, max_sweeps - used), tolerance, scale)
-        before = residual
         more, residual = solve_nncg(rows, count, bodies, island_bodies, joint_factor, next_few)
-        used += more
-        fits = fits and (residual < before or residual <= tolerance)  # else the rest is left to sweeps
+        used += more  # if no step was taken, the rest is left to sweeps
     forget_factor(island_bodies, entries)
     if residual > tolerance and used < max_sweeps:
         rest = (max_sweeps - used, tolerance, scale)

@@ -103,19 +103,38 @@ def test_the_default_holds() -> None:
     assert abs(height_after(5.0, warm)) < 2e-2
 
 
-@pytest.mark.parametrize("count", [20, 32, 48])
-def test_a_column_that_lands_box_on_box_stands(count: int) -> None:
+def cubes(count: int) -> Scene:
+    """Cubes above one another, 1 cm apart."""
     scene = Scene(dim=3)
     scene.add_body("ground", "static", [spatial.Plane()])
     for k in range(count):
         scene.add_body(f"box {k}", shapes=[spatial.Box((0.05, 0.05, 0.05))], position=(0, 0, 0.06 + 0.11 * k))
-    world = World(scene)
-    unsettled = 0
+    return scene
+
+
+@pytest.mark.parametrize("count", [20, 48, 70])
+def test_a_column_that_lands_box_on_box_stands(count: int) -> None:
+    world = World(cubes(count), 8)
+    noise = np.random.default_rng(0)  # whether it falls must not depend on how sums are rounded
+    for k in range(count):
+        place = world.position[:, k + 1]
+        world.set_pose(f"box {k}", position=place + 1e-10 * noise.standard_normal(place.shape))
+    unsettled = np.zeros(8, int)
     for _ in range(300):
         world.step()
-        unsettled += int(world.diagnostics().unconverged[0])
-    position = world.position[0, 1:]
-    assert unsettled <= 30  # 500 before direct steps went on without the corners that they lift
-    assert abs(position[:, :2]).max() < 1e-3
-    assert position[-1, 2] == pytest.approx(0.1 * count - 0.05, abs=1e-3)
-    assert world.asleep[0, -1]
+        unsettled += world.diagnostics().unconverged
+    position = world.position[:, 1:]
+    # 500 before direct steps went on without the corners that they lift, and in 3 of 16 worlds before they shared loads
+    assert unsettled.max() <= 3
+    assert abs(position[..., :2]).max() < 1e-3
+    assert position[:, -1, 2] == pytest.approx(0.1 * count - 0.05, abs=1e-3)
+    assert world.asleep[:, -1].all()
+
+
+def test_corners_share_the_load_of_a_column_that_landed() -> None:
+    world = World(cubes(10))
+    world.step(120)
+    contacts = world.contacts()
+    load = contacts.impulse[contacts.body_a == 0, 0]
+    np.testing.assert_allclose(load, load.mean(), rtol=1e-2)  # by symmetry; two of them carried all before
+    assert len(load) == 4
