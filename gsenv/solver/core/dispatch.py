@@ -23,6 +23,7 @@ _LENGTHS = {
     "velocity": {3: 2, 6: 3},
     "displacement": {3: 2, 6: 3},
     "jacobian_a": {3: 2, 6: 3},
+    "m": {3: 2, 6: 3},
     "x": {3: 2, 6: 3},
     "motion": {3: 2, 6: 3},
     "point": {2: 2, 3: 3},

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from ..core.dispatch import by_dimension
 from ..core.rows import EQUATION
 from ..jit import njit
 from ..records.model import NDOF
@@ -37,6 +38,7 @@ PLAN_DTYPE = np.dtype(
 
 
 def block_dtype(dim: int) -> np.dtype[Any]:
+    """Return the dtype of a block: its entries, (i, j) at ``m[j, i]``, and the block row p of its column of blocks."""
     return np.dtype([("m", "f8", (NDOF[dim], NDOF[dim])), ("column", "i4")], align=True)
 
 
@@ -55,6 +57,53 @@ def factor_dtype(dim: int) -> np.dtype[Any]:
         ],
         align=True,
     )
+
+
+@njit
+def _add_outer(block: Any, left: Any, right: Any, scale: Any) -> None:
+    """Add scale left right^T to a block."""
+    for j in range(len(right)):
+        for i in range(len(left)):
+            block.m[j, i] += scale * right[j] * left[i]
+
+
+@njit
+def _subtract_product(target: Any, left: Any, right: Any) -> None:
+    """Subtract left right^T from ``target``, all blocks."""
+    n = len(target.m)
+    for j in range(n):
+        for i in range(n):
+            s = 0.0
+            for k in range(n):
+                s += left.m[k, i] * right.m[k, j]
+            target.m[j, i] -= s
+
+
+@njit
+def _divide(block: Any, factor: Any) -> None:
+    """Set block = block L^-T; ``factor`` has the lower factor L, with 1 / L_jj on the diagonal."""
+    n = len(block.m)
+    for j in range(n):
+        for i in range(n):
+            s = block.m[j, i]
+            for k in range(j):
+                s -= block.m[k, i] * factor.m[k, j]
+            block.m[j, i] = s * factor.m[j, j]
+
+
+@njit
+def _subtract_forward(target: Any, block: Any, x: Any) -> None:
+    """Subtract block x from ``target``."""
+    for k in range(len(x)):
+        for i in range(len(target)):
+            target[i] -= block.m[k, i] * x[k]
+
+
+# in 3D, where blocks are large, several numbers at a time
+add_outer = by_dimension("blocks", "add_outer", otherwise=_add_outer)
+subtract_product = by_dimension("blocks", "subtract_product", otherwise=_subtract_product)
+divide = by_dimension("blocks", "divide", otherwise=_divide)
+subtract_forward = by_dimension("blocks", "subtract_forward", otherwise=_subtract_forward)
 
 
 @njit
@@ -271,13 +320,13 @@ def add_product(row: Any, other: Any, factor: Any, blocks: Any, scale: Any) -> N
     """Add scale J^T J' of two rows on the same bodies to H; to keep H symmetric, add both orders."""
     p, q = places_of(row, factor)
     if p >= 0:
-        _add_block(blocks[factor[p].first + factor[p].count].m, row.jacobian_a, other.jacobian_a, scale)
+        add_outer(blocks[factor[p].first + factor[p].count], row.jacobian_a, other.jacobian_a, scale)
     if q >= 0:
-        _add_block(blocks[factor[q].first + factor[q].count].m, row.jacobian_b, other.jacobian_b, scale)
+        add_outer(blocks[factor[q].first + factor[q].count], row.jacobian_b, other.jacobian_b, scale)
     if p > q >= 0:
-        _add_block(blocks[_block_at(factor, blocks, p, q)].m, row.jacobian_a, other.jacobian_b, scale)
+        add_outer(blocks[_block_at(factor, blocks, p, q)], row.jacobian_a, other.jacobian_b, scale)
     elif q > p >= 0:
-        _add_block(blocks[_block_at(factor, blocks, q, p)].m, row.jacobian_b, other.jacobian_a, scale)
+        add_outer(blocks[_block_at(factor, blocks, q, p)], row.jacobian_b, other.jacobian_a, scale)
 
 
 @njit
@@ -287,54 +336,23 @@ def add_stiffness(row: Any, factor: Any, blocks: Any, stiffness: Any) -> None:
 
 
 @njit
-def _add_block(block: Any, left: Any, right: Any, scale: Any) -> None:
-    for i in range(len(left)):
-        for j in range(len(right)):
-            block[i, j] += scale * left[i] * right[j]
-
-
-@njit
-def _subtract_product(target: Any, left: Any, right: Any) -> None:
-    """Subtract left right^T from ``target``."""
-    n = len(left)
-    for i in range(n):
-        for j in range(n):
-            s = 0.0
-            for k in range(n):
-                s += left[i, k] * right[j, k]
-            target[i, j] -= s
-
-
-@njit
-def _cholesky(block: Any) -> Any:
-    """Factorise a block in place, L L^T; returns False if it is not positive definite."""
-    n = len(block)
+def _cholesky(m: Any) -> Any:
+    """Factorise a block in place, L L^T with 1 / L_jj on the diagonal; False if it is not positive definite."""
+    n = len(m)
     for j in range(n):
-        d = block[j, j]
+        d = m[j, j]
         for k in range(j):
-            d -= block[j, k] * block[j, k]
+            d -= m[k, j] * m[k, j]
         if not d > 0.0:
             return False
-        d = d**0.5
-        block[j, j] = d
+        d = 1.0 / d**0.5
+        m[j, j] = d
         for i in range(j + 1, n):
-            s = block[i, j]
+            s = m[j, i]
             for k in range(j):
-                s -= block[i, k] * block[j, k]
-            block[i, j] = s / d
+                s -= m[k, i] * m[k, j]
+            m[j, i] = s * d
     return True
-
-
-@njit
-def _divide(block: Any, factor: Any) -> None:
-    """Set block = block L^-T for the lower factor L."""
-    n = len(block)
-    for i in range(n):
-        for j in range(n):
-            s = block[i, j]
-            for k in range(j):
-                s -= block[i, k] * factor[j, k]
-            block[i, j] = s / factor[j, j]
 
 
 @njit
@@ -344,7 +362,7 @@ def _subtract_common(blocks: Any, target: Any, left: Any, left_end: Any, right: 
         i = blocks[left].column
         j = blocks[right].column
         if i == j:
-            _subtract_product(blocks[target].m, blocks[left].m, blocks[right].m)
+            subtract_product(blocks[target], blocks[left], blocks[right])
         left += int(i <= j)
         right += int(j <= i)
 
@@ -359,9 +377,9 @@ def factorise(n: Any, factor: Any, blocks: Any) -> Any:
             other = factor[blocks[k].column]
             end = other.first + other.count
             _subtract_common(blocks, k, first, k, other.first, end)
-            _divide(blocks[k].m, blocks[end].m)
+            divide(blocks[k], blocks[end])
         for k in range(first, diagonal):
-            _subtract_product(blocks[diagonal].m, blocks[k].m, blocks[k].m)
+            subtract_product(blocks[diagonal], blocks[k], blocks[k])
         if not _cholesky(blocks[diagonal].m):
             return False
     return True
@@ -374,13 +392,13 @@ def substitute(n: Any, factor: Any, blocks: Any) -> None:
         row = factor[p]
         diagonal = row.first + row.count
         for k in range(row.first, diagonal):
-            _subtract_forward(row.x, blocks[k].m, factor[blocks[k].column].x)
+            subtract_forward(row.x, blocks[k], factor[blocks[k].column].x)
         block = blocks[diagonal].m
         for i in range(len(row.x)):
             s = row.x[i]
             for k in range(i):
-                s -= block[i, k] * row.x[k]
-            row.x[i] = s / block[i, i]
+                s -= block[k, i] * row.x[k]
+            row.x[i] = s * block[i, i]
     for p in range(n - 1, -1, -1):
         row = factor[p]
         diagonal = row.first + row.count
@@ -388,21 +406,17 @@ def substitute(n: Any, factor: Any, blocks: Any) -> None:
         for i in range(len(row.x) - 1, -1, -1):
             s = row.x[i]
             for k in range(i + 1, len(row.x)):
-                s -= block[k, i] * row.x[k]
-            row.x[i] = s / block[i, i]
+                s -= block[i, k] * row.x[k]
+            row.x[i] = s * block[i, i]
         for k in range(row.first, diagonal):
             _subtract_backward(factor[blocks[k].column].x, blocks[k].m, row.x)
 
 
 @njit
-def _subtract_forward(target: Any, block: Any, x: Any) -> None:
+def _subtract_backward(target: Any, m: Any, x: Any) -> None:
+    """Subtract block^T x."""
     for i in range(len(target)):
+        s = 0.0
         for k in range(len(x)):
-            target[i] -= block[i, k] * x[k]
-
-
-@njit
-def _subtract_backward(target: Any, block: Any, x: Any) -> None:
-    for i in range(len(target)):
-        for k in range(len(x)):
-            target[i] -= block[k, i] * x[k]
+            s += m[i, k] * x[k]
+        target[i] -= s
