@@ -95,13 +95,16 @@ class DeferredLibrary(JITCodeLibrary):
     def finalize(self) -> None:
         """Link the callees, direct and indirect, optimise, and translate to machine code."""
         self._linking_libraries = list(self._callees())
-        with _superword_parallel():
-            super().finalize()
+        super().finalize()
         for variable in self._final_module.global_variables:
             if variable.name.startswith(_ENVIRONMENT):
                 environment = lookup_environment(variable.name)
                 if environment is not None:
                     self.codegen.set_env(variable.name, environment)
+
+    def _optimize_final_module(self) -> None:
+        with _superword_parallel():
+            super()._optimize_final_module()
 
     def get_pointer_to_function(self, name: str) -> int:
         """Return the address of a function, 0 where this library does not define it."""

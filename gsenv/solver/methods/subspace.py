@@ -13,11 +13,14 @@ Sweeps leave the loads of redundant contacts, such as the four corners of a box,
 and a direct step that changes them little then asks corners to pull.  A step in an island that moves therefore solves
 (A + diag(s - softness)) d = -(w + c A_rr p), which draws the impulses p towards zero and so shares loads evenly
 (Tikhonov, "Solution of incorrectly formulated problems and the regularization method", Soviet Math. Doklady 4 (1963)).
-It leaves w = -c A_rr p; c is so small that this is less than ``UNEVEN`` of the residual before the step.
+It leaves w = -c A_rr p; c is at most epsilon, and so small that this is about ``UNEVEN`` of the residual before.
 
 A step that fails is repeated with a larger epsilon (Levenberg, "A method for the solution of certain non-linear
 problems in least squares", Quarterly of Applied Mathematics 2 (1944)): the rows found active may ask for impulses far
 beyond their bounds, as those of gaps that no motion of a box can close at once.
+
+Where many contacts slide, steps are plain and end with the first that does not reduce the residual: they take the
+bounds of friction, which follow the loads, as fixed.
 A step that raises the energy function that the solve minimises is repeated without the rows that it left inactive,
 then shortened, or not taken;
 rows that contradict each other (a body between a press and the ground) would keep w = -epsilon A_rr d,
@@ -59,6 +62,10 @@ DRIFT = 0.1  # of the tolerance: root of the energy, on the scale of the rows, t
 FIRST_SWEEPS = 4  # least number of sweeps before the first step
 SWEEPS_BETWEEN = 4  # sweeps between steps
 DEAREST = 2.0  # of the most sweeps: islands whose step would cost more are left to the sweeps
+SPENT = 4.0  # of the most sweeps: cost of the steps of a solve, after which it is left to the sweeps
+TAKEN = 0  # outcomes of a step
+FAILED = 1
+CONTRADICTORY = 2  # the active rows contradict each other, or have no factor
 # Measured cost of a step, in sweeps: that of the rows for each degree of freedom of a body, and that of a product of
 # two blocks, in sweeps over one row, for the square of the degrees of freedom.
 ROWS_COST = 0.65
@@ -180,10 +187,9 @@ def _set_directions(rows: Any, count: Any, bodies: Any, scratch: Any, kinematic_
 def subspace_step(
     rows: Any, count: Any, bodies: Any, island_bodies: Any, scratch: Any, kinematic_contact: Any, step: Any
 ) -> Any:
-    """Take a direct step on the active rows; returns whether it was taken. Bounds hold before and after.
+    """Take a direct step on the active rows. Returns (outcome, factors it took). Bounds hold before and after.
 
     ``step``: (epsilon, c), see above.
-
     A step that raises the energy function is followed by one on the rows that are still active after it, such as
     without the corners of a box that it lifts.  If these do not lower it in the end, a part of the way is tried.
     """
@@ -193,13 +199,17 @@ def subspace_step(
         rows[r].position_impulse = rows[r].impulse  # for the way back
     last = np.inf
     straight = False  # whether directions are those of the first step
+    factors = 0
     for k in range(ROUNDS):
+        factors += 1
         if not _set_directions(rows, count, bodies, scratch, kinematic_contact, step):
+            if k == 0:
+                return CONTRADICTORY, factors
             break
         _move(rows, count, bodies, 1.0)
         after = _objective(rows, count, island_bodies, bodies, substep_bodies)
         if after <= before:
-            return True
+            return TAKEN, factors
         if after - before > NEARER * (last - before) or _many_slide(rows, count):
             straight = k == 0
             break
@@ -213,9 +223,9 @@ def subspace_step(
         length *= 0.5
         _move(rows, count, bodies, length)
         if _objective(rows, count, island_bodies, bodies, substep_bodies) <= before:
-            return True
+            return TAKEN, factors
     _move(rows, count, bodies, 0.0)
-    return False
+    return FAILED, factors
 
 
 @njit
@@ -269,7 +279,8 @@ def solve_subspace(
 
     ``limits`` as for ``solve_pgs``.  A warm start within the tolerance costs one sweep and no factor.  The first step
     is taken when the sweeps have cost as much as it does: so a solve costs at most about twice as much as the cheaper
-    of both ways (the ski-rental problem).  An island whose factor has too much fill-in is solved by sweeps alone.
+    of both ways (the ski-rental problem), or ``SPENT`` where steps do not settle it.  An island whose factor has too
+    much fill-in is solved by sweeps alone.
     """
     max_sweeps, tolerance, scale = limits
     first = (min(FIRST_SWEEPS, max_sweeps), tolerance, scale)
@@ -288,17 +299,24 @@ def solve_subspace(
     if fits and residual > tolerance and used < worth:
         more, residual = solve_nncg(rows, count, bodies, island_bodies, joint_factor, (worth - used, tolerance, scale))
         used += more
+    left = SPENT * max_sweeps
     while fits and (residual > tolerance or drifts) and used < max_sweeps:
         drifts = False
-        # at rest loads keep: there, evening them out only moves them
-        draw = 0.0 if scratch.island.calm else _draw(rows, count, residual, scale)
-        fits = subspace_step(rows, count, bodies, island_bodies, scratch, kinematic_contact, (EPSILON, draw))
-        if not fits:
-            damped = (DAMPED_EPSILON, 0.0)
-            fits = subspace_step(rows, count, bodies, island_bodies, scratch, kinematic_contact, damped)
+        sliding = _many_slide(rows, count)
+        # at rest, loads that are shared anew at each step would never keep
+        draw = 0.0 if scratch.island.calm or sliding else _draw(rows, count, residual, scale)
+        step = (EPSILON, draw)
+        outcome, factors = subspace_step(rows, count, bodies, island_bodies, scratch, kinematic_contact, step)
+        if outcome == FAILED and not sliding:
+            step = (DAMPED_EPSILON, 0.0)
+            outcome, more = subspace_step(rows, count, bodies, island_bodies, scratch, kinematic_contact, step)
+            factors += more
+        left -= factors * cost
         next_few = (min(SWEEPS_BETWEEN, max_sweeps - used), tolerance, scale)
+        before = residual
         more, residual = solve_nncg(rows, count, bodies, island_bodies, joint_factor, next_few)
-        used += more  # if no step was taken, the rest is left to sweeps
+        used += more
+        fits = outcome == TAKEN and left > 0.0 and (not sliding or residual < before)  # else sweeps do the rest
     forget_factor(island_bodies, entries)
     if residual > tolerance and used < max_sweeps:
         rest = (max_sweeps - used, tolerance, scale)
