@@ -68,12 +68,12 @@ WORLDS: dict[str, tuple[Callable[[], World], int]] = {  # and how many steps
     "3D chain": (lambda: World(spatial_chain(), options=AWAKE), 120),
 }
 GOLDEN = {
-    "2D mixed": "03eb02074785b1f274302161054a6ba8548ef69e4e92407bfed484717e492080",
-    "2D tumble": "7669bca267125d0e7649c4288b4f3626dc00f663dfd4e8c867ce9e338f20828b",
-    "2D pyramid": "d5767f02ad7e88365ead83d261e6fb4d400a02a00172ca401e3e905ce9dc75fc",
-    "3D mixed": "be538ebea3528cc917e37276604cd67146a089d4f5807295d67e3c1150ce6678",
-    "3D tumble": "c6e1889fba2ade1a4de966cd2df4b7432cdb3d322d9da017d933e66995b5eef7",
-    "3D chain": "e6748a8a059611d02e750149ae2377e4f00e421dc8ea642973576dcb599b209d",
+    "2D mixed": "2eb3e554e41618c1a6df1eb7ac4374458ad47c759532926c5608d6ab46ae5805",
+    "2D tumble": "33009bea0c7b734438c7a78ba323aeedc8d6f0bed0adda5e4a6af27b863ebbca",
+    "2D pyramid": "b7e29348d78d07c330a2b901183c16dbf69f8fc4209207f1a43bca8497ba6077",
+    "3D mixed": "92c69211be8a2f632bed8080adb2d5a15d15949bee510fbcf9c6de153bd752dc",
+    "3D tumble": "709682fb6b05c65877e4f04701ed89203d1e246ffc50c56e7daf0ede903eab6e",
+    "3D chain": "c215baf1e1a7407219df0cb3410d6a8e1fed90dd97b9f68659bf094deeeb22d2",
 }
 
 
