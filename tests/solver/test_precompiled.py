@@ -248,13 +248,13 @@ ALL = [*(name for name, spec in SCENES_OF_THE_PACKAGE.items() if spec.dim == 2),
 
 @pytest.mark.parametrize(
     ("code", "names"),
-    [(OWN_ENVS, TASK_IDS), (OWN_SCENES, ["stack"]), pytest.param(OWN_SCENES, ALL, marks=pytest.mark.slow)],
-    ids=["environments", "stack", "scenes"],
+    [(OWN_ENVS, TASK_IDS), pytest.param(OWN_SCENES, ALL, marks=pytest.mark.slow)],
+    ids=["environments", "scenes"],
 )
 def test_the_general_kernel_gives_the_bits_of_those_of_single_scenes(
     code: str, names: list[str], tmp_path: Path
 ) -> None:
-    """Environments have trees, loops, springs and terrain, and their kernels are in the set; a stack compiles fast."""
+    """Environments have trees, loops, springs and terrain, and their kernels are in the set; see also test_skipping."""
     if isinstance(precompiled.open_set(), str):
         pytest.skip(str(precompiled.open_set()))
     environment = {name: value for name, value in os.environ.items() if not name.startswith(("NUMBA_", "GSENV_"))}
