@@ -440,7 +440,7 @@ def test_drivers_rank_as_their_skill(tier: str, driver: Any, least: float) -> No
     def random(observations: Any) -> Any:
         return generator.uniform(-1.0, 1.0, (len(observations), 2))
 
-    tuned = outcome(driver, tier, count=100)  # of 40 episodes between 55 and 85 % succeed
+    tuned = outcome(driver, tier, count=100)  # 74 % of 400 episodes succeed, but 55 % of the first 40
     held = max(outcome(partial(hold_speed, speed=speed), tier) for speed in (5.0, 6.0))
     blind = max(outcome(constant(throttle), tier) for throttle in (0.1, 0.2, 0.4, 1.0))
     idle = max(outcome(constant(0.0), tier), outcome(random, tier))

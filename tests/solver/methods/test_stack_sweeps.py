@@ -124,7 +124,7 @@ def test_a_column_that_lands_box_on_box_stands(count: int) -> None:
         world.step()
         unsettled += world.diagnostics().unconverged
     position = world.position[:, 1:]
-    # 500 before direct steps went on without the corners that they lift, and in 3 of 16 worlds before they shared loads
+    # 500 before direct steps went on without the corners that they lift, and in 5 of 16 worlds before they shared loads
     assert unsettled.max() <= 3
     assert abs(position[..., :2]).max() < 1e-3
     assert position[:, -1, 2] == pytest.approx(0.1 * count - 0.05, abs=1e-3)
