@@ -14,6 +14,10 @@ where its deepest one leaves the ground.  Both are bounds of the work that a cal
 the smaller counts, and it is 0 where nothing overlaps.
 
 Joints whose anchors start apart may draw all bodies up by as much: that work is added to E_overlap.
+
+A driven case may not move faster than SPEED_LIMIT times its scale of speeds. A kinematic body of speed v
+that presses a body against a second contact, whose normal is off the opposite of the first one's by the
+angle a, squeezes it out at v / sin(a), as a wedge does: such a speed is added to the scale when it occurs.
 """
 
 from __future__ import annotations
@@ -45,7 +49,7 @@ class Outcome:
         excess_step: when; excess_unforgiven: the same without E_overlap.
         rise: largest gain above the least energy so far, over E_scale. No promise (a soft weld lets
             go, an overlap is raised) but the measure that finds causes: dissipation can't hide them.
-        speed: fastest point of a body at any time over ``speed_scale``.
+        speed: fastest point of a body at any time over ``speed_scale`` and what wedges add to it.
         finite: nothing became NaN or infinite; error: an exception, in words.
         escaped: dynamic bodies whose centre ended behind a half-plane.
     """
@@ -118,6 +122,26 @@ class EnergyMeter:
         linear, spin = np.hypot.reduce(v[:, : self.dim], axis=1), np.hypot.reduce(v[:, self.dim :], axis=1)
         return float((linear + spin * self.radius[self.dynamic]).max())
 
+    def squeezed(self, speed: float, drive: float) -> float:
+        """m/s, the speed of the sharpest wedge of a kinematic body around a body faster than ``speed``."""
+        v = self.world.state.bodies["velocity"][0]
+        fast = self.dynamic & (np.hypot.reduce(v[:, : self.dim], axis=1) > speed)
+        kinematic = self.world.model.bodies["kind"] == 1
+        contacts = self.world.contacts(0)
+        normals: dict[int, list[tuple[bool, Array]]] = {}  # into a fast body, and whether a kinematic one pushes
+        for a, b, normal in zip(contacts.body_a, contacts.body_b, contacts.normal, strict=True):
+            for body, other, sign in ((a, b, -1.0), (b, a, 1.0)):
+                if fast[body]:
+                    normals.setdefault(int(body), []).append((bool(kinematic[other]), sign * normal))
+        sines = [
+            math.sqrt(max(1.0 - float(one @ two) ** 2, 1e-12))
+            for around in normals.values()
+            for pushes, one in around
+            for _, two in around
+            if pushes and one @ two < 0.0
+        ]
+        return drive / min(sines) if sines else 0.0
+
     def _overlap_energy(self) -> float:
         """J, see the module's docstring. Depths come from a step of no duration."""
         probe = World(self.world.model, options=Options(timestep=1e-12, sleep=False))
@@ -175,13 +199,14 @@ def run_case(case: Case, steps: int = STEPS) -> Outcome:
     """Step a case and watch its energy, speeds and numbers after every step."""
     raw = rise = -math.inf
     when = rise_step = -1
-    fastest = 0.0
+    fastest = 0.0  # over the scale
     finite = True
     error = ""
     unconverged = 0
     rng = np.random.default_rng(case.seed + 1)  # of the controls
     world = World(case.scene, options=case.options)
     meter = EnergyMeter(world, case.overlapping, case.slack)
+    scale = speed_scale(case, meter)
     least = meter.start
     bodies = world.state.bodies
     for step in range(steps):
@@ -200,7 +225,10 @@ def run_case(case: Case, steps: int = STEPS) -> Outcome:
         if energy - least > rise:
             rise, rise_step = energy - least, step
         least = min(least, energy)
-        fastest = max(fastest, meter.top_speed())
+        speed = meter.top_speed()
+        if case.driven and speed > SPEED_LIMIT * scale:
+            scale += meter.squeezed(SPEED_LIMIT * scale, case.drive_speed)
+        fastest = max(fastest, speed / scale)
         unconverged += int(world.state.worlds["unconverged"][0])
     excess = (raw - meter.overlap) / meter.scale
     return Outcome(
@@ -211,7 +239,7 @@ def run_case(case: Case, steps: int = STEPS) -> Outcome:
         excess_unforgiven=raw / meter.scale,
         rise=rise / meter.scale,
         rise_step=rise_step,
-        speed=fastest / speed_scale(case, meter),
+        speed=fastest,
         finite=finite,
         error=error,
         escaped=_escaped(world, meter),
