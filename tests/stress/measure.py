@@ -33,6 +33,7 @@ from gsenv.solver.readings.joint_errors import read_joints
 from gsenv.solver.records.model import JointKind
 
 from .cases import Array, Case, Rng
+from .motion import motion
 
 STEPS = 200
 PUSHED = 20  # steps of a case with pushes
@@ -79,7 +80,8 @@ class EnergyMeter:
         dynamic = (world.model.bodies["kind"] == 2) & (parameters["enabled"] != 0)
         self.dynamic = dynamic
         self.mass = np.where(dynamic, parameters["mass"], 0.0)
-        self.inertia = np.where(dynamic if self.dim == 2 else dynamic[:, None], parameters["inertia"], 0.0)
+        self.inertia = np.where(dynamic[:, None], parameters["inertia"].reshape(len(dynamic), -1), 0.0)
+        self.axes = np.zeros((len(dynamic), 4)) if self.dim == 2 else parameters["axes"].copy()
         self.radius = np.where(dynamic, parameters["radius"], 0.0)
         gravity = world.parameters.worlds["gravity"][0]
         self.weight = (self.mass * parameters["gravity_scale"])[:, None] * gravity
@@ -96,18 +98,15 @@ class EnergyMeter:
         self.overlap += slack * self.pull * float(self.mass.sum())
 
     def kinetic(self) -> float:
-        v = self.world.state.bodies["velocity"][0]
-        linear = (v[:, : self.dim] ** 2).sum(1)
-        return 0.5 * float(self.mass @ linear + (self.inertia * self._spin() ** 2).sum())
+        return self._motion()[0]
 
-    def _spin(self) -> Array:
-        """rad/s, (body,) or (body, 3) about the principal axes."""
+    def top_speed(self) -> float:
+        """m/s, fastest point of a dynamic body."""
+        return self._motion()[1]
+
+    def _motion(self) -> tuple[float, float]:
         bodies = self.world.state.bodies[0]
-        if self.dim == 2:
-            return np.asarray(bodies["velocity"][:, 2])
-        initial_state = dimension(3).initial_state
-        axes = initial_state.multiplied(bodies["rotation"], self.world.parameters.bodies["axes"][0])
-        return np.asarray(initial_state.turned_by(axes * (1.0, -1.0, -1.0, -1.0), bodies["velocity"][:, 3:]))
+        return motion(bodies["velocity"], bodies["rotation"], self.axes, self.mass, self.inertia, self.radius)
 
     def energy(self) -> float:
         height = -float((self.weight * self.world.state.bodies["position"][0]).sum())
@@ -115,12 +114,6 @@ class EnergyMeter:
             world = self.world
             height += float(read_joints(world.model, world.parameters, world.state).spring_energy[0])
         return self.kinetic() + height
-
-    def top_speed(self) -> float:
-        """m/s, fastest point of a dynamic body."""
-        v = self.world.state.bodies["velocity"][0, self.dynamic]
-        linear, spin = np.hypot.reduce(v[:, : self.dim], axis=1), np.hypot.reduce(v[:, self.dim :], axis=1)
-        return float((linear + spin * self.radius[self.dynamic]).max())
 
     def squeezed(self, speed: float, drive: float) -> float:
         """m/s, the speed of the sharpest wedge of a kinematic body around a body faster than ``speed``."""
