@@ -3,12 +3,14 @@
 Trains what is missing in the folder --runs with the settings of train/ppo.py (`gsenv train ID --seeds ...` writes the
 same files), then plays 100 episodes of the split "test" with each policy. Interquartile means over the seeds and their
 bootstrapped 95 % intervals as recommended by Agarwal et al. 2021 (Deep RL at the edge of the statistical precipice).
-All tiers and seeds take hours: Ctrl-C keeps what is done, and the same command continues.
+All tiers and seeds take a day: Ctrl-C keeps what is done, and the same command continues. With --trained it trains
+nothing and reports the runs that are complete.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -24,10 +26,12 @@ from benchmarks.common.files import packed, unpacked
 from benchmarks.common.progress import track
 from benchmarks.common.report import Picture, Report
 from benchmarks.common.run import Run
+from benchmarks.common.stamp import commit
 from benchmarks.common.tables import Table
 from gsenv.train import experiment, ppo
 from gsenv.train.evaluate import evaluate, make_actor
-from gsenv.train.files import read_rows
+from gsenv.train.experiment import Settings
+from gsenv.train.files import read_rows, write_json
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -36,6 +40,7 @@ SEEDS, EPISODES = 5, 100
 QUICK_SEEDS, QUICK_STEPS, QUICK_EPISODES = 1, 20_000, 5
 SOLVED = 0.9  # success at which the time to learn a task is taken
 RESAMPLES = 5_000  # of the bootstrap
+COMMIT_FILE = "commit.json"  # in a run's folder
 
 
 @dataclass(frozen=True)
@@ -46,6 +51,7 @@ class Trained:
         env: its id.
         seed: of the training.
         steps: of all worlds together.
+        commit: at which the training ended; "" if unknown.
         cpu_seconds: of the training, evaluations included.
         solved_seconds: CPU seconds until an evaluation during training reached SOLVED; -1: none did.
         success: share of the test episodes.
@@ -55,6 +61,7 @@ class Trained:
     env: str
     seed: int
     steps: int
+    commit: str
     cpu_seconds: float
     solved_seconds: float
     success: float
@@ -76,6 +83,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--env", nargs="+", metavar="ID", default=list(ppo.SETTINGS), help="only these environments")
     parser.add_argument("--seeds", type=int, default=SEEDS, help="number of seeds (default: %(default)s)")
     parser.add_argument("--runs", type=Path, default=Path("runs/ppo"), help="folder of the runs (default: %(default)s)")
+    parser.add_argument("--trained", action="store_true", help="train nothing: report the runs that are complete")
 
 
 def measure(run: Run) -> dict[str, Any]:
@@ -83,35 +91,58 @@ def measure(run: Run) -> dict[str, Any]:
     trained: list[Trained] = []
     points: list[Point] = []
     seeds = QUICK_SEEDS if run.quick else run.options.seeds
-    jobs = [(env_id, seed) for env_id in run.options.env for seed in range(seeds)]
     with runs_folder(run) as runs:
-        for env_id, seed in track(jobs, "training", len(jobs)):
-            settings = replace(ppo.settings_for(env_id), seed=seed, tests=())  # tested below
-            if run.quick:
-                settings = replace(settings, steps=QUICK_STEPS, evaluate_every=QUICK_STEPS // 2, log_every=1)
-            folder = runs / env_id / f"seed-{seed}"
-            if experiment.run_seed(ppo.EXPERIMENT, settings, folder, resume=True) != experiment.OK:
-                run.interrupted = True
-                break
-            rows = read_rows(folder / "progress.csv")
-            evaluated = [row for row in rows if not isnan(row["evaluated_success"])]
-            points += [Point(env_id, seed, int(row["steps"]), row["evaluated_success"]) for row in evaluated]
-            solved = [row["cpu_seconds"] for row in evaluated if row["evaluated_success"] >= SOLVED]
-            result = evaluate(
-                make_actor(str(folder / "policy.npz"), env_id), env_id, QUICK_EPISODES if run.quick else EPISODES
-            )
-            trained.append(
-                Trained(
-                    env_id,
-                    seed,
-                    int(rows[-1]["steps"]),
-                    rows[-1]["cpu_seconds"],
-                    solved[0] if solved else -1.0,
-                    result.success_rate,
-                    result.mean_return,
-                )
-            )
+        jobs = [(settings_of(env_id, seed, run.quick), runs / env_id / f"seed-{seed}")
+                for env_id in run.options.env for seed in range(seeds)]  # fmt: skip
+        if run.options.trained:
+            jobs = [(settings, folder) for settings, folder in jobs if complete(folder, settings)]
+        for settings, folder in track(jobs, "training", len(jobs)):
+            if not complete(folder, settings):
+                if experiment.run_seed(ppo.EXPERIMENT, settings, folder, resume=True) != experiment.OK:
+                    run.interrupted = True
+                    break
+                write_json(folder / COMMIT_FILE, {"commit": commit()})
+            one, of_training = test(settings, folder, QUICK_EPISODES if run.quick else EPISODES)
+            trained.append(one)
+            points += of_training
     return {"trained": packed(trained), "points": packed(points)}
+
+
+def settings_of(env_id: str, seed: int, quick: bool) -> Settings:
+    settings = replace(ppo.settings_for(env_id), seed=seed, tests=())  # `test` does it below
+    if quick:
+        return replace(settings, steps=QUICK_STEPS, evaluate_every=QUICK_STEPS // 2, log_every=1)
+    return settings
+
+
+def complete(folder: Path, settings: Settings) -> bool:
+    """Return whether the folder has a policy of all steps."""
+    progress = folder / "progress.csv"
+    return (
+        (folder / "result.json").is_file()
+        and progress.is_file()
+        and read_rows(progress)[-1]["steps"] >= (settings.steps - settings.log_every)
+    )
+
+
+def test(settings: Settings, folder: Path, episodes: int) -> tuple[Trained, list[Point]]:
+    """Return the result of a seed's policy, and what evaluations during its training had."""
+    rows = read_rows(folder / "progress.csv")
+    evaluated = [row for row in rows if not isnan(row["evaluated_success"])]
+    solved = [row["cpu_seconds"] for row in evaluated if row["evaluated_success"] >= SOLVED]
+    result = evaluate(make_actor(str(folder / "policy.npz"), settings.env), settings.env, episodes)
+    known = folder / COMMIT_FILE
+    one = Trained(
+        settings.env,
+        settings.seed,
+        int(rows[-1]["steps"]),
+        json.loads(known.read_text())["commit"] if known.is_file() else "",
+        rows[-1]["cpu_seconds"],
+        solved[0] if solved else -1.0,
+        result.success_rate,
+        result.mean_return,
+    )
+    return one, [Point(settings.env, settings.seed, int(row["steps"]), row["evaluated_success"]) for row in evaluated]
 
 
 @contextmanager
@@ -169,7 +200,8 @@ def report(results: Mapping[str, Any]) -> Report:
     text = (
         f'Each policy plays {EPISODES} episodes of the split "test" with its mean action. Success and return are '
         "interquartile means over the seeds with bootstrapped 95 % intervals (Agarwal et al. 2021). CPU seconds "
-        "are medians of the seeds, evaluations included; the last column counts the seeds that reached it."
+        "are medians of the seeds, evaluations included; the last column counts the seeds that reached it. "
+        f"Trained at commits {', '.join(sorted({one.commit for one in trained if one.commit})) or 'unknown'}."
     )
     picture = Picture("Success over the steps of training, a line for each seed", lambda: draw(points))
     return Report("Baselines of PPO", [text, Table(header, rows, words=1), picture])

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
-from benchmarks.baselines import Point, Trained, interval, report
+from benchmarks.baselines import Point, Trained, complete, interval, report, settings_of
 from benchmarks.common.files import packed
+from gsenv.train.files import write_json, write_rows
 
 
 def test_the_interquartile_mean_drops_a_quarter_of_the_seeds_at_each_end() -> None:
@@ -28,12 +31,23 @@ def test_equal_seeds_have_no_interval() -> None:
 
 
 def test_the_report_counts_the_seeds_that_solved_the_task() -> None:
-    trained = [Trained("GStack-v0", s, 2_000_000, 100.0 + s, (-1.0, 40.0, 60.0)[s], 0.9, 12.0) for s in range(3)]
+    trained = [Trained("GStack-v0", s, 2_000_000, "abc", 100.0 + s, (-1.0, 40.0, 60.0)[s], 0.9, 12.0) for s in range(3)]
     points = [Point("GStack-v0", s, 1000 * k, 0.1 * k) for s in range(3) for k in range(5)]
     made = report({"trained": packed(trained), "points": packed(points)})
     (row,) = made.parts[1].rows  # type: ignore[union-attr]
     assert row[:3] == ["GStack-v0", "3", "2.0"]
     assert row[-2:] == ["101", "50 (2 of 3)"]
+    assert "at commits abc." in made.parts[0]  # type: ignore[operator]
     assert made.picture is not None
     figure = made.picture.draw()
     assert len(figure.axes[0].lines) == 3
+
+
+def test_a_run_is_complete_after_its_last_step_and_its_result(tmp_path: Path) -> None:
+    settings = settings_of("GStack-v0", 1, False)
+    assert not complete(tmp_path, settings)
+    write_rows(tmp_path / "progress.csv", [{"steps": settings.steps // 2}])
+    write_json(tmp_path / "result.json", {})
+    assert not complete(tmp_path, settings)
+    write_rows(tmp_path / "progress.csv", [{"steps": settings.steps // 2}, {"steps": settings.steps}])
+    assert complete(tmp_path, settings)
