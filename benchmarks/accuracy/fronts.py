@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from .points import Point
 
 OURS = "gsenv"
-ENGINES = (OURS, "Box2D", "Box2D v3", "pymunk", "MuJoCo", "PyBullet", "Box3D")  # in the order of columns
+ENGINES = (OURS, "Box2D", "Box2D v3", "pymunk", "MuJoCo", "PyBullet", "Rapier", "Box3D")  # in the order of columns
 Judge = Callable[[Point], float | None]
 
 

@@ -71,9 +71,9 @@ SPATIAL = "\n\n".join(
     (
         paragraph(
             f"""
-{TIMES} gsenv and MuJoCo take all steps in one call; a loop calls the C function of PyBullet once per step. Each engine
-gets the same bodies, masses, inertias, friction, restitution and initial state. Linkages are trees of ball joints in
-MuJoCo and links of Featherstone's algorithm in PyBullet; in both, joints cannot open. {ERRORS}
+{TIMES} gsenv and MuJoCo take all steps in one call; a loop calls the function of PyBullet and of Rapier once per step.
+Each engine gets the same bodies, masses, inertias, friction, restitution and initial state. Linkages are trees of ball
+joints in MuJoCo and links of Featherstone's algorithm in PyBullet; in both, joints cannot open. {ERRORS}
 """
         ),
         f"""\
@@ -97,7 +97,10 @@ not 100 of Newton's, noslip iterations, impratio, and solref's time constant in 
 none is given); for PyBullet, the steps per second, iterations and erp. MuJoCo has no coefficient of restitution: where
 balls bounce, its contacts are springs with the damping that gives this coefficient (solref in its direct form), and a
 bounce takes contact_steps timesteps. In PyBullet, "maximal" are separate rigid bodies, the others links of
-Featherstone's algorithm.
+Featherstone's algorithm. For Rapier, which computes in single precision, they list the steps per second x substeps.
+"stiff" sets the frequency of its contacts to an eighth of the substeps' rate and to a quarter on static bodies, "half"
+to half of these with less damping; otherwise they are its defaults of 30 and 60 Hz. "cone" is Coulomb's friction at
+each point in place of one for the manifold.
 """
         ),
     )

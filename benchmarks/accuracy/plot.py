@@ -22,6 +22,7 @@ COLORS = {
     "pymunk": "#7a8450",
     "MuJoCo": "#d1702a",
     "PyBullet": "#7a8450",
+    "Rapier": "#c4568b",
     "Box3D": "#8e5aa8",
 }
 MARKS = {"fast": "^", "balanced": "o", "accurate": "s"}

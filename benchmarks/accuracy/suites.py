@@ -10,7 +10,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
 
-from . import cases, cases3d, settings, settings3d, settings_built
+from . import cases, cases3d, settings, settings3d, settings_built, settings_rapier
 from .cases import Case
 from .engines import Setting
 from .points import Build
@@ -97,11 +97,12 @@ def suite_of(dim: int, sources: Mapping[str, Path] | None = None) -> Suite:
     return Suite(
         dim=3,
         cases=cases3d.all_cases(),
-        engines={"gsenv": "gsenv", "MuJoCo": "mujoco", "PyBullet": "pybullet", "Box3D": ""},
+        engines={"gsenv": "gsenv", "MuJoCo": "mujoco", "PyBullet": "pybullet", "Rapier": "rapier3d", "Box3D": ""},
         settings={
             "gsenv": settings3d.gsenv_settings,
             "MuJoCo": settings3d.mujoco_settings,
             "PyBullet": settings3d.pybullet_settings,
+            "Rapier": settings_rapier.rapier_settings,
             "Box3D": settings_built.box3d_settings,
         },
         judging=(*JUDGING, "cases3d.py", "errors3d.py", "geometry3d.py"),

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from benchmarks.accuracy import errors, errors3d, geometry3d
 from benchmarks.accuracy.cases3d import FAST, FIRST_FLIP, FLIP_PERIOD, SLOW, all_cases
 from benchmarks.accuracy.settings3d import gsenv_settings, mujoco_settings, pybullet_settings
+from benchmarks.accuracy.settings_rapier import rapier_settings
 from benchmarks.accuracy.trajectory import STATE3, Trajectory
 from gsenv.scenes.spatial import (
     block_on_incline,
@@ -179,7 +180,7 @@ def test_cases_and_settings_have_different_names() -> None:
     assert len({case.key for case in cases}) == len(cases) > 20
     for case in cases:
         for quick in (False, True):
-            for settings in (gsenv_settings, mujoco_settings, pybullet_settings):
+            for settings in (gsenv_settings, mujoco_settings, pybullet_settings, rapier_settings):
                 labels = [setting.label for setting in settings(case, quick)]
                 assert len(set(labels)) == len(labels)
                 assert labels or (case.kind == "top" and settings is pybullet_settings)
