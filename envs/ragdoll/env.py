@@ -16,6 +16,7 @@ from gsenv.envs.core.task import Array, Task, documented
 from gsenv.envs.core.vector import TaskVectorEnv
 from gsenv.envs.ragdoll import figure, rules
 from gsenv.envs.ragdoll.build import build_scene, paint
+from gsenv.envs.ragdoll2d.lying import lying_poses
 from gsenv.envs.ragdoll2d.task import (
     ARGUMENTS,
     GET_UP_SETTINGS,
@@ -115,7 +116,7 @@ class RagdollTask(BalanceTask):
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
         paint(self.world.model)
-        self.figure = figure.tables(self.world.model, self._names)
+        self.figure = figure.tables(self.world.model, self._names, self.lying())
 
     def build_scene(self) -> Scene:
         built, self._names = build_scene()
@@ -156,6 +157,9 @@ class RagdollGetUpTask(RagdollTask):
     arguments = GET_UP_SETTINGS
     getting_up = True
     shown_height = 0.7  # a limb towards the camera is far down in the picture where the figure lies
+
+    def lying(self) -> Array:
+        return lying_poses("GRagdoll-get-up-v0")
 
 
 TASKS: dict[str, type[Task]] = {"balance": RagdollTask, "get_up": RagdollGetUpTask}
@@ -212,9 +216,8 @@ _SPECIFICATION = (
     the one before. A push lasts 0.1 s and changes the velocity of the whole figure by 0.1 m/s to `push`,
     uniformly drawn, in any direction along the ground.
 
-    To get up, the figure is at rest on its lowest point, the trunk within 0.4 rad of the ground, turned
-    by any angle about its length and about the vertical, and each joint is within 0.3 of half its range
-    of the stand; the hips spread the legs and do not cross them.
+    To get up, the figure lies on the ground at rest, on its back, front or a side, as one of 1,024 falls
+    left it, and heads in any direction.
 
     ## Episode End
     - Termination: a fall. The crown is below 0.6 of its height in the stand, pelvis or chest tilt by

@@ -11,9 +11,9 @@ from importlib.resources import files
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gsenv.envs.ragdoll.scene import AXIS_DTYPE, FEET, HANDS, LEGS, LINK_DTYPE, PARTS_DTYPE, PELVIS, REACH, TORSO
-from gsenv.envs.ragdoll2d.shared_rules import FALLEN_REACH
 from gsenv.mjcf import MjcfModel, parse_mjcf
 from gsenv.mjcf.build import Names
 from gsenv.solver.records.bundle import Bundle
@@ -57,21 +57,19 @@ AXES = _axes()
 MASS = sum(body.inertia.mass for body in figure().bodies)  # kg
 
 
-def tables(model: Model, names: Names) -> Bundle:
+def tables(model: Model, names: Names, lying: NDArray[np.float64]) -> Bundle:
     """Return the tables of the figure in its scene for kernels.
 
     `axes` and `links` are records, `parts` is one; `joints` are the numbers of the driven joints of the scene, `stand`,
     `span` (rad) and `bounds` (N m) the angles and torques of their drives, `below` and `above` (rad) the ways from the
-    stand to the limits, and `legs` says which bodies are of a leg.
+    stand to the limits, `legs` says which bodies are of a leg, and `lying` has the poses in which an episode
+    may begin (ragdoll2d/lying.py).
     """
     places = [names.joints[k] for k, joint in enumerate(figure().joints) if joint.kind == "hinge"]
     numbers = np.array([model.joint_names.index(place.joint) for place in places])
     axes = np.zeros(len(places), AXIS_DTYPE)
     axes["turn"] = model.joints["coordinate"][numbers]
     axes["sign"] = [place.sign for place in places]
-    axes["fallen_most"] = [FALLEN_REACH * axis.span for axis in AXES]
-    inwards = [0.0 if "hip_spread" in axis.name else -1.0 for axis in AXES]  # legs that cross would overlap
-    axes["fallen_least"] = inwards * axes["fallen_most"]
     bodies = model.joints["body_b"][numbers]
     first = np.flatnonzero(np.diff(bodies, prepend=-1))
     links = np.zeros(len(first), LINK_DTYPE)
@@ -100,4 +98,5 @@ def tables(model: Model, names: Names) -> Bundle:
         above=np.array([axis.limits[1] - axis.stand for axis in AXES]),
         bounds=np.array([axis.effort for axis in AXES]),
         legs=np.array([name in LEGS for name in model.body_names]),
+        lying=lying,
     ).seal()

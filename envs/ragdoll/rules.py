@@ -14,7 +14,6 @@ from gsenv.envs.ragdoll2d import shared_rules as shared
 from gsenv.envs.ragdoll2d.shared_rules import (
     FALL_HEIGHT,
     FALL_TILT,
-    FALLEN_TILT,
     PUSH_STEPS,
     PUSHES,
     SHOWN_STEPS,
@@ -30,6 +29,7 @@ from gsenv.solver.spatial.math import (
     conjugate,
     dot,
     multiply,
+    normalised,
     pose_of,
     quaternion,
     scaled,
@@ -115,12 +115,11 @@ def _axis_of(turn):  # type: ignore[no-untyped-def]
 
 
 @njit
-def _place_figure(world, figure, hips, turn, velocity, draws):  # type: ignore[no-untyped-def]
+def _place_figure(world, figure, hips, turn, velocity):  # type: ignore[no-untyped-def]
     """Place the figure, the hips at a point in m, the pelvis rotated; all bodies have one velocity.
 
-    Its joints are near those of the stand, or anywhere around them where it has fallen.
+    Its joints are off the stand by the angles of the task state.
     """
-    fallen = world.task.state.getting_up != 0
     _place(world, figure.parts.pelvis, hips, turn, velocity)
     for n in range(len(figure.links)):
         link = figure.links[n]
@@ -128,8 +127,7 @@ def _place_figure(world, figure, hips, turn, velocity, draws):  # type: ignore[n
         rotation = multiply(quaternion(world.state.bodies[link.parent].rotation), quaternion(joint.frame))
         for a in range(link.first, link.first + link.count):
             axis = figure.axes[a]
-            least, most = (axis.fallen_least, axis.fallen_most) if fallen else (-START_ANGLE, START_ANGLE)
-            angle = figure.stand[a] + between(least, most, draws[a])
+            angle = figure.stand[a] + world.task.state.angles[a]
             rotation = multiply(rotation, turn_about(_axis_of(axis.turn), axis.sign * angle))
         rotation = multiply(rotation, conjugate(_frame_in_b(joint)))
         anchor = point_of(world, link.parent, vec(joint.anchor_a))
@@ -158,8 +156,10 @@ def _stand(world, figure, draws, own):  # type: ignore[no-untyped-def]
     vx, vy = between(-START_SPEED, START_SPEED, own[2]), between(-START_SPEED, START_SPEED, own[3])
     velocity = (vx, vy, 0.0, 0.0, 0.0, 0.0)
     turn = multiply(turn_about(_Z, START_HEADING), turn_of(tilt))
-    _place_figure(world, figure, (0.0, 0.0, 0.0), turn, velocity, draws)
-    _place_figure(world, figure, (0.0, 0.0, -_lowest_sole(world, figure)), turn, velocity, draws)
+    for a in range(ACTIONS):
+        world.task.state.angles[a] = between(-START_ANGLE, START_ANGLE, draws[a])
+    _place_figure(world, figure, (0.0, 0.0, 0.0), turn, velocity)
+    _place_figure(world, figure, (0.0, 0.0, -_lowest_sole(world, figure)), turn, velocity)
 
 
 @njit
@@ -176,14 +176,16 @@ def _lowest_point(world, figure):  # type: ignore[no-untyped-def]
 
 
 @njit
-def _lie(world, figure, draws, own):  # type: ignore[no-untyped-def]
-    """Lay the figure down in any direction and on any side, at rest, its lowest point on the ground."""
-    world.task.state.getting_up = 1
-    heading, roll = math.pi * between(-1.0, 1.0, own[0]), math.pi * between(-1.0, 1.0, own[1])
-    down = 0.5 * math.pi + between(-FALLEN_TILT, FALLEN_TILT, own[2])
-    turn = multiply(turn_about(_Z, heading), multiply(turn_about(_Y, down), turn_about(_Z, roll)))
-    _place_figure(world, figure, (0.0, 0.0, 0.0), turn, _STILL, draws)
-    _place_figure(world, figure, (0.0, 0.0, -_lowest_point(world, figure)), turn, _STILL, draws)
+def _lie(world, figure, own):  # type: ignore[no-untyped-def]
+    """Lay the figure down as one of the falls left it, turned about the vertical, at rest on its lowest point."""
+    task = world.task.state
+    task.getting_up = 1
+    pose = figure.lying[int(own[1] * len(figure.lying))]
+    turn = multiply(turn_about(_Z, math.pi * between(-1.0, 1.0, own[0])), normalised(quaternion(pose)))
+    for a in range(ACTIONS):
+        task.angles[a] = pose[4 + a]
+    _place_figure(world, figure, (0.0, 0.0, 0.0), turn, _STILL)
+    _place_figure(world, figure, (0.0, 0.0, -_lowest_point(world, figure)), turn, _STILL)
 
 
 @njit
@@ -197,7 +199,7 @@ def initialize_world(world, figure, most, getting_up, assist, draws):  # type: i
     for k in range(PUSHES):
         task.headings[k] = math.pi * own[4 + shared.PUSH_DRAWS + k]
     if getting_up:
-        _lie(world, figure, draws, own)
+        _lie(world, figure, own)
     else:
         _stand(world, figure, draws, own)
     task.gaze[0] = world.state.bodies[figure.parts.pelvis].position[0]

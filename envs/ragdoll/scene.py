@@ -44,8 +44,6 @@ AXIS_DTYPE = np.dtype(
     [
         ("turn", "i4"),  # number of the coordinate (gsenv/solver/spatial/joints/axes.py)
         ("sign", "f8"),  # of the coordinate over the angle of the file
-        ("fallen_least", "f8"),  # rad, deviation from the stand where the figure has fallen
-        ("fallen_most", "f8"),
     ],
     align=True,
 )

@@ -16,6 +16,7 @@ from gsenv.envs.core.task import Array, Task, documented
 from gsenv.envs.core.vector import TaskVectorEnv
 from gsenv.envs.ragdoll2d import rules, scene
 from gsenv.envs.ragdoll2d.build import build_scene
+from gsenv.envs.ragdoll2d.lying import lying_poses
 from gsenv.envs.ragdoll2d.task import (
     ARGUMENTS,
     GET_UP_SETTINGS,
@@ -109,8 +110,9 @@ class RagdollTask(BalanceTask):
     def initialize_episode(self, worlds: Array, draws: Array, options: Mapping[str, Any]) -> None:
         assist = options.get("assist", 0.0)
         rules.initialize_worlds(
-            self.kernel_world, worlds, options["push"], self.getting_up, assist, draws, self.world.timestep
-        )
+            self.kernel_world, worlds, options["push"], self.getting_up, assist, self.lying(), draws,
+            self.world.timestep,
+        )  # fmt: skip
 
     def apply_action(self, actions: Array) -> int:
         return rules.apply_actions(self.kernel_world, actions)
@@ -142,6 +144,9 @@ class RagdollGetUpTask(RagdollTask):
         Entry("chest, cosine of its tilt", "chest_cosine", -1, 1),
     )
     getting_up = True
+
+    def lying(self) -> Array:
+        return lying_poses("GRagdoll2D-get-up-v0")
 
 
 TASKS: dict[str, type[Task]] = {"balance": RagdollTask, "get_up": RagdollGetUpTask}
@@ -197,8 +202,7 @@ _SPECIFICATION = (
     one before. A push lasts 0.1 s and changes the velocity of the whole figure by 0.1 m/s to `push`,
     uniformly drawn, forwards or backwards.
 
-    To get up, the figure is at rest on its lowest point, the trunk within 0.4 rad of the ground, face up
-    or face down, and each joint is within 0.3 of half its range of the stand (the shoulders 0.5 rad).
+    To get up, the figure lies on the ground at rest, face up or face down, as one of 1,024 falls left it.
 
     ## Episode End
     - Termination: a fall. The crown is below 0.6 of its height in the stand, pelvis or chest tilt by

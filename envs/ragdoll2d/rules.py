@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
+
 from gsenv.envs.core.kernels import active_contacts, between, clip, first_not_finite
 from gsenv.envs.ragdoll2d import scene
 from gsenv.envs.ragdoll2d import shared_rules as shared
@@ -12,8 +14,6 @@ from gsenv.envs.ragdoll2d.shared_rules import (
     CONTROL_TIME,
     FALL_HEIGHT,
     FALL_TILT,
-    FALLEN_REACH,
-    FALLEN_TILT,
     PUSH_STEPS,
     SHOWN_STEPS,
 )
@@ -36,7 +36,6 @@ TASK_STATE_FIELDS: list[tuple[Any, ...]] = [
 START_ANGLE = 0.06  # rad, largest deviation of a joint from the stand at the start
 START_TILT = 0.03  # rad
 START_SPEED = 0.1  # m/s
-FALLEN_SHOULDER = 0.5  # rad, largest deviation of a shoulder where the figure has fallen
 
 APART = 0.2  # m between the ankles, beyond which the feet are apart
 MOST_APART = 2.0  # s
@@ -56,7 +55,6 @@ _STAND = tuple(axis.stand for axis in scene.JOINTS)
 _SPAN = tuple(0.5 * scene.REACH * (axis.limits[1] - axis.limits[0]) for axis in scene.AXES)
 _BELOW = tuple(axis.stand - axis.limits[0] for axis in scene.AXES)  # rad, from the stand to either limit
 _ABOVE = tuple(axis.limits[1] - axis.stand for axis in scene.AXES)
-_FALLEN = tuple(FALLEN_REACH * span for span in _SPAN) + (FALLEN_SHOULDER,) * (JOINTS - ACTIONS)
 _EFFORT = tuple(axis.effort for axis in scene.AXES)
 _TILT = -sum(axis.stand for axis in scene.AXES[1:4])  # of the pelvis where the soles are level
 _STAND_HEIGHT, _HIPS_HEIGHT = scene.stand_height(), scene.hips_height()
@@ -101,12 +99,11 @@ def _place(world, b, x, y, angle, speed):  # type: ignore[no-untyped-def]
 
 
 @njit
-def _place_figure(world, x, y, tilt, speed, draws):  # type: ignore[no-untyped-def]
+def _place_figure(world, x, y, tilt, speed, angles):  # type: ignore[no-untyped-def]
     """Place the figure, the hips at (x, y) m and the pelvis tilted; all bodies move at `speed` m/s.
 
-    Its joints are near those of the stand, or anywhere around them where it has fallen.
+    `angles`: rad, by which its joints are off the stand.
     """
-    fallen = world.task.state.getting_up != 0
     bodies, parameters = world.state.bodies, world.parameters.bodies
     _place(world, _PELVIS, x, y, tilt, speed)
     for j in range(JOINTS):
@@ -114,8 +111,7 @@ def _place_figure(world, x, y, tilt, speed, draws):  # type: ignore[no-untyped-d
         c, s = parent.rotation[0], parent.rotation[1]
         ax = _ANCHOR_X[j] - parameters[_PARENTS[j]].center[0]
         ay = _ANCHOR_Y[j] - parameters[_PARENTS[j]].center[1]
-        most = _FALLEN[j] if fallen else START_ANGLE
-        angle = parent.angle + _STAND[j] + between(-most, most, draws[j])
+        angle = parent.angle + _STAND[j] + angles[j]
         _place(
             world, _CHILDREN[j], parent.position[0] + c * ax - s * ay, parent.position[1] + s * ax + c * ay,
             angle, speed,
@@ -144,8 +140,11 @@ def _lowest_sole(world):  # type: ignore[no-untyped-def]
 def _stand(world, draws):  # type: ignore[no-untyped-def]
     tilt = _TILT + between(-START_TILT, START_TILT, draws[JOINTS])
     speed = between(-START_SPEED, START_SPEED, draws[JOINTS + 1])
-    _place_figure(world, 0.0, 0.0, tilt, speed, draws)
-    _place_figure(world, 0.0, -_lowest_sole(world), tilt, speed, draws)
+    angles = np.empty(JOINTS)
+    for j in range(JOINTS):
+        angles[j] = between(-START_ANGLE, START_ANGLE, draws[j])
+    _place_figure(world, 0.0, 0.0, tilt, speed, angles)
+    _place_figure(world, 0.0, -_lowest_sole(world), tilt, speed, angles)
 
 
 @njit
@@ -162,23 +161,22 @@ def _lowest_point(world):  # type: ignore[no-untyped-def]
 
 
 @njit
-def _lie(world, draws):  # type: ignore[no-untyped-def]
-    """Begin an episode in which the figure has fallen: it lies on its back or front, at rest on its lowest point."""
+def _lie(world, lying, draws):  # type: ignore[no-untyped-def]
+    """Lay the figure down as one of the falls left it, at rest on its lowest point."""
     world.task.state.getting_up = 1
-    side = 1.0 if draws[JOINTS + 1] < 0.5 else -1.0
-    tilt = side * (0.5 * math.pi + between(-FALLEN_TILT, FALLEN_TILT, draws[JOINTS]))
-    _place_figure(world, 0.0, 0.0, tilt, 0.0, draws)
-    _place_figure(world, 0.0, -_lowest_point(world), tilt, 0.0, draws)
+    pose = lying[int(draws[JOINTS] * len(lying))]
+    _place_figure(world, 0.0, 0.0, pose[0], 0.0, pose[1:])
+    _place_figure(world, 0.0, -_lowest_point(world), pose[0], 0.0, pose[1:])
 
 
 @njit
-def initialize_world(world, most, getting_up, assist, draws):  # type: ignore[no-untyped-def]
+def initialize_world(world, most, getting_up, assist, lying, draws):  # type: ignore[no-untyped-def]
     """Begin an episode: the figure stands with bent knees, nearly at rest, with one foot on the ground, or lies."""
     _apply_physics(world)
     world.task.state.assist = assist
     shared.plan_pushes(world.task.state, most, draws[JOINTS + 2 :])
     if getting_up:
-        _lie(world, draws)
+        _lie(world, lying, draws)
     else:
         _stand(world, draws)
     world.task.state.gaze = world.state.bodies[_PELVIS].position[0]
@@ -369,11 +367,11 @@ def observe_world(world, timestep):  # type: ignore[no-untyped-def]
 
 
 @njit
-def initialize_worlds(world, worlds, most, getting_up, assist, draws, timestep):  # type: ignore[no-untyped-def]
-    """Begin episodes in chosen worlds; `draws` is (chosen world, number), uniform in [0, 1)."""
+def initialize_worlds(world, worlds, most, getting_up, assist, lying, draws, timestep):  # type: ignore[no-untyped-def]
+    """Begin episodes in chosen worlds; `draws` is (chosen world, number), uniform in [0, 1); `lying`: lying_poses."""
     for i in range(len(worlds)):
         select_world(world, worlds[i])
-        initialize_world(world, most, getting_up, assist, draws[i])
+        initialize_world(world, most, getting_up, assist, lying, draws[i])
         observe_world(world, timestep)
 
 

@@ -24,8 +24,6 @@ FIRST_GAP = 30  # steps before the first push, at least
 LEAST_PUSH = 0.1  # m/s
 
 NEVER = 1 << 40  # step
-FALLEN_TILT = 0.4  # rad, largest angle of the trunk to the ground where the figure is to get up
-FALLEN_REACH = 0.5  # of a full action: largest deviation of a joint from the stand there
 STOOD_HEIGHT = 0.9  # of the height of the stand: it has got up
 STOOD_UPRIGHT = 0.9  # cosine of the chest's tilt
 STOOD_STEPS = 30  # in a row

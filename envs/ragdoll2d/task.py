@@ -6,11 +6,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any, ClassVar
 
+import numpy as np
+from numpy.typing import NDArray
+
 from gsenv.envs.core.arguments import Quantity, Setting, number_within
 from gsenv.envs.core.spec_tables import RewardTerm
 from gsenv.envs.core.task import Task
 from gsenv.envs.ragdoll2d import scene
 from gsenv.envs.ragdoll2d import shared_rules as shared
+from gsenv.envs.ragdoll2d.lying import NO_POSES
 from gsenv.solver import Options
 
 TOLERANCE = 1e-3  # of "balanced": drives with bounded torques converge slowly, and errors of this size are not seen
@@ -116,6 +120,10 @@ class BalanceTask(Task):
     )
     balanced_substeps: ClassVar[int] = 2
     getting_up: ClassVar[bool] = False  # the figure lies at the start
+
+    def lying(self) -> NDArray[np.float64]:
+        """Return the poses in which an episode may begin, see lying.py; none where the figure stands."""
+        return NO_POSES
 
     def solver_options(self) -> Options:
         options = Options.preset(self.fidelity)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any, NamedTuple
 
 import gymnasium
@@ -16,6 +15,7 @@ from gsenv.envs.ragdoll import figure
 from gsenv.envs.ragdoll2d import env as planar
 from gsenv.envs.ragdoll2d import rules, scene
 from gsenv.envs.ragdoll2d import shared_rules as shared
+from gsenv.envs.ragdoll2d.lying import lying_poses
 from gsenv.solver.records.model import BodyKind
 
 
@@ -68,26 +68,49 @@ def test_it_lies_on_the_ground_at_rest_in_many_ways(figure: Figure) -> None:
     vector = lying(figure)
     world, names = vector.task.world, [entry.name for entry in vector.task.observations]
     assert (world.state.bodies["velocity"] == 0.0).all()
-    assert world.diagnostics().penetration.max() < 1e-9
-    assert (vector.task.observation[:, names.index("height")] / 5.0 + 1.0 < 0.75).all()
-    most = shared.FALLEN_REACH * figure.span
-    assert (abs(deviations(vector, figure)) <= most + 1e-6).all()
-    assert (deviations(vector, figure).max(0) > 0.8 * most).all()
-    inwards = np.array(["hip_spread" in name for name in figure.joints])
-    assert (deviations(vector, figure)[:, inwards] > -1e-6).all()
-    assert (deviations(vector, figure)[:, ~inwards].min(0) < -0.8 * most[~inwards]).all()
+    assert world.diagnostics().penetration.max() < 5e-5  # legs that touch, as far as the falls solved it
+    assert (vector.task.observation[:, names.index("height")] / 5.0 + 1.0 < 0.35).all()
+    low, high = figure.limits.T - figure.stand
+    assert (low - 0.02 < deviations(vector, figure)).all()
+    assert (deviations(vector, figure) < high + 0.02).all()
+    assert (np.ptp(deviations(vector, figure), axis=0) > 0.25 * (high - low)).all()
     if figure.module is planar:
         sine = vector.task.observation[:, names.index("pelvis_sine")]
-        assert (abs(sine) >= math.cos(shared.FALLEN_TILT) - 1e-6).all()
-        assert 0.25 < (sine > 0.0).mean() < 0.75
+        assert 0.2 < (sine > 0.0).mean() < 0.8
     else:
         down = vector.task.observation[:, names.index("down_x") : names.index("down_z") + 1]
-        assert (abs(down[:, 2]) <= math.sin(shared.FALLEN_TILT) + 1e-6).all()
         for side in range(2):  # face up and face down, on the left and on the right
             assert (down[:, side] > 0.7).any()
             assert (down[:, side] < -0.7).any()
-    world.step()
-    assert (world.diagnostics().contacts > 0).all()  # the lowest point was on the ground
+
+
+@each_figure
+def test_it_lies_on_more_than_its_lowest_point_and_stays_where_it_lies(figure: Figure) -> None:
+    """Drives that ask for the angles it lies with hardly move it: it does not fall from where it begins."""
+    vector = lying(figure)
+    world = vector.task.world
+    up = world.model.dim - 1
+    body = world.model.body_names.index("torso")
+    control = np.broadcast_to(figure.stand + deviations(vector, figure), (40, len(figure.joints)))
+    world.control[:, : len(figure.joints)] = control
+    before = world.state.bodies["position"][:, body].copy()
+    world.step(30)
+    sunk = before[:, up] - world.state.bodies["position"][:, body, up]
+    assert np.quantile(sunk, 0.9) < 0.03
+    assert sunk.max() < 0.12
+    assert (world.diagnostics().contacts >= 2).all()
+
+
+@each_figure
+def test_each_pose_is_one_of_those_that_falls_left(figure: Figure) -> None:
+    poses = lying_poses(figure.env_id)
+    assert len(poses) > 500
+    assert np.isfinite(poses).all()
+    assert len(np.unique(poses.round(6), axis=0)) == len(poses)
+    vector = lying(figure)
+    angles = poses[:, 1 if figure.module is planar else 4 :][:, : len(figure.joints)]
+    nearest = np.abs(deviations(vector, figure)[:, None] - angles).max(-1).min(1)
+    assert nearest.max() < 1e-6
 
 
 @each_figure
