@@ -21,7 +21,7 @@ class EnvEntry:
     env: str
     vector_env: str
     max_episode_steps: int
-    reward_threshold: float  # mean return at which the task counts as solved; scripted policies exceed it
+    reward_threshold: float  # mean return at which the task counts as solved
     summary: str  # for `gsenv list`
     scripted_policy: str | None = None  # (..., entry) observations to (..., action) actions
     trained_as: str = ""  # id of the environment whose trained policy is that of this one, too
@@ -105,7 +105,7 @@ ENVS = (
         "ragdoll2d.env:RagdollHardcoreEnv",
         "ragdoll2d.env:RagdollHardcoreVectorEnv",
         600,
-        10.0,
+        18.0,
         "2D: the same with harder pushes",
         "ragdoll2d.policy:balance",
         trained_as="GRagdoll2D-v0",
@@ -132,7 +132,7 @@ ENVS = (
         "ragdoll.env:RagdollHardcoreEnv",
         "ragdoll.env:RagdollHardcoreVectorEnv",
         600,
-        9.0,
+        18.0,
         "3D: the same with harder pushes",
         "ragdoll.policy:balance",
         trained_as="GRagdoll-v0",

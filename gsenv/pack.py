@@ -15,7 +15,7 @@ from gsenv.files import replacing
 from gsenv.solver import precompiled
 from gsenv.solver.jit import source_digest
 from gsenv.solver.kernel_sources import kernel_sources
-from gsenv.warmup import compile_targets, warmup_targets
+from gsenv.warmup import PROBLEMS, READINGS, compile_targets, warmup_targets
 
 _ZIP_TIME = (1980, 1, 1, 0, 0, 0)  # of each entry: equal kernels make equal files
 
@@ -23,10 +23,12 @@ _ZIP_TIME = (1980, 1, 1, 0, 0, 0)  # of each entry: equal kernels make equal fil
 def pack_targets() -> list[str]:
     """Return the names of the targets of `gsenv.warmup` that a set is for.
 
-    They are scenes of the user's own, which take longest, and all environments, each alone and batched.
+    They are scenes of the user's own, which take longest, what reads and changes them, problems without bodies, and
+    all environments, each alone and batched.
     """
     environments = {entry.id for entry in ENVS} | {entry.name for entry in PARALLEL_ENVS}
-    names = [name for name in warmup_targets() if name in environments or name.startswith("any scene")]
+    others = ("any scene", READINGS, PROBLEMS)
+    names = [name for name in warmup_targets() if name in environments or name.startswith(others)]
     return sorted(names, key=lambda name: name in environments)
 
 

@@ -23,6 +23,7 @@ WAYS: dict[str, dict[str, Any]] = {  # of solving: options that have kernels of 
     ", solver soft": {"solver": "soft"},
     ONLY_2D: {"solver": "newton"},
 }
+READINGS, PROBLEMS = "sensors, rays and parameters", "Problem and solve"
 LONGEST = ("GRagdoll", "GCar3D", "GStack3D", "GRagdoll2D")  # to compile; these come first, so that no core waits
 
 
@@ -48,8 +49,9 @@ def warmup_targets() -> dict[str, Callable[[], None]]:
         for way, options in WAYS.items()
         if dim == 2 or way != ONLY_2D
     }
+    targets |= {f"{READINGS} in {dim}D": partial(_run_readings, dim) for dim in (3, 2)}
     targets["windows"] = _run_window
-    targets["Problem and solve"] = _solve_problem
+    targets[PROBLEMS] = _solve_problem
     targets["many bodies"] = _run_many_bodies
     targets["continuous collision"] = _run_continuous_collision
     targets["joints and terrain"] = _run_jointed_terrain
@@ -187,6 +189,35 @@ def _run_any_scene(dim: int, options: Mapping[str, Any]) -> None:
             del os.environ[ONE_KERNEL]
         else:
             os.environ[ONE_KERNEL] = before
+
+
+def _run_readings(dim: int) -> None:
+    """Read all sensors, cast rays at ground of each kind, and set what derives masses."""
+    from gsenv.solver import Scene, World, planar, spatial
+
+    if dim == 2:
+        module: Any = planar
+        ground: Any = planar.Terrain(vertices=[(-1.0, 0.0), (1.0, 0.0)])
+    else:
+        module, ground = spatial, spatial.Heightfield(heights=np.zeros((2, 2)), size=(1.0, 1.0))
+    plain, uneven = Scene(dim=dim), Scene(dim=dim)
+    uneven.add_body("ground", "static", [ground])
+    for scene in (plain, uneven):
+        for k in range(2):
+            box = module.Box(half_extents=(0.1,) * dim)
+            scene.add_body(f"box{k}", shapes=[box], position=(0.25 * k,) + (0.0,) * (dim - 2) + (0.1,))
+        hinge = planar.Revolute("box0", "box1") if dim == 2 else spatial.Hinge("box0", "box1", axis=(0.0, 1.0, 0.0))
+        scene.add_joint("hinge", hinge)
+        for name in ("Pose", "Velocity", "Frame", "Acceleration", "Contact", "ContactForce"):
+            scene.add_sensor(name, getattr(module, f"{name}Sensor")("box0"))
+        scene.add_sensor("rays", module.RaySensor("box0", directions=[(1.0,) * dim], length=1.0))
+        scene.add_sensor("joint", module.JointSensor("hinge"))
+        world = World(scene, 2)
+        world.step()
+        world.sensors()
+        world.cast_rays((0.0,) * dim, (0.0,) * (dim - 1) + (-1.0,), 1.0)
+        world.parameters.set("box0", half_extents=(0.2,) * dim, friction=0.5)
+        world.parameters.set("box1", mass=2.0)
 
 
 def _run_window() -> None:

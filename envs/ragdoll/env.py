@@ -19,11 +19,17 @@ from gsenv.envs.ragdoll.build import build_scene, paint
 from gsenv.envs.ragdoll2d.lying import lying_poses
 from gsenv.envs.ragdoll2d.task import (
     ARGUMENTS,
+    GET_UP_END,
     GET_UP_SETTINGS,
     LAST_TERMS,
+    OF_BALANCE,
+    OF_GET_UP,
+    OF_ONE_OF_TASKS,
     POSTURE_TERM,
     BalanceTask,
     OneOfTasks,
+    axis_text,
+    filled,
     push_setting,
     stand_term,
 )
@@ -33,9 +39,9 @@ EYE = (-1.55, -2.75, 0.5)  # m, of the camera, from where it looks
 SHOWN_HEIGHT = 0.86  # m, where the camera looks
 
 
-def _axis_actions() -> tuple[Entry, ...]:
+def _axis_actions(getting_up: bool = False) -> tuple[Entry, ...]:
     return tuple(
-        Entry(f"target of the {_words(axis.name)}: {axis.stand:g} {axis.span:+.2f} a rad", axis.name, -1, 1)
+        Entry(axis_text(axis.name, axis.stand, axis.limits, axis.span, getting_up), axis.name, -1, 1)
         for axis in figure.AXES
     )
 
@@ -155,6 +161,7 @@ class RagdollGetUpTask(RagdollTask):
 
     max_episode_steps = time_limit("GRagdoll-get-up-v0")
     arguments = GET_UP_SETTINGS
+    actions = _axis_actions(getting_up=True)
     getting_up = True
     shown_height = 0.7  # a limb towards the camera is far down in the picture where the figure lies
 
@@ -169,12 +176,11 @@ _SPECIFICATION = (
     """{goal}: {id}.
 
     ## Description
-    A person of 1.7 m and 60 kg stands on level ground with bent knees and is pushed at the hips every
-    2 to 4 s, from all sides. 21 drives in waist, shoulders, elbows, hips, knees and ankles follow the
-    angles that the actions ask for, with bounded torques. Each foot is a box of 26 x 9 cm, so the ankles
-    alone hold only light pushes: harder ones need hips, waist, arms and steps. Control runs at 30 Hz. The
-    left leg collides with the right one; arms and trunk touch only the ground. The figure is the file
-    `assets/ragdoll.xml`, in MuJoCo's format.
+    A person of 1.7 m and 60 kg {does}.
+    21 drives in waist, shoulders, elbows, hips, knees and ankles follow the angles that the actions ask for,
+    with bounded torques. Each foot is a box of 26 x 9 cm{feet}.
+    Control runs at 30 Hz. The left leg collides with the right one; arms and trunk touch only the ground. The
+    figure is the file `assets/ragdoll.xml`, in MuJoCo's format.
 
     GRagdoll-v0 pushes with up to 0.6 m/s, GRagdoll-hardcore-v0 with up to 1 m/s. In GRagdoll-get-up-v0
     the figure lies on any side and gets up; nothing pushes it.
@@ -184,9 +190,7 @@ _SPECIFICATION = (
 
     {action_table}
 
-    An action a sets the target of each drive to the angle of the stand plus 0.6 of half the joint's
-    range times a; 0 asks for the stand. To get up, -1 and 1 ask for the joint's limits, and 0 for the
-    stand too. The drive is a spring and damper of 300 N m/rad and 30 N m s/rad
+    {action} The drive is a spring and damper of 300 N m/rad and 30 N m s/rad
     with at most 150 N m at waist, hips and knees; 150 N m/rad, 15 N m s/rad and 80 N m at the ankles;
     60 N m/rad, 6 N m s/rad and 50 N m in the arms. Positive angles bend a hip or an elbow, lift the toes,
     lean the chest back or to the right, turn it to the left, lift an arm forwards, spread a leg or an arm,
@@ -205,28 +209,13 @@ _SPECIFICATION = (
     ## Rewards
     The sum of these terms; `info` has each as `reward_<term>`:
 
-    {reward_table}
-
-    Getting up has no cost of falls. There the term "stand" is 0.03 m, with m the mean of h and of the
-    height of the hips over that in the stand, at most 1, and "posture" is multiplied by m^2.
+    {reward_table}{rewards}
 
     ## Starting State
-    The figure looks along -y and stands on one foot or both, each joint within 0.04 rad of the stand, and
-    moves with up to 0.1 m/s along x and y. The first push comes after 1 to 4 s, the others 2 to 4 s after
-    the one before. A push lasts 0.1 s and changes the velocity of the whole figure by 0.1 m/s to `push`,
-    uniformly drawn, in any direction along the ground.
-
-    To get up, the figure lies on the ground at rest, on its back, front or a side, as one of 1,024 falls
-    left it, and heads in any direction.
+{start}
 
     ## Episode End
-    - Termination: a fall. The crown is below 0.6 of its height in the stand, pelvis or chest tilt by
-      more than 1 rad, or anything but the feet touches the ground.
-    - Truncation: after 600 steps (20 s), by `gymnasium.make`, `gymnasium.make_vec` and the vector environment.
-      Standing at that time is success.
-    - Getting up never terminates and is truncated after 300 steps (10 s). It is a success at steps where
-      the figure has stood for 1 s: the crown at 0.9 of its height in the stand or more, the cosine of the
-      chest's tilt 0.9 or more, nothing but the feet on the ground.
+{end}
 
     `info` has `success` and `is_success` (bool), `fell` (bool), `time` (s) and `pushes` (their number).
 
@@ -241,13 +230,47 @@ _SPECIFICATION = (
 )
 
 
-def _specification(name: str, goal: str) -> str:
-    return _SPECIFICATION.replace("{id}", name).replace("{goal}", goal)
+_BALANCE = {
+    "does": "stands on level ground with bent knees and is pushed at the hips every 2 to 4 s,\n    from all sides",
+    "feet": (", so the ankles\n    alone hold only light pushes: harder ones need hips, waist, arms and steps"),
+    "action": (
+        "An action a sets the target of each drive to the angle of the stand plus 0.6 of half the joint's\n"
+        "    range times a; 0 asks for the stand."
+    ),
+    "rewards": "",
+    "start": """\
+    The figure looks along -y and stands on one foot or both, each joint within 0.04 rad of the stand, and
+    moves with up to 0.1 m/s along x and y. The first push comes after 1 to 4 s, the others 2 to 4 s after
+    the one before. A push lasts 0.1 s and changes the velocity of the whole figure by 0.1 m/s to `push`,
+    uniformly drawn, in any direction along the ground.""",
+    "end": """\
+    - Termination: a fall. The crown is below 0.6 of its height in the stand, pelvis or chest tilt by
+      more than 1 rad, or anything but the feet touches the ground.
+    - Truncation: after 600 steps (20 s), by `gymnasium.make`, `gymnasium.make_vec` and the vector environment.
+      Standing at that time is success.""",
+    "of_task": OF_BALANCE,
+}
+_GET_UP = {
+    "does": "lies on level ground and gets up; nothing pushes it",
+    "feet": "",
+    "action": "An action asks each drive for an angle, as the table says.",
+    "rewards": """
+
+    "stand" is 0.03 m here, with m the mean of h and of the height of the hips over that in the stand, at most 1;
+    "posture" is multiplied by m^2, and falls cost nothing.""",
+    "start": """\
+    The figure lies on the ground at rest, on its back, front or a side, as one of 1,024 falls left it, and
+    heads in any direction.""",
+    "end": GET_UP_END,
+    "of_task": OF_GET_UP,
+}
 
 
 @documented
 class RagdollEnv(OneOfTasks, TaskEnv, Env[Any, Any]):
-    __doc__ = _specification("GRagdoll-v0", "Keep a figure on its feet in 3D")
+    __doc__ = filled(
+        _SPECIFICATION, "GRagdoll-v0", "Keep a figure on its feet in 3D", _BALANCE | {"of_task": OF_ONE_OF_TASKS}
+    )
 
     tasks = TASKS
     task_class = RagdollTask
@@ -264,7 +287,7 @@ class RagdollVectorEnv(OneOfTasks, TaskVectorEnv, VectorEnv[Any, Any, Any]):
 
 @documented
 class RagdollHardcoreEnv(TaskEnv, Env[Any, Any]):
-    __doc__ = _specification("GRagdoll-hardcore-v0", "Keep a figure on its feet in 3D")
+    __doc__ = filled(_SPECIFICATION, "GRagdoll-hardcore-v0", "Keep a figure on its feet in 3D", _BALANCE)
 
     task_class = RagdollHardcoreTask
     push: float
@@ -279,7 +302,7 @@ class RagdollHardcoreVectorEnv(TaskVectorEnv, VectorEnv[Any, Any, Any]):
 
 @documented
 class RagdollGetUpEnv(TaskEnv, Env[Any, Any]):
-    __doc__ = _specification("GRagdoll-get-up-v0", "Get up from the ground in 3D")
+    __doc__ = filled(_SPECIFICATION, "GRagdoll-get-up-v0", "Get up from the ground in 3D", _GET_UP)
 
     task_class = RagdollGetUpTask
     push: float

@@ -19,23 +19,28 @@ from gsenv.envs.ragdoll2d.build import build_scene
 from gsenv.envs.ragdoll2d.lying import lying_poses
 from gsenv.envs.ragdoll2d.task import (
     ARGUMENTS,
+    GET_UP_END,
     GET_UP_SETTINGS,
     LAST_TERMS,
+    OF_BALANCE,
+    OF_GET_UP,
+    OF_ONE_OF_TASKS,
     POSTURE_TERM,
     BalanceTask,
     OneOfTasks,
+    axis_text,
+    filled,
     push_setting,
     stand_term,
 )
 from gsenv.solver import Scene
 
 
-def _axis_actions() -> list[Entry]:
-    entries = []
-    for axis, span in zip(scene.AXES, rules._SPAN, strict=True):
-        text = f"target of the {axis.name.replace('_', ' ')}: {axis.stand:g} {span:+.2f} a rad"
-        entries.append(Entry(text, axis.name, -1, 1))
-    return entries
+def _axis_actions(getting_up: bool = False) -> tuple[Entry, ...]:
+    return tuple(
+        Entry(axis_text(axis.name, axis.stand, axis.limits, span, getting_up), axis.name, -1, 1)
+        for axis, span in zip(scene.AXES, rules._SPAN, strict=True)
+    )
 
 
 def _joint_entries() -> list[Entry]:
@@ -58,7 +63,7 @@ def _foot_entries(side: str) -> tuple[Entry, ...]:
 class RagdollTask(BalanceTask):
     """The rules for many worlds; `settings` has the defaults of a reset."""
 
-    actions = tuple(_axis_actions())
+    actions = _axis_actions()
     controls = (
         (
             *pair("left", "right", "ankles: lean", "near_ankle", "far_ankle"),
@@ -138,6 +143,7 @@ class RagdollGetUpTask(RagdollTask):
 
     max_episode_steps = time_limit("GRagdoll2D-get-up-v0")
     arguments = GET_UP_SETTINGS
+    actions = _axis_actions(getting_up=True)
     observations = (
         *RagdollTask.observations,
         Entry("pelvis, cosine of its tilt", "pelvis_cosine", -1, 1),
@@ -156,12 +162,10 @@ _SPECIFICATION = (
     """{goal}: {id}.
 
     ## Description
-    Seen from the side, a person of 1.7 m and 60 kg stands on level ground with bent knees and is pushed
-    at the hips every 2 to 4 s. Drives at waist, hips, knees and ankles follow the angles that the
-    actions ask for, with bounded torques; the arms hang from the shoulders on soft springs. The ankles
-    alone hold only light pushes, for the soles are short: harder ones need hips, waist and steps, and
-    after a step the feet must come together again. Control runs at 30 Hz. The legs do not collide: the
-    near one passes in front of the far one.
+    Seen from the side, a person of 1.7 m and 60 kg {does}.
+    Drives at waist, hips, knees and ankles follow the angles that the actions ask for, with bounded torques;
+    the arms hang from the shoulders on soft springs. {feet}Control runs at 30 Hz.
+    The legs do not collide: the near one passes in front of the far one.
 
     GRagdoll2D-v0 pushes with up to 0.6 m/s, GRagdoll2D-hardcore-v0 with up to 1 m/s. In
     GRagdoll2D-get-up-v0 the figure lies on its back or its front and gets up; nothing pushes it.
@@ -171,16 +175,13 @@ _SPECIFICATION = (
 
     {action_table}
 
-    An action a sets the target of each drive to the angle of the stand plus 0.6 of half the joint's
-    range times a; 0 asks for the stand. To get up, -1 and 1 ask for the joint's limits, and 0 for the
-    stand too. The drive is a spring and damper of 300 N m/rad and 30 N m s/rad
+    {action} The drive is a spring and damper of 300 N m/rad and 30 N m s/rad
     with at most 150 N m; at the ankles they are 150 N m/rad, 15 N m s/rad and 80 N m. Angles are those of
     the upper body part relative to the lower one at the waist, else of the lower one relative to the
     upper one, counterclockwise: positive bends a hip, lifts the toes, and leans the chest back.
 
     ## Observation Space
-    `Box(low, high, (42,), float32)`, always within its bounds; (44,) to get up, where the cosines of the
-    tilts of pelvis and chest come last.
+    `Box(low, high, ({entries},), float32)`, always within its bounds.
 
     {observation_table}
 
@@ -191,29 +192,13 @@ _SPECIFICATION = (
     ## Rewards
     The sum of these terms; `info` has each as `reward_<term>`:
 
-    {reward_table}
-
-    Getting up has no cost of falls or of feet apart. There the term "stand" is 0.03 m, with m the mean of
-    h and of the height of the hips over that in the stand, at most 1, and "posture" is multiplied by m^2.
+    {reward_table}{rewards}
 
     ## Starting State
-    The figure stands on one foot or both, each joint within 0.06 rad of the stand, and moves forwards
-    or backwards with up to 0.1 m/s. The first push comes after 1 to 4 s, the others 2 to 4 s after the
-    one before. A push lasts 0.1 s and changes the velocity of the whole figure by 0.1 m/s to `push`,
-    uniformly drawn, forwards or backwards.
-
-    To get up, the figure lies on the ground at rest, face up or face down, as one of 1,024 falls left it.
+{start}
 
     ## Episode End
-    - Termination: a fall. The crown is below 0.6 of its height in the stand, pelvis or chest tilt by
-      more than 1 rad, or anything but the feet touches the ground.
-    - Termination: the ankles are more than 0.2 m apart for more than 2 s, from which time with the feet
-      together is taken back. (Legs astride, a constant action would hold the pushes.)
-    - Truncation: after 600 steps (20 s), by `gymnasium.make`, `gymnasium.make_vec` and the vector environment.
-      Standing at that time is success.
-    - Getting up never terminates and is truncated after 300 steps (10 s). It is a success at steps where
-      the figure has stood for 1 s: the crown at 0.9 of its height in the stand or more, the cosine of the
-      chest's tilt 0.9 or more, nothing but the feet on the ground.
+{end}
 
     `info` has `success` and `is_success` (bool), `fell` (bool), `time` (s) and `pushes` (their number).
 
@@ -228,13 +213,53 @@ _SPECIFICATION = (
 )
 
 
-def _specification(name: str, goal: str) -> str:
-    return _SPECIFICATION.replace("{id}", name).replace("{goal}", goal)
+_BALANCE = {
+    "does": "stands on level ground with bent knees and is pushed at the\n    hips every 2 to 4 s",
+    "feet": (
+        "The ankles alone hold only light\n    pushes, for the soles are short: harder ones need hips, waist and "
+        "steps, and after a step the feet\n    must come together again. "
+    ),
+    "action": (
+        "An action a sets the target of each drive to the angle of the stand plus 0.6 of half the joint's\n"
+        "    range times a; 0 asks for the stand."
+    ),
+    "entries": "42",
+    "rewards": "",
+    "start": """\
+    The figure stands on one foot or both, each joint within 0.06 rad of the stand, and moves forwards
+    or backwards with up to 0.1 m/s. The first push comes after 1 to 4 s, the others 2 to 4 s after the
+    one before. A push lasts 0.1 s and changes the velocity of the whole figure by 0.1 m/s to `push`,
+    uniformly drawn, forwards or backwards.""",
+    "end": """\
+    - Termination: a fall. The crown is below 0.6 of its height in the stand, pelvis or chest tilt by
+      more than 1 rad, or anything but the feet touches the ground.
+    - Termination: the ankles are more than 0.2 m apart for more than 2 s, from which time with the feet
+      together is taken back. (Legs astride, a constant action would hold the pushes.)
+    - Truncation: after 600 steps (20 s), by `gymnasium.make`, `gymnasium.make_vec` and the vector environment.
+      Standing at that time is success.""",
+    "of_task": OF_BALANCE,
+}
+_GET_UP = {
+    "does": "lies on level ground, face up or face down, and gets up;\n    nothing pushes it",
+    "feet": "",
+    "action": "An action asks each drive for an angle, as the table says.",
+    "entries": "44",
+    "rewards": """
+
+    "stand" is 0.03 m here, with m the mean of h and of the height of the hips over that in the stand, at most 1;
+    "posture" is multiplied by m^2, and falls and feet apart cost nothing.""",
+    "start": """\
+    The figure lies on the ground at rest, face up or face down, as one of 1,024 falls left it.""",
+    "end": GET_UP_END,
+    "of_task": OF_GET_UP,
+}
 
 
 @documented
 class RagdollEnv(OneOfTasks, TaskEnv, Env[Any, Any]):
-    __doc__ = _specification("GRagdoll2D-v0", "Keep a figure on its feet")
+    __doc__ = filled(
+        _SPECIFICATION, "GRagdoll2D-v0", "Keep a figure on its feet", _BALANCE | {"of_task": OF_ONE_OF_TASKS}
+    )
 
     tasks = TASKS
     task_class = RagdollTask
@@ -251,7 +276,7 @@ class RagdollVectorEnv(OneOfTasks, TaskVectorEnv, VectorEnv[Any, Any, Any]):
 
 @documented
 class RagdollHardcoreEnv(TaskEnv, Env[Any, Any]):
-    __doc__ = _specification("GRagdoll2D-hardcore-v0", "Keep a figure on its feet")
+    __doc__ = filled(_SPECIFICATION, "GRagdoll2D-hardcore-v0", "Keep a figure on its feet", _BALANCE)
 
     task_class = RagdollHardcoreTask
     push: float
@@ -266,7 +291,7 @@ class RagdollHardcoreVectorEnv(TaskVectorEnv, VectorEnv[Any, Any, Any]):
 
 @documented
 class RagdollGetUpEnv(TaskEnv, Env[Any, Any]):
-    __doc__ = _specification("GRagdoll2D-get-up-v0", "Get up from the ground")
+    __doc__ = filled(_SPECIFICATION, "GRagdoll2D-get-up-v0", "Get up from the ground", _GET_UP)
 
     task_class = RagdollGetUpTask
     push: float

@@ -82,11 +82,9 @@ LAST_TERMS = (
 
 ARGUMENTS = """{argument_table}
 
-    - `task`: "balance" or "get_up", when the environment is made. The ids above have one each; with `task="get_up"`
-      another id gets its rules and start, and keeps its own time limit in `gymnasium.make` and `make_vec`.
+{of_task}
 
-    `reset(options={"push": p})` sets it for one episode. `assist` is for curricula of getting up: the force acts at
-    the chest's centre of mass, at all times. All environments also have these:
+    All environments also have these:
 
     {shared_arguments}
     - `randomize`: domain randomisation: at each reset each world draws these quantities uniformly from
@@ -102,6 +100,38 @@ ARGUMENTS = """{argument_table}
     {diagnostics_table}
 
     In frames an arrow shows each push; its length is proportional to the change of velocity."""
+
+
+OF_ONE_OF_TASKS = """\
+    - `task`: "balance" or "get_up", when the environment is made. With "get_up" it gets the rules, the start and the
+      arguments of the id whose name says so, and keeps its own time limit in `gymnasium.make` and `make_vec`.
+
+    `reset(options={"push": p})` sets the largest push for one episode."""
+OF_BALANCE = """\
+    `reset(options={"push": p})` sets the largest push for one episode."""
+OF_GET_UP = """\
+    `reset(options={"push": p})` sets the largest push for one episode. `assist` is for curricula: the force acts at
+    the chest's centre of mass, at all times."""
+GET_UP_END = """\
+    - Getting up never terminates and is truncated after 300 steps (10 s), by `gymnasium.make`,
+      `gymnasium.make_vec` and the vector environment. It is a success at steps where the figure has stood
+      for 1 s: the crown at 0.9 of its height in the stand or more, the cosine of the chest's tilt 0.9 or
+      more, nothing but the feet on the ground."""
+
+
+def axis_text(name: str, stand: float, limits: tuple[float, float], span: float, getting_up: bool) -> str:
+    """Return what an action does to a drive, for the table of actions; angles in rad."""
+    words = f"target of the {name.replace('_', ' ')}"
+    if getting_up:
+        return f"{words}: from {limits[0]:.2f} (-1) through {stand:g} (0) to {limits[1]:.2f} rad (1)"
+    return f"{words}: {stand:g} {span:+.2f} a rad"
+
+
+def filled(text: str, name: str, goal: str, parts: Mapping[str, str]) -> str:
+    """Return the docstring of an environment, where `parts` says what its task does otherwise."""
+    for mark, words in {**parts, "id": name, "goal": goal}.items():
+        text = text.replace("{" + mark + "}", words)
+    return text
 
 
 class BalanceTask(Task):
@@ -136,4 +166,8 @@ class BalanceTask(Task):
         lines = [f"{state['steps'] * shared.CONTROL_TIME:.1f} s"]
         if state["pushed"] < shared.SHOWN_STEPS:
             lines.append(f"push {abs(state['push']):.2f} m/s")
+        if self.infos["fell"][world]:
+            lines.append("fell")
+        if self.getting_up and state["stood"] > 0:
+            lines.append(f"stands {state['stood'] * shared.CONTROL_TIME:.1f} s")
         return lines

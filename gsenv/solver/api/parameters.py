@@ -117,7 +117,7 @@ class Parameters(ParameterArrays):
             if unknown:
                 raise ValueError(f"parameters: {sorted(unknown)[0]!r} needs a body, a shape or a joint.")
             dim = self._model.dim
-            self.worlds["gravity"][chosen] = check.values(fields["gravity"], (len(chosen), dim), "parameters: gravity")
+            self.worlds["gravity"][chosen] = check.vectors(fields["gravity"], (len(chosen), dim), "parameters: gravity")
         else:
             what, index = self._find(item)
             {"body": self._set_body, "joint": self._set_joint, "shape": self._set_shape}[what](index, chosen, fields)

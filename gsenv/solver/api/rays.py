@@ -13,9 +13,12 @@ from ..specification import check
 def _scaled(direction: Any) -> Any:
     """Return finite directions over their largest component, which may have any size; others as they are."""
     try:
-        given = np.asarray(direction, float)
+        given = np.asarray(direction)
+        if given.dtype.kind not in "uif":
+            return direction  # refused with all others
+        given = given.astype(float)
         largest = np.abs(given).max(-1, keepdims=True)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         return direction
     return given / largest if np.isfinite(given).all() and (largest > 0.0).all() else direction
 

@@ -319,7 +319,7 @@ class World(Actions):
             parameters: whether to set the parameters to their nominal values as well.
         """
         chosen = check.worlds(worlds, self.world_count, "reset: worlds")
-        if parameters:
+        if check.flag(parameters, "reset: parameters"):
             self.parameters.reset(chosen)
             self._choose_kernel()
         self.state.reset(self.model, chosen)

@@ -17,25 +17,35 @@ Array = NDArray[Any]
 ALL_BITS = -1  # every bit of an int64
 LARGEST = 1e36  # magnitude of a number; squares and products of larger ones may overflow
 SMALLEST = 1e-36  # of numbers that must be positive
+MOST_SHOWN = 80  # characters of a value in a sentence
+
+
+def shown(value: Any) -> str:
+    """Return a value as a sentence shows it: on one line, and shortened."""
+    try:
+        text = " ".join(repr(value).split())
+    except Exception:  # an int of more than 4,300 digits, or a class that can't be shown
+        text = f"a value of type {type(value).__name__} that cannot be shown"
+    return text if len(text) <= MOST_SHOWN else text[: MOST_SHOWN - 3] + "..."
 
 
 def finite(value: Any, what: str) -> float:
     """Return a finite float."""
     number = _number(value, what)
     if not np.isfinite(number):
-        raise ValueError(f"{what} must be finite, got {value!r}.")
+        raise ValueError(f"{what} must be finite, got {shown(value)}.")
     if abs(number) > LARGEST:
-        raise ValueError(f"{what} must lie within -{LARGEST:g} and {LARGEST:g}, got {value!r}.")
+        raise ValueError(f"{what} must lie within -{LARGEST:g} and {LARGEST:g}, got {shown(value)}.")
     return number
 
 
 def _number(value: Any, what: str) -> float:
-    if isinstance(value, (bool, np.bool_, str, bytes)) or np.ndim(value):
-        raise ValueError(f"{what} must be a number, got {value!r}.")
+    if isinstance(value, (bool, np.bool_, str, bytes, list, tuple)) or getattr(value, "ndim", 0):
+        raise ValueError(f"{what} must be a number, got {shown(value)}.")
     try:
         return float(value)
     except (TypeError, ValueError, OverflowError):
-        raise ValueError(f"{what} must be a number, got {value!r}.") from None
+        raise ValueError(f"{what} must be a number, got {shown(value)}.") from None
 
 
 def _floats(value: Any) -> Array:
@@ -50,16 +60,16 @@ def _floats(value: Any) -> Array:
 def positive(value: Any, what: str) -> float:
     number = finite(value, what)
     if number <= 0.0:
-        raise ValueError(f"{what} must be positive, got {value!r}.")
+        raise ValueError(f"{what} must be positive, got {shown(value)}.")
     if number < SMALLEST:
-        raise ValueError(f"{what} must be at least {SMALLEST:g}, got {value!r}.")
+        raise ValueError(f"{what} must be at least {SMALLEST:g}, got {shown(value)}.")
     return number
 
 
 def not_negative(value: Any, what: str) -> float:
     number = finite(value, what)
     if number < 0.0:
-        raise ValueError(f"{what} must not be negative, got {value!r}.")
+        raise ValueError(f"{what} must not be negative, got {shown(value)}.")
     return number
 
 
@@ -67,16 +77,16 @@ def bound(value: Any, what: str) -> float:
     """Return a float that is not negative; infinity is allowed."""
     number = _number(value, what)
     if not number >= 0.0:
-        raise ValueError(f"{what} must not be negative or NaN, got {value!r}.")
+        raise ValueError(f"{what} must not be negative or NaN, got {shown(value)}.")
     if LARGEST < number < np.inf:
-        raise ValueError(f"{what} must not exceed {LARGEST:g} unless it is infinite, got {value!r}.")
+        raise ValueError(f"{what} must not exceed {LARGEST:g} unless it is infinite, got {shown(value)}.")
     return number
 
 
 def flag(value: Any, what: str) -> bool:
     """Return a truth value."""
     if not isinstance(value, (bool, np.bool_)):
-        raise ValueError(f"{what} must be True or False, got {value!r}.")
+        raise ValueError(f"{what} must be True or False, got {shown(value)}.")
     return bool(value)
 
 
@@ -85,7 +95,7 @@ def vector(value: Any, size: int, what: str) -> Array:
     try:
         array = _floats(value)  # a copy, since the caller may change the original later
     except (TypeError, ValueError, OverflowError):
-        raise ValueError(f"{what} must be {size} numbers, got {value!r}.") from None
+        raise ValueError(f"{what} must be {size} numbers, got {shown(value)}.") from None
     if array.shape != (size,):
         raise ValueError(f"{what} must be {size} numbers, got an array of shape {array.shape}.")
     _check_range(array, value, what)
@@ -97,8 +107,8 @@ def _check_range(array: Array, value: Any, what: str) -> None:
     if (np.abs(array) <= LARGEST).all():
         return
     if not np.isfinite(array).all():
-        raise ValueError(f"{what} must be finite, got {value!r}.")
-    raise ValueError(f"{what} must lie within -{LARGEST:g} and {LARGEST:g}, got {value!r}.")
+        raise ValueError(f"{what} must be finite, got {shown(value)}.")
+    raise ValueError(f"{what} must lie within -{LARGEST:g} and {LARGEST:g}, got {shown(value)}.")
 
 
 def values(value: Any, shape: tuple[int, ...], what: str) -> Array:
@@ -106,7 +116,7 @@ def values(value: Any, shape: tuple[int, ...], what: str) -> Array:
     try:
         array = _floats(value)
     except (TypeError, ValueError, OverflowError):
-        raise ValueError(f"{what} must be numbers, got {value!r}.") from None
+        raise ValueError(f"{what} must be numbers, got {shown(value)}.") from None
     _check_range(array, value, what)
     try:
         return np.broadcast_to(array, shape)
@@ -118,7 +128,7 @@ def vectors(value: Any, shape: tuple[int, ...], what: str) -> Array:
     """Return finite float64 vectors broadcast to ``shape``; a single number is refused."""
     array = values(value, shape, what)
     if np.shape(value)[-1:] != shape[-1:]:
-        raise ValueError(f"{what} must be {shape[-1]} numbers, or as many for each chosen world, got {value!r}.")
+        raise ValueError(f"{what} must be {shape[-1]} numbers, or as many for each chosen world, got {shown(value)}.")
     return array
 
 
@@ -127,11 +137,11 @@ def bounds(value: Any, shape: tuple[int, ...], what: str) -> Array:
     try:
         array = _floats(value)
     except (TypeError, ValueError, OverflowError):
-        raise ValueError(f"{what} must be numbers, got {value!r}.") from None
+        raise ValueError(f"{what} must be numbers, got {shown(value)}.") from None
     if np.isnan(array).any():
-        raise ValueError(f"{what} must not be NaN, got {value!r}.")
+        raise ValueError(f"{what} must not be NaN, got {shown(value)}.")
     if (np.isfinite(array) & (np.abs(array) > LARGEST)).any():
-        raise ValueError(f"{what} must lie within -{LARGEST:g} and {LARGEST:g} or be infinite, got {value!r}.")
+        raise ValueError(f"{what} must lie within -{LARGEST:g} and {LARGEST:g} or be infinite, got {shown(value)}.")
     try:
         return np.broadcast_to(array, shape)
     except ValueError:
@@ -142,7 +152,7 @@ def flags(value: Any, shape: tuple[int, ...], what: str) -> Array:
     """Return truth values broadcast to ``shape``; the numbers 0 and 1 count as such."""
     array = np.asarray(value)
     if array.dtype != np.bool_ and not (array.dtype.kind in "uif" and np.isin(array, (0, 1)).all()):
-        raise ValueError(f"{what} must be True or False, got {value!r}.")
+        raise ValueError(f"{what} must be True or False, got {shown(value)}.")
     return values(array.astype(np.float64), shape, what)
 
 
@@ -157,9 +167,9 @@ def ordered_bounds(lower: Array, upper: Array, where: str) -> None:
 def whole(value: Any, least: int, what: str, most: int | None = None) -> int:
     """Return an int from ``least`` to ``most``."""
     if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
-        raise ValueError(f"{what} must be a whole number of at least {least}, got {value!r}.")
+        raise ValueError(f"{what} must be a whole number of at least {least}, got {shown(value)}.")
     if most is not None and value > most:
-        raise ValueError(f"{what} must not exceed {most}, got {value!r}.")
+        raise ValueError(f"{what} must not exceed {most}, got {shown(value)}.")
     return int(value)
 
 
@@ -170,7 +180,7 @@ def choice(value: Any, known: Iterable[str], what: str) -> str:
         return value
     near = difflib.get_close_matches(str(value), names, 1)
     hint = f"; did you mean {near[0]!r}?" if near else ""
-    raise ValueError(f"{what} {value!r} is unknown; known are {', '.join(names) or 'none'}{hint}.")
+    raise ValueError(f"{what} {shown(value)} is unknown; known are {', '.join(names) or 'none'}{hint}.")
 
 
 def worlds(selection: Any, count: int, what: str = "worlds") -> NDArray[np.intp]:
@@ -184,20 +194,20 @@ def worlds(selection: Any, count: int, what: str = "worlds") -> NDArray[np.intp]
         return np.flatnonzero(array)
     array = np.atleast_1d(array)
     if array.ndim != 1 or (array.size and array.dtype.kind not in "iu"):
-        raise ValueError(f"{what} must be world numbers or a bool mask, got {selection!r}.")
+        raise ValueError(f"{what} must be world numbers or a bool mask, got {shown(selection)}.")
     index = array.astype(np.intp)
     if index.size and (index.min() < 0 or index.max() >= count):
-        raise ValueError(f"{what} must be from 0 to {count - 1}, got {selection!r}.")
+        raise ValueError(f"{what} must be from 0 to {count - 1}, got {shown(selection)}.")
     if len(np.unique(index)) != len(index):
-        raise ValueError(f"{what} must not name a world twice, got {selection!r}.")
+        raise ValueError(f"{what} must not name a world twice, got {shown(selection)}.")
     return index
 
 
 def unique(name: Any, taken: Sequence[str] | dict[str, Any], what: str) -> str:
     if not isinstance(name, str) or not name:
-        raise ValueError(f"{what} needs a name, got {name!r}.")
+        raise ValueError(f"{what} needs a name, got {shown(name)}.")
     if name in taken:
-        raise ValueError(f"{what} {name!r} exists already.")
+        raise ValueError(f"{what} {shown(name)} exists already.")
     return name
 
 
@@ -206,14 +216,14 @@ def numbers(value: Any, what: str) -> Array:
     try:
         array = _floats(value)
     except (TypeError, ValueError, OverflowError):
-        raise ValueError(f"{what} must be numbers, got {value!r}.") from None
+        raise ValueError(f"{what} must be numbers, got {shown(value)}.") from None
     return values(array, array.shape, what)
 
 
 def bits(mask: Any, what: str) -> int:
     """Return category bits as a signed 64-bit number."""
     if isinstance(mask, bool) or not isinstance(mask, (int, np.integer)) or not -(2**63) <= int(mask) < 2**64:
-        raise ValueError(f"{what} must be an integer of 64 bits, got {mask!r}.")
+        raise ValueError(f"{what} must be an integer of 64 bits, got {shown(mask)}.")
     return signed(int(mask))
 
 
@@ -233,7 +243,7 @@ def orientation(value: Any, what: str) -> Array:
     """Return a quaternion (w, x, y, z) of any length but 0."""
     quaternion = vector(value, 4, what)
     if not np.hypot.reduce(quaternion) > 1e-12:
-        raise ValueError(f"{what} must be a quaternion (w, x, y, z) other than zero, got {value!r}.")
+        raise ValueError(f"{what} must be a quaternion (w, x, y, z) other than zero, got {shown(value)}.")
     return quaternion
 
 
@@ -244,9 +254,9 @@ def inertia(value: Any, what: str) -> Array:
     except (TypeError, ValueError, OverflowError):
         array = np.zeros(0)
     if array.shape not in ((3,), (3, 3)) or not (np.abs(array) <= LARGEST).all():
-        raise ValueError(f"{what} must be three finite moments or a (3, 3) tensor in kg m^2, got {value!r}.")
+        raise ValueError(f"{what} must be three finite moments or a (3, 3) tensor in kg m^2, got {shown(value)}.")
     if array.ndim == 2 and abs(array - array.T).max() > 1e-9 * abs(array).max():
-        raise ValueError(f"{what} must be symmetric, got {value!r}.")
+        raise ValueError(f"{what} must be symmetric, got {shown(value)}.")
     moments = np.linalg.eigvalsh(array) if array.ndim == 2 else np.sort(array)
     if not moments[0] > 0.0:
         raise ValueError(f"{what} must be positive, got the moment {float(moments[0])!r}.")

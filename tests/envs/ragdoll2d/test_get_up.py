@@ -250,3 +250,19 @@ def test_the_figure_stays_in_the_picture_while_it_gets_up() -> None:
             pixels = vector.task.camera(world, 640, 480).to_pixel(middles)
             assert (pixels > margin).all()
             assert (pixels < (640 - margin, 480 - margin)).all()
+
+
+@each_figure
+def test_pictures_say_how_long_it_has_stood_and_that_it_fell(figure: Figure) -> None:
+    task = lying(figure, 1).task
+    assert list(task.captions(0)) == ["0.0 s"]
+    task.task_state["stood"] = 15
+    assert list(task.captions(0)) == ["0.0 s", "stands 0.5 s"]
+    vector = figure.module.RagdollVectorEnv(1, push=0.0)
+    vector.reset(seed=0)
+    action = np.ones_like(vector.task._actions)
+    for _ in range(200):
+        vector.task.step(action)
+        if vector.task.terminated[0]:
+            break
+    assert vector.task.captions(0)[-1] == "fell"

@@ -14,6 +14,7 @@ from tests.solver.bits import everything
 NUMBERS: dict[str, Any] = {
     "nan": float("nan"), "inf": float("inf"), "huge": 1e308, "long": 10**400, "big": 10**30 * 10**30, "text": "1",
     "bytes": b"1", "flag": True, "none in a list": [None], "complex": 1j, "empty": [], "dict": {}, "object": object(),
+    "ragged": [[1.0, 2.0], [3.0]], "digits": 10**5000, "many": [float("nan")] * 10_000,
 }  # fmt: skip
 
 
@@ -132,3 +133,23 @@ def test_the_largest_numbers_that_are_taken_stay_finite(dim: int) -> None:
     world.step(120)
     assert np.isfinite(world.position).all()
     assert np.isfinite(world.linear_velocity).all()
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_gravity_is_a_vector_and_reset_takes_a_flag(dim: int) -> None:
+    world = World(scene(dim))
+    before = everything(world)
+    with pytest.raises(ValueError, match="gravity must be"):
+        world.parameters.set(gravity=-9.81)
+    for bad in ("no", None, 1, [True]):
+        with pytest.raises(ValueError, match="reset: parameters must be True or False"):
+            world.reset(parameters=bad)
+    assert everything(world) == before
+
+
+def test_sentences_show_values_in_short() -> None:
+    with pytest.raises(ValueError, match="gravity") as caught:
+        Scene(gravity=[float("nan")] * 10_000)
+    assert len(str(caught.value)) < 200
+    with pytest.raises(ValueError, match="mass must be a number, got a value of type int that cannot be shown"):
+        scene(2).add_body("new", shapes=[planar.Circle(radius=1.0)], mass=10**5000)
