@@ -15,7 +15,8 @@ from __future__ import annotations
 import argparse
 import shlex
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
@@ -27,6 +28,7 @@ from benchmarks.common.report import Outputs, show, write
 from benchmarks.common.run import Run, Unable, UsageError
 from benchmarks.common.stamp import ROOT, load, make_stamp
 from benchmarks.registry import BENCHMARKS, Benchmark, Implementation
+from gsenv.files import check_writable
 
 DOCS, RESULTS = ROOT / "docs", ROOT / "benchmarks" / "results"
 OK, FAILED, WRONG_USAGE, INTERRUPTED = 0, 1, 2, 130
@@ -111,6 +113,9 @@ def run(benchmark: Benchmark, words: list[str]) -> int:
     dim = getattr(options, "dim", benchmark.dims[0])
     stem = benchmark.stem(dim)
     outputs = outputs_of(benchmark, stem, options.quick, options.out)
+    with writing():
+        for path in filter(None, (outputs.results, outputs.page, outputs.picture)):
+            check_writable(path)  # before the work
     interrupted = False
     if options.from_results:
         results = stored_results(options.from_results, stem)
@@ -122,7 +127,9 @@ def run(benchmark: Benchmark, words: list[str]) -> int:
     report = module.report(results)
     console = Console(emoji=False)  # "15:100:" is no pictogram
     show(report, console)
-    for path in write(report, results, outputs):
+    with writing():
+        written = write(report, results, outputs)
+    for path in written:
         print(f"wrote {path}")
     if interrupted:
         kept = "the same command continues from here" if outputs.results else "this is what was measured until then"
@@ -130,16 +137,29 @@ def run(benchmark: Benchmark, words: list[str]) -> int:
     return OK
 
 
+@contextmanager
+def writing() -> Iterator[None]:
+    """Turn an error of writing files into a sentence."""
+    try:
+        yield
+    except OSError as error:
+        where = f" {error.filename}" if error.filename else ""
+        raise Unable(f"cannot write{where}: {error.strerror or error}") from error
+
+
 def stored_results(place: Path, stem: str) -> dict[str, Any]:
     """Return the results in a file, or in the file of that name in a folder.
 
     Raises:
-        UsageError: there is no such file.
+        UsageError: there is no such file, or it cannot be read.
     """
     path = place / f"{stem}.json" if place.is_dir() else place
     if not path.is_file():
         raise UsageError(f"--from-results: there is no file {path}; measure first, without this option.")
-    return read_json(path)
+    try:
+        return read_json(path)
+    except (OSError, ValueError) as error:
+        raise UsageError(f"--from-results: {path} cannot be read as results: {error}") from error
 
 
 def measured(benchmark: Benchmark, module: Implementation, job: Run) -> dict[str, Any]:

@@ -189,11 +189,12 @@ _RANGES = (
     "- A 2D polygon has 3 to 64 corners, a 3D hull up to 64, a heightfield up to a million heights; a user constraint "
     "has up to 3 rows in 2D and 6 in 3D.",
     "## Threads, Ctrl-C and files",
-    "- One thread at a time may use a World or an environment; a second one gets a RuntimeError, and nothing is "
-    "changed. `World(threads=...)` shares the worlds out over threads itself.\n"
+    "- One thread at a time may use a World, a renderer or an environment; a second one gets a RuntimeError, and "
+    "nothing is changed. `World(threads=...)` shares the worlds out over threads itself.\n"
     "- Ctrl-C ends `World.step(10**7)` within 0.2 s, or after the present step if that takes longer. All worlds have "
     "then taken the same number of steps and continue bit for bit.\n"
     "- Files are written beside the old ones, which are replaced once the new ones are complete on the disk. After a "
-    "full disk, an error or SIGTERM the old file is as it was, nothing else is left, and commands end with exit code 1 "
-    "and one sentence (SIGTERM: 143). SIGKILL may leave a hidden file or folder beside the target.",
+    "full disk, an error, SIGTERM or SIGHUP (a closed terminal) the old file is as it was, nothing else is left, and "
+    "commands end with exit code 1 and one sentence (SIGTERM: 143, SIGHUP: 129). Other signals that end a process at "
+    "once, such as SIGKILL and SIGQUIT, may leave a hidden file or folder beside the target.",
 )

@@ -17,6 +17,7 @@ from benchmarks.common.processes import in_processes
 from benchmarks.common.report import Part, Report
 from benchmarks.common.run import Run, UsageError
 from benchmarks.common.tables import Table
+from gsenv.train.arguments import not_negative, positive
 from tests.stress import generator, spatial
 from tests.stress.generator import random_case
 from tests.stress.measure import LIMIT, Outcome, problems, run_case
@@ -82,10 +83,10 @@ def summary(category: str, group: Sequence[Outcome]) -> Summary:
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--scenes", type=int, metavar="N", help=f"how many; default: {SCENES}")
-    parser.add_argument("--first", type=int, default=0, metavar="SEED", help="seed of the first scene")
+    parser.add_argument("--scenes", type=positive, metavar="N", help=f"how many; default: {SCENES}")
+    parser.add_argument("--first", type=not_negative, default=0, metavar="SEED", help="seed of the first scene")
     parser.add_argument("--category", choices=sorted({*generator.CATEGORIES, *spatial.CATEGORIES}))
-    parser.add_argument("--processes", type=int, default=1)
+    parser.add_argument("--processes", type=positive, default=1)
 
 
 def measure(run: Run) -> dict[str, Any]:

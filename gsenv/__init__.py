@@ -5,9 +5,23 @@ Importing gsenv registers the environments by name and loads neither numba nor t
 `gsenv.load_mjcf` reads a MuJoCo XML file to a scene, `gsenv.load_urdf` a URDF file.
 """
 
+import sys
+from pathlib import PurePath
 from typing import TYPE_CHECKING, Any
 
-from gsenv.envs import register_envs
+
+def _is_command() -> bool:
+    """Whether this process is the `gsenv` command, or `python -m gsenv`."""
+    return PurePath(sys.argv[0]).stem == "gsenv" or sys.orig_argv[-len(sys.argv) - 1 :][:2] == ["-m", "gsenv"]
+
+
+try:
+    from gsenv.envs import register_envs
+except KeyboardInterrupt:  # Ctrl-C while gymnasium loads, before the command can catch it
+    if not _is_command():
+        raise
+    print("gsenv: interrupted", file=sys.stderr)
+    raise SystemExit(130) from None
 
 if TYPE_CHECKING:
     from gsenv.mjcf import load_mjcf as load_mjcf

@@ -1,7 +1,7 @@
 """Writing files: whole or not at all. Everything in gsenv that writes a file uses this module.
 
 The new content goes to a temporary file beside the old one, which is replaced in a single step once all of it is on
-the disk. A full disk, an error, Ctrl-C and SIGTERM leave the old file as it was, and nothing else.
+the disk. A full disk, an error, Ctrl-C, SIGTERM and SIGHUP leave the old file as it was, and nothing else.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from types import FrameType
 from typing import NoReturn
 
 _numbers = itertools.count()
+_ENDING = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name))  # not all have both
 
 
 @contextmanager
@@ -71,6 +72,22 @@ def checked_target(path: str | os.PathLike[str]) -> Path:
     return target
 
 
+def check_writable(path: str | os.PathLike[str]) -> Path:
+    """Return ``checked_target``, before work whose result is to be written there; nothing is made or changed.
+
+    Raises:
+        OSError: a folder or a device is there, or a file cannot be made: it is to lie in what is no folder, or in one
+            that cannot be written to. Missing folders are no error.
+    """
+    target = checked_target(path)
+    folder = next(parent for parent in target.parents if parent.exists())
+    if not folder.is_dir():
+        raise NotADirectoryError(f"{folder} is no folder.")
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise PermissionError(f"the folder {folder} cannot be written to.")
+    return target
+
+
 def replace(partial: Path, target: Path) -> None:
     """Replace ``target`` by the file ``partial`` once all of it is on the disk."""
     with partial.open("r+b") as file:
@@ -82,21 +99,23 @@ def replace(partial: Path, target: Path) -> None:
 
 @contextmanager
 def terminable() -> Iterator[None]:
-    """Let SIGTERM raise SystemExit within the block, so that temporary files are removed.
+    """Let SIGTERM and SIGHUP raise SystemExit within the block, so that temporary files are removed.
 
-    Nothing changes where the program handles SIGTERM itself, and in threads, which receive no signals.
+    Nothing changes for a signal that the program handles or ignores, and in threads, which receive no signals.
     """
     is_main = threading.current_thread() is threading.main_thread()
-    if not is_main or signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL:
-        yield
-        return
-    signal.signal(signal.SIGTERM, _exit)
+    numbers = [number for number in _ENDING if is_main and signal.getsignal(number) is signal.SIG_DFL]
+    for number in numbers:
+        signal.signal(number, _exit)
     try:
         yield
     finally:
-        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+        for number in numbers:
+            signal.signal(number, signal.SIG_DFL)
 
 
 def _exit(number: int, frame: FrameType | None) -> NoReturn:
-    signal.signal(signal.SIGTERM, signal.SIG_IGN)  # a second one must not stop the removal
+    for each in _ENDING:
+        if signal.getsignal(each) is _exit:
+            signal.signal(each, signal.SIG_IGN)  # a second one must not stop the removal
     sys.exit(128 + number)  # as a shell reports a process that a signal has ended

@@ -16,6 +16,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gsenv.envs.core.mlp import _MOST_BYTES, read_arrays
+from gsenv.envs.core.splits import MOST_SEED
 from gsenv.files import replacing
 
 Array = NDArray[Any]
@@ -24,6 +26,7 @@ SCENE_PREFIX = "scene:"
 UNLIMITED = 1000  # steps of an episode that has no limit
 _VERSION = 1
 _TEXTS = ("target", "settings", "made_by")
+_WIDTHS = (((2,), (2,), (3,)), ((3,), (4,), (6,)))  # of the quantities, in 2D and in 3D
 
 
 @dataclass
@@ -74,24 +77,49 @@ class Recording:
             ValueError: it is no recording; the message names the file.
         """
         try:
-            with np.load(path, allow_pickle=False) as file:
-                if int(file["version"]) != _VERSION:
-                    raise ValueError("another version")
-                target, settings, made_by = (str(file[name]) for name in _TEXTS)
-                given = json.loads(settings)
-                states = {name: np.asarray(file[name], np.float64) for name in QUANTITIES}
-                times, actions = np.asarray(file["times"], np.float64), np.asarray(file["actions"], np.float32)
-            count = len(given["bodies"])
-            if any(states[name].shape[:2] != (len(times), count) for name in QUANTITIES) or len(actions) >= len(times):
-                raise ValueError("shapes")
-            names = [str(name) for name in given["bodies"]]
-            return Recording(
-                target, int(given["seed"]), dict(given["arguments"]), names, times, states, actions, made_by
-            )
+            return _recording(read_arrays(Path(path)))
         except OSError:
             raise
         except Exception as error:  # whatever a damaged file raises
             raise ValueError(f"{path} is no recording of gsenv that this version reads.") from error
+
+
+def _recording(arrays: dict[str, Array]) -> Recording:
+    """Return the recording that a file's arrays hold.
+
+    Raises:
+        Exception: of any kind, where they hold none.
+    """
+    if int(arrays["version"]) != _VERSION:
+        raise ValueError("another version")
+    target, settings, made_by = (str(arrays[name]) for name in _TEXTS)
+    given = json.loads(settings)
+    seed, bodies = given["seed"], given["bodies"]
+    if not target.isprintable() or type(seed) is not int or not 0 <= seed <= MOST_SEED:
+        raise ValueError("target or seed")
+    if not isinstance(bodies, list) or not all(isinstance(name, str) for name in bodies):
+        raise ValueError("bodies")
+    states = {name: _numbers(arrays[name], np.float64) for name in QUANTITIES}
+    times, actions = _numbers(arrays["times"], np.float64), _numbers(arrays["actions"], np.float32)
+    places = [states[name].shape[:2] for name in QUANTITIES]
+    widths = tuple(states[name].shape[2:] for name in QUANTITIES)
+    if times.ndim != 1 or places != [(len(times), len(bodies))] * len(QUANTITIES) or widths not in _WIDTHS:
+        raise ValueError("shapes of the states")
+    if actions.ndim < 2 or len(actions) != len(times) - 1:
+        raise ValueError("shape of the actions")
+    return Recording(target, seed, dict(given["arguments"]), bodies, times, states, actions, _printable(made_by))
+
+
+def _numbers(values: Array, dtype: type) -> Array:
+    """Return an array as floats; text and complex numbers are no numbers of a recording."""
+    if values.dtype.kind not in "fiu":
+        raise ValueError("no numbers")
+    return np.asarray(values, dtype)
+
+
+def _printable(text: str) -> str:
+    """Return a text of a file for the terminal, which would obey the control characters in it."""
+    return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
 
 
 @dataclass(frozen=True)
@@ -156,6 +184,7 @@ def record(
     given = dict(arguments or {})
     run = _Run(target, seed, given)
     total = run.default_steps if steps is None else steps
+    run.check_length(total)
     actions: list[Array] = []
     interrupted = False
     try:
@@ -194,9 +223,9 @@ def compare(one: Recording, other: Recording) -> Parting | None:
     if one.target != other.target:
         raise ValueError(f"the recordings are of {one.target} and of {other.target}.")
     if one.bodies != other.bodies:
-        raise ValueError(
-            f"the recordings of {one.target} have different bodies: {len(one.bodies)}, {len(other.bodies)}."
-        )
+        raise ValueError(f"the recordings of {one.target} have different bodies: {_first_names(one, other)}.")
+    if any(one.states[name].shape[2:] != other.states[name].shape[2:] for name in QUANTITIES):
+        raise ValueError(f"one recording of {one.target} is of 2D and the other of 3D.")
     count = min(len(one.times), len(other.times))
     differs = {name: _bits(one.states[name][:count]) != _bits(other.states[name][:count]) for name in QUANTITIES}
     by_body = np.any([d.any(-1) for d in differs.values()], axis=0)  # (state, body)
@@ -209,6 +238,41 @@ def compare(one: Recording, other: Recording) -> Parting | None:
     at = int(np.flatnonzero(differs[quantity][step, body])[0])
     mine, theirs = (float(each.states[quantity][step, body, at]) for each in (one, other))
     return Parting(step, float(one.times[step]), one.bodies[body], quantity, mine, theirs, int(by_body[step].sum()))
+
+
+def differences(one: Recording, other: Recording) -> list[str]:
+    """Return a sentence for each other thing in which two recordings of the same bodies differ.
+
+    These are the seeds, the arguments, the actions, the times and the numbers of steps.
+    """
+    found = [
+        f"their {name}s differ: {mine!r} and {theirs!r}"
+        for name, mine, theirs in (("seed", one.seed, other.seed), ("argument", one.arguments, other.arguments))
+        if mine != theirs
+    ]
+    count = min(len(one.times), len(other.times))
+    steps = np.flatnonzero(_bits(one.times[:count]) != _bits(other.times[:count]))
+    if len(steps):
+        step = int(steps[0])
+        at = [float(each.times[step]) for each in (one, other)]
+        found.append(f"their times differ at step {step}: {at[0]!r} and {at[1]!r} s")
+    mine, theirs = one.actions[: count - 1], other.actions[: count - 1]
+    if mine.shape != theirs.shape:
+        found.append(f"their actions have different shapes: {mine.shape[1:]} and {theirs.shape[1:]}")
+    elif (_bits(mine) != _bits(theirs)).any():
+        unequal = (_bits(mine) != _bits(theirs)).reshape(len(mine), -1).any(-1)
+        found.append(f"their actions differ at step {int(np.flatnonzero(unequal)[0])}")
+    if len(one.times) != len(other.times):
+        found.append(f"their lengths differ: {len(one.times) - 1} and {len(other.times) - 1} steps")
+    return found
+
+
+def _first_names(one: Recording, other: Recording) -> str:
+    """Return how many bodies two recordings have, or the first names that differ."""
+    if len(one.bodies) != len(other.bodies):
+        return f"{len(one.bodies)}, {len(other.bodies)}"
+    pairs = zip(one.bodies, other.bodies, strict=True)
+    return next(f"{mine!r}, {theirs!r}" for mine, theirs in pairs if mine != theirs)
 
 
 def _bits(values: Array) -> Array:
@@ -234,6 +298,8 @@ class _Run:
         else:
             from gsenv.envs.core.policies import make_batch
 
+            if arguments.get("render_mode") is not None or arguments.get("observation", "state") != "state":
+                raise ValueError(f"{target}: recordings of states take no render_mode, and no observation but 'state'.")
             self._batch = make_batch(target, 1, **arguments)
             self.observations, _ = self._batch.reset(seed=seed)
             self._world = self._batch.task.world
@@ -241,6 +307,13 @@ class _Run:
             self.default_steps = limit if limit > 0 else UNLIMITED
         self._states: list[tuple[float, dict[str, Array]]] = []
         self._keep()
+
+    def check_length(self, steps: int) -> None:
+        """Raise ValueError for a number of steps whose recording no file may hold."""
+        _, states = self._states[0]
+        most = int(0.9 * _MOST_BYTES) // sum(values.nbytes for values in states.values())  # 0.9: actions, times, names
+        if steps > most:
+            raise ValueError(f"a recording of {self.target} has room for at most {most} steps, got {steps}.")
 
     def advance(self, actions: Any) -> Array:
         """Take a step with the actions of a batch of one world, which scenes ignore; returns the action."""

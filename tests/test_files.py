@@ -1,8 +1,9 @@
-"""Files are written whole or not at all: full disks, SIGTERM, links, permissions."""
+"""Files are written whole or not at all: full disks, signals, links, permissions."""
 
 from __future__ import annotations
 
 import errno
+import functools
 import os
 import signal
 import subprocess
@@ -14,7 +15,7 @@ import numpy as np
 import pytest
 
 from gsenv.envs.core.mlp import MlpPolicy
-from gsenv.files import replacing, terminable, write_bytes, write_text
+from gsenv.files import check_writable, replacing, terminable, write_bytes, write_text
 from gsenv.train.files import write_json, write_rows
 
 posix = pytest.mark.skipif(os.name != "posix", reason="POSIX signals, limits and links")
@@ -86,33 +87,38 @@ with replacing(sys.argv[1]) as partial:
 
 
 @posix
-def test_sigterm_in_the_middle_leaves_the_old_file_and_nothing_else(tmp_path: Path) -> None:
+@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP"])
+def test_a_signal_in_the_middle_leaves_the_old_file_and_nothing_else(name: str, tmp_path: Path) -> None:
+    number = getattr(signal, name)
     path = tmp_path / "file.txt"
     path.write_text("old")
-    process = subprocess.Popen([sys.executable, "-c", TERMINATED, str(path)], stdout=subprocess.PIPE)
+    heard = functools.partial(signal.signal, number, signal.SIG_DFL)  # nohup, which runs the tests perhaps, ignores one
+    process = subprocess.Popen([sys.executable, "-c", TERMINATED, str(path)], stdout=subprocess.PIPE, preexec_fn=heard)
     assert process.stdout is not None
     assert process.stdout.readline() == b"ready\n"
     assert len(entries(tmp_path)) == 2
-    process.terminate()
+    process.send_signal(number)
     process.communicate(timeout=30)
-    assert process.returncode == 128 + signal.SIGTERM
+    assert process.returncode == 128 + number
     assert path.read_text() == "old"
     assert entries(tmp_path) == ["file.txt"]
 
 
 @posix
-def test_a_programs_own_handler_of_sigterm_stays() -> None:
-    heard = []
-    before = signal.signal(signal.SIGTERM, lambda number, frame: heard.append(number))
+@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP"])
+def test_a_programs_own_handler_of_a_signal_stays(name: str) -> None:
+    number, heard = getattr(signal, name), []
+    before = signal.signal(number, lambda number, frame: heard.append(number))
     try:
         with terminable():
-            os.kill(os.getpid(), signal.SIGTERM)
+            os.kill(os.getpid(), number)
+        signal.signal(number, signal.SIG_DFL)
+        with terminable():
+            assert signal.getsignal(number) is not signal.SIG_DFL
+        assert signal.getsignal(number) is signal.SIG_DFL
     finally:
-        signal.signal(signal.SIGTERM, before)
-    assert heard == [signal.SIGTERM]
-    with terminable():
-        assert signal.getsignal(signal.SIGTERM) is not before
-    assert signal.getsignal(signal.SIGTERM) is before
+        signal.signal(number, before)
+    assert heard == [number]
 
 
 @posix
@@ -143,6 +149,20 @@ def test_a_device_or_a_folder_is_never_replaced(tmp_path: Path) -> None:
         write_text(tmp_path, "new")
     assert fifo.is_fifo()
     assert entries(tmp_path) == ["pipe.txt"]
+
+
+def test_what_cannot_be_written_is_known_before(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "file.txt").write_text("old")
+    assert check_writable(tmp_path / "a" / "b" / "new.txt") == (tmp_path / "a" / "b" / "new.txt").resolve()
+    check_writable(tmp_path / "file.txt")
+    with pytest.raises(NotADirectoryError, match=r"file\.txt is no folder"):
+        check_writable(tmp_path / "file.txt" / "a" / "new.txt")
+    with pytest.raises(IsADirectoryError, match="is a folder"):
+        check_writable(tmp_path)
+    monkeypatch.setattr(os, "access", lambda *_: False)  # root may write anywhere
+    with pytest.raises(PermissionError, match="cannot be written to"):
+        check_writable(tmp_path / "a" / "new.txt")
+    assert entries(tmp_path) == ["file.txt"]
 
 
 def test_a_block_that_writes_nothing_is_an_error(tmp_path: Path) -> None:

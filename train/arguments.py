@@ -1,12 +1,33 @@
-"""Options and types that the command lines share."""
+"""Options, types and checks that the command lines share."""
 
 from __future__ import annotations
 
 import argparse
 import ast
-from typing import Any
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from typing import Any, NoReturn
 
 from gsenv.envs import ENVS, PARALLEL_ENVS
+
+MOST = 2**62  # of whole numbers: sums of two still fit 64 bits
+MOST_TRAINING_SEED = 2**32 - 1  # of NumPy's global generator, which Stable-Baselines3 seeds
+_LONGEST = 1000  # characters of a value of --set
+_COMMANDS_OWN = {  # arguments of the functions that make environments, which are no settings of an environment
+    **dict.fromkeys(
+        ("id", "env_id", "self", "num_envs", "world_count", "autoreset_mode", "vectorization_mode", "vector_kwargs"),
+        "the command sets it itself",
+    ),
+    "render_mode": "the command sets it itself; `gsenv view` opens a window",
+    **dict.fromkeys(("width", "height"), "--size does, where a command draws"),
+}
+
+
+class Parser(argparse.ArgumentParser):
+    """A parser whose errors are one line, without the usage text."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, f"{self.prog}: {message}\n")
 
 
 def add_set_option(parser: argparse.ArgumentParser) -> None:
@@ -25,23 +46,67 @@ def check_env_id(parser: argparse.ArgumentParser, env_id: str) -> None:
         parser.error(f"there is no environment {env_id!r}")
 
 
+def check_training(env_id: str, seeds: Sequence[int], given: Mapping[str, Any]) -> None:
+    """Refuse what no run can be trained with: `given` are arguments of the environment.
+
+    Raises:
+        TypeError: an unknown argument.
+        ValueError: a bad value, or bad seeds.
+    """
+    from gsenv.envs.core.policies import make_batch
+
+    twice = [seed for seed, count in Counter(seeds).items() if count > 1]
+    if twice:
+        raise ValueError(f"the seed {twice[0]} is given twice, and each seed is one run")
+    if max(seeds) > MOST_TRAINING_SEED:
+        raise ValueError(f"a seed of a training must be at most {MOST_TRAINING_SEED}, got {max(seeds)}")
+    check_state(given, "training")
+    if given.get("split", "train") != "train":
+        raise ValueError("training takes the split 'train'; 'test' is for evaluation")
+    make_batch(env_id, 1, **given)
+
+
+def check_state(given: Mapping[str, Any], who: str) -> None:
+    """Refuse pixels, as no policy of gsenv reads them; `given` are arguments of the environment."""
+    if given.get("observation", "state") != "state":
+        raise ValueError(f"the policies of gsenv observe the state, so {who} needs observation='state'.")
+
+
 def positive(text: str) -> int:
-    if not text.isdecimal() or int(text) == 0:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a positive whole number")
-    return int(text)
+    if not (number := _whole(text)):
+        raise argparse.ArgumentTypeError(f"{_short(text)!r} is not a positive whole number")
+    return number
 
 
 def not_negative(text: str) -> int:
+    number = _whole(text)
+    if number is None:
+        raise argparse.ArgumentTypeError(f"{_short(text)!r} is not a whole number of at least 0")
+    return number
+
+
+def _whole(text: str) -> int | None:
+    """Return a whole number, or None for another text; refuses numbers that no counter holds."""
     if not text.isdecimal():
-        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number of at least 0")
+        return None
+    if len(text) > 100 or int(text) > MOST:
+        raise argparse.ArgumentTypeError(f"{_short(text)!r} is more than 2**62")
     return int(text)
+
+
+def _short(text: str) -> str:
+    return text if len(text) <= 60 else f"{text[:57]}..."
 
 
 def _assignment(text: str) -> tuple[str, Any]:
     name, equals, value = text.partition("=")
     if not equals or not name.isidentifier():
-        raise argparse.ArgumentTypeError(f"{text!r} is not of the form NAME=VALUE")
+        raise argparse.ArgumentTypeError(f"{_short(text)!r} is not of the form NAME=VALUE")
+    if name in _COMMANDS_OWN:
+        raise argparse.ArgumentTypeError(f"{name!r} is not for --set: {_COMMANDS_OWN[name]}")
+    if len(value) > _LONGEST:
+        raise argparse.ArgumentTypeError(f"the value of {_short(name)!r} is longer than {_LONGEST} characters")
     try:
         return name, ast.literal_eval(value)
-    except (SyntaxError, ValueError):
+    except (MemoryError, RecursionError, SyntaxError, TypeError, ValueError):
         return name, value  # not a literal: a string

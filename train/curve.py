@@ -5,7 +5,6 @@ python -m gsenv.train.curve runs/ppo/GStack-v0
 
 from __future__ import annotations
 
-import json
 import math
 import sys
 from collections.abc import Sequence
@@ -13,7 +12,8 @@ from pathlib import Path
 from typing import Any
 
 from gsenv.files import replacing
-from gsenv.train.files import read_rows
+from gsenv.train.checkpoint import COLUMNS
+from gsenv.train.files import read_object, read_rows, reason
 
 _STYLES = {"trained": ("o", "#2a6fbb"), "scripted": ("--", "#46ae90"), "random": (":", "#8a8f98")}
 
@@ -27,12 +27,12 @@ def plot(folder: Path, out: Path | None = None) -> None:
     FigureCanvasAgg(figure)
     success, returns = figure.subplots(1, 2)
     title = folder.name
-    for seed in sorted(folder.glob("seed-*"), key=lambda path: int(path.name.rpartition("-")[2])):
+    for seed in _seed_folders(folder):
         if not (seed / "progress.csv").is_file():
             continue
-        rows = read_rows(seed / "progress.csv")
+        rows = read_rows(seed / "progress.csv", COLUMNS)
         if (seed / "settings.json").is_file():
-            title = json.loads((seed / "settings.json").read_text())["env"]
+            title = read_object(seed / "settings.json").get("env", title)
         label = seed.name.replace("-", " ")
         (line,) = returns.plot([row["steps"] for row in rows], [row["return"] for row in rows], label=label)
         evaluated = [row for row in rows if not math.isnan(row["evaluated_success"])]
@@ -57,13 +57,19 @@ def plot(folder: Path, out: Path | None = None) -> None:
         figure.savefig(partial, dpi=110)
 
 
+def _seed_folders(folder: Path) -> list[Path]:
+    """Return the folders seed-0, seed-1 and so on; others, such as seed-old, are the user's."""
+    found = [path for path in folder.glob("seed-*") if path.name.removeprefix("seed-").isdecimal()]
+    return sorted(found, key=lambda path: int(path.name.removeprefix("seed-")))
+
+
 def _add_references(seed: Path, success: Any, returns: Any) -> None:
     """Add horizontal lines for the scripted and the random policy in the training environment."""
-    if not (seed / "result.json").is_file():
+    if not (seed / "result.json").is_file() or not (seed / "settings.json").is_file():
         return
-    arguments = json.loads((seed / "settings.json").read_text())["arguments"]
+    arguments = read_object(seed / "settings.json").get("arguments", {})
     name = ", ".join(f"{key} {value}" for key, value in arguments.items()) or "default"
-    results = json.loads((seed / "result.json").read_text())
+    results = read_object(seed / "result.json")
     for policy in ("scripted", "random"):
         result = results.get(f"{name}: {policy}")
         if result is not None:
@@ -81,7 +87,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         plot(Path(given[0]), Path(given[1]) if len(given) == 2 else None)
     except (OSError, ValueError) as error:
-        print(f"curve: {error}", file=sys.stderr)
+        print(f"curve: {reason(error)}", file=sys.stderr)
         return 1
     return 0
 

@@ -7,7 +7,6 @@ Needs Stable-Baselines3 only for its own policy files (policy.zip).
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -19,12 +18,14 @@ from numpy.typing import NDArray
 
 from gsenv.envs.core.policies import make_batch
 from gsenv.envs.core.spec_tables import box_of
-from gsenv.train.arguments import add_set_option, check_env_id, not_negative, positive
+from gsenv.train.arguments import Parser, add_set_option, check_env_id, check_state, not_negative, positive
+from gsenv.train.progress import counting
 
 SPLIT = "test"  # of all evaluations; training has the other one
 TEST_SEED = 0  # first seed of the test after training
 VALIDATION_SEED = 1_000_000  # first seed of evaluations during training, which also are of the split "test"
 EPISODES = 100
+BATCH = 1000  # largest number of episodes that run side by side
 POLICIES = ("trained", "scripted", "random")
 
 Actor = Callable[[NDArray[np.float32]], NDArray[np.float32]]
@@ -58,27 +59,53 @@ def evaluate(
     arguments: Mapping[str, Any] | None = None,
     on_episodes: Callable[[int], None] = lambda ended: None,
 ) -> Evaluation:
-    """Run one episode on each of the seeds `seed` .. `seed + episodes - 1`, all in one batch; return the means.
+    """Run one episode on each of the seeds `seed` .. `seed + episodes - 1`; return the means.
 
     Where an environment has several agents, the actor acts for each of them, and the return is the mean of theirs.
 
     The seeds are of the split "test", unless `arguments` of the environment say otherwise. `on_episodes` is called with
     the number of episodes that have ended, at each step.
+
+    Raises:
+        TypeError: an unknown name in `arguments`.
+        ValueError: a bad value there, or observations that are pixels.
     """
-    envs = make_batch(env_id, episodes, **{"split": SPLIT} | dict(arguments or {}))
+    given = {"split": SPLIT} | dict(arguments or {})
+    check_state(given, "an evaluation")
+    batches = []
+    for first in range(0, episodes, BATCH):
+
+        def count_ended(ended: int, before: int = first) -> None:
+            on_episodes(before + ended)
+
+        batches.append(_run_batch(actor, env_id, min(BATCH, episodes - first), seed + first, given, count_ended))
+    success, returns, lengths = (np.concatenate(parts) for parts in zip(*batches, strict=True))
+    return Evaluation(episodes, float(success.mean()), float(returns.mean()), float(lengths.mean()))
+
+
+def _run_batch(
+    actor: Actor,
+    env_id: str,
+    count: int,
+    seed: int,
+    arguments: Mapping[str, Any],
+    on_episodes: Callable[[int], None],
+) -> tuple[NDArray[np.bool_], NDArray[np.float64], NDArray[np.int64]]:
+    """Run `count` episodes side by side; return success, return and length of each."""
+    envs = make_batch(env_id, count, **arguments)
     observations, _ = envs.reset(seed=seed)
-    returns, lengths = np.zeros(episodes), np.zeros(episodes, np.int64)
-    running, success = np.ones(episodes, bool), np.zeros(episodes, bool)
+    returns, lengths = np.zeros(count), np.zeros(count, np.int64)
+    running, success = np.ones(count, np.bool_), np.zeros(count, np.bool_)
     while running.any():
         observations, rewards, terminated, truncated, infos = envs.step(actor(observations))
-        returns += np.where(running, rewards.reshape(episodes, -1).mean(axis=1), 0.0)  # mean over the agents
+        returns += np.where(running, rewards.reshape(count, -1).mean(axis=1), 0.0)  # mean over the agents
         lengths += running
         ended = running & (terminated | truncated)
-        success |= ended & infos.get("is_success", np.zeros(episodes, bool))
+        success |= ended & infos.get("is_success", np.zeros(count, np.bool_))
         running &= ~ended
-        on_episodes(int(episodes - running.sum()))
+        on_episodes(int(count - running.sum()))
     envs.close()
-    return Evaluation(episodes, float(success.mean()), float(returns.mean()), float(lengths.mean()))
+    return success, returns, lengths
 
 
 def make_actor(policy: str, env_id: str, seed: int = 0) -> Actor:
@@ -140,7 +167,7 @@ def _load_zip(path: Path) -> Any:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Evaluate as the command line says; return the exit code."""
-    parser = argparse.ArgumentParser(prog="evaluate", description="Evaluate a policy on unseen episodes.")
+    parser = Parser(prog="evaluate", description="Evaluate a policy on unseen episodes.")
     parser.add_argument("env", help="id of the environment")
     parser.add_argument(
         "--policy", default="trained", help="trained, scripted, random, or a .npz or .zip file (default: trained)"
@@ -157,10 +184,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     check_env_id(parser, given.env)
     try:
         actor = make_actor(given.policy, given.env, given.seed)
-        print(evaluate(actor, given.env, given.episodes, given.seed, dict(given.set)))
+        with counting(f"{given.env}, {given.episodes} episodes", given.episodes) as follow:
+            result = evaluate(actor, given.env, given.episodes, given.seed, dict(given.set), follow)
     except (PolicyError, TypeError, ValueError) as error:
         print(f"evaluate: {error}", file=sys.stderr)
         return 1
+    print(result)
     return 0
 
 

@@ -1,6 +1,7 @@
 """Shared by the training scripts: the command line, and training and testing of one seed after another.
 
-Each seed has its own folder. Its files are replaced atomically, so they are complete at any time:
+Each seed has its own folder, and a new run begins in none that holds one. Its files are replaced atomically, those of a
+checkpoint together, so they are complete and fit one another at any time:
 
     policy.npz       the policy with its observation normalisation, which needs only numpy to run
     best.npz         the same as it was at the best evaluation so far
@@ -12,7 +13,6 @@ Each seed has its own folder. Its files are replaced atomically, so they are com
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field, replace
@@ -21,11 +21,19 @@ from time import perf_counter, process_time
 from typing import TYPE_CHECKING, Any
 
 from gsenv.envs import PARALLEL_ENVS
-from gsenv.files import replacing
-from gsenv.train.arguments import add_set_option, check_env_id, not_negative, positive
+from gsenv.train.arguments import (
+    Parser,
+    add_set_option,
+    check_env_id,
+    check_training,
+    not_negative,
+    positive,
+)
+from gsenv.train.checkpoint import COLUMNS, NORMALIZE, check_folder, write_checkpoint
 from gsenv.train.curriculum import Curriculum
 from gsenv.train.evaluate import TEST_SEED, VALIDATION_SEED, PolicyError, evaluate, make_actor
-from gsenv.train.files import read_rows, write_json, write_rows
+from gsenv.train.files import read_rows, reason, write_json
+from gsenv.train.progress import counting, make_progress
 
 if TYPE_CHECKING:
     from stable_baselines3.common.base_class import BaseAlgorithm
@@ -94,40 +102,45 @@ class Run:
         return int(self.model.num_timesteps)
 
 
-def main(experiment: Experiment, arguments: Sequence[str] | None = None) -> int:
-    """Train the seeds that the command line asks for; return the exit code."""
-    settings, seeds, folder, resume = _parse(experiment, arguments)
+def main(experiment: Experiment, arguments: Sequence[str] | None = None, prog: str | None = None) -> int:
+    """Train the seeds that the command line asks for; return the exit code. Messages begin with `prog`."""
+    prog = prog or experiment.name
+    settings, seeds, folder, resume = _parse(experiment, arguments, prog)
     try:
         import stable_baselines3  # noqa: F401
         import torch
     except ImportError as error:
-        print(f"{experiment.name}: {error.name} is missing; pip install 'gsenv[train]' brings it.", file=sys.stderr)
+        print(f"{prog}: {error.name} is missing; pip install 'gsenv[train]' brings it.", file=sys.stderr)
         return FAILED
     torch.set_num_threads(settings.torch_threads)
-    for seed in seeds:
-        try:
-            code = run_seed(experiment, replace(settings, seed=seed), folder / f"seed-{seed}", resume)
-        except KeyboardInterrupt:  # before the first checkpoint, or during the test
-            print(f"{experiment.name}: interrupted", file=sys.stderr)
-            return INTERRUPTED
-        except (OSError, TypeError, ValueError) as error:  # a full disk, a bad argument of the environment
-            print(f"{experiment.name}: {error}", file=sys.stderr)
-            return FAILED
-        if code != OK:
-            return code
-    from gsenv.train.curve import plot
-
     try:
+        for seed in seeds:  # all of them before the first one trains
+            check_folder(_seed_folder(folder, seed), asdict(settings), resume)
+        for seed in seeds:
+            code = run_seed(experiment, replace(settings, seed=seed), _seed_folder(folder, seed), resume)
+            if code != OK:
+                return code
+        from gsenv.train.curve import plot
+
         plot(folder)
-    except OSError as error:
-        print(f"{experiment.name}: {error}", file=sys.stderr)
+    except KeyboardInterrupt:  # before the first checkpoint, or during the test
+        print(f"{prog}: interrupted", file=sys.stderr)
+        return INTERRUPTED
+    except (OSError, TypeError, ValueError) as error:  # a full disk, a bad argument of the environment
+        print(f"{prog}: {reason(error)}", file=sys.stderr)
         return FAILED
     print(f"the learning curves are in {folder / 'curve.png'}")
     return OK
 
 
-def _parse(experiment: Experiment, arguments: Sequence[str] | None) -> tuple[Settings, list[int], Path, bool]:
-    parser = argparse.ArgumentParser(prog=experiment.name, description=f"Train {experiment.name.upper()}.")
+def _seed_folder(folder: Path, seed: int) -> Path:
+    return folder / f"seed-{seed}"
+
+
+def _parse(
+    experiment: Experiment, arguments: Sequence[str] | None, prog: str
+) -> tuple[Settings, list[int], Path, bool]:
+    parser = Parser(prog=prog, description=f"Train {experiment.name.upper()}.")
     parser.add_argument("--env", default="GStack-v0", help="id of the environment (default: %(default)s)")
     parser.add_argument("--steps", type=positive, help="steps, summed over all worlds (default: the environment's)")
     parser.add_argument("--seeds", type=not_negative, nargs="+", default=[0], help="seeds, one run each (default: 0)")
@@ -136,10 +149,13 @@ def _parse(experiment: Experiment, arguments: Sequence[str] | None) -> tuple[Set
     add_set_option(parser)
     given = parser.parse_args(arguments)
     check_env_id(parser, given.env)
+    own = dict(given.set)
+    try:
+        check_training(given.env, given.seeds, own)
+    except (TypeError, ValueError) as error:
+        parser.error(str(error))
     settings = experiment.settings_for(given.env)
-    if dict(given.set).get("split", "train") != "train":
-        parser.error("training takes the split 'train'; 'test' is for evaluation")
-    settings = replace(settings, steps=given.steps or settings.steps, arguments=settings.arguments | dict(given.set))
+    settings = replace(settings, steps=given.steps or settings.steps, arguments=settings.arguments | own)
     folder = given.out or Path("runs") / experiment.name / given.env.rpartition(":")[2]
     return settings, given.seeds, folder, given.resume
 
@@ -159,34 +175,34 @@ def run_seed(experiment: Experiment, settings: Settings, folder: Path, resume: b
 
 
 def prepare(experiment: Experiment, settings: Settings, folder: Path, resume: bool = False) -> Run:
-    """Return a new run or, with `resume`, the run that the folder's files hold.
+    """Return a new run or, with `resume`, the run that the folder's files hold, if there are any.
 
     Raises:
-        ValueError: the files are broken, of other settings, or pickles.
+        ValueError: without `resume`, the folder holds a run; else its files are broken, of other settings, or pickles.
     """
     from stable_baselines3.common.vec_env import VecNormalize
 
-    from gsenv.train.export import NORMALIZE, load_normalize, read_normalize, refuse_pickle, restore
+    from gsenv.train.export import load_normalize, refuse_pickle, restore
 
     if resume:
         refuse_pickle(folder)
-    saved = resume and (folder / "policy.zip").is_file() and (folder / NORMALIZE).is_file()
+    saved = check_folder(folder, asdict(settings), resume)
     envs = make_envs(settings)
-    folder.mkdir(parents=True, exist_ok=True)
     rows: list[dict[str, Any]] = []
     if saved:
         normalize = load_normalize(folder / NORMALIZE, envs, gamma=settings.discount)
         model = experiment.make_model(settings, normalize)
         restore(model, folder / "policy.zip")
-        model.num_timesteps = int(read_normalize(folder / NORMALIZE).steps)
         envs.seed(
             _first_seed(settings) + model.num_timesteps % 10_000
         )  # new seeds, or the same episodes would come again
         if (folder / "progress.csv").is_file():
-            rows = [dict(row) for row in read_rows(folder / "progress.csv") if row["steps"] <= model.num_timesteps]
+            known = read_rows(folder / "progress.csv", COLUMNS)
+            rows = [dict(row) for row in known if row["steps"] <= model.num_timesteps]
     else:
         normalize = VecNormalize(envs, gamma=settings.discount)
         model = experiment.make_model(settings, normalize)
+    folder.mkdir(parents=True, exist_ok=True)
     write_json(folder / "settings.json", asdict(settings))
     return Run(settings, folder, model, normalize, rows)
 
@@ -223,7 +239,7 @@ def train(run: Run) -> bool:
     finished = True
     if left > 0:
         run.model.set_logger(_logger(run.folder))
-        with _progress() as progress:
+        with make_progress(transient=False) as progress:
             try:
                 run.model.learn(left, callback=_watcher(run, progress), reset_num_timesteps=False)
             except KeyboardInterrupt:
@@ -233,16 +249,8 @@ def train(run: Run) -> bool:
 
 
 def save(run: Run) -> None:
-    """Write the policy in all formats and the progress, each file atomically."""
-    from gsenv.train.export import NORMALIZE, export, save_normalize, statistics_of
-
-    mlp = export(run.model, run.normalize, _notes(run))
-    mlp.save(run.folder / "policy.npz")
-    save_normalize(statistics_of(run.normalize, run.steps), run.folder / NORMALIZE)
-    with replacing(run.folder / "policy.zip") as partial:
-        run.model.save(partial)
-    if run.rows:
-        write_rows(run.folder / "progress.csv", run.rows)
+    """Write the policy in all formats and the progress, all files or none."""
+    write_checkpoint(run.folder, run.model, run.normalize, _notes(run), run.rows)
 
 
 def test(run: Run) -> dict[str, Any]:
@@ -258,7 +266,9 @@ def test(run: Run) -> dict[str, Any]:
                 actor = make_actor(str(files.get(kind, kind)), run.settings.env)
             except PolicyError:
                 continue  # not every environment has a scripted policy
-            result = evaluate(actor, run.settings.env, run.settings.test_episodes, TEST_SEED, arguments)
+            count = run.settings.test_episodes
+            with counting(f"testing: {name}, {kind}", count) as follow:
+                result = evaluate(actor, run.settings.env, count, TEST_SEED, arguments, follow)
             results[f"{name}: {kind}"] = asdict(result)
             print(f"  {name}, {kind}: {result}")
     return results
@@ -279,15 +289,6 @@ def _logger(folder: Path) -> Any:
         return Logger(str(folder), [TensorBoardOutputFormat(str(folder / "tensorboard"))])
     except AssertionError:  # tensorboard is not installed
         return Logger(str(folder), [])
-
-
-def _progress() -> Any:
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    console = Console(stderr=True)
-    return Progress(*columns, console=console, disable=not console.is_terminal)
 
 
 def _watcher(run: Run, progress: Any) -> BaseCallback:

@@ -6,7 +6,9 @@ arrays.
 
 from __future__ import annotations
 
+import json
 import pickle
+import zipfile
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,11 +20,11 @@ from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 
 from gsenv.envs.core.mlp import MlpPolicy, read_arrays
 from gsenv.files import replacing
+from gsenv.train.checkpoint import NORMALIZE
 
 if TYPE_CHECKING:
     from stable_baselines3.common.base_class import BaseAlgorithm
 
-NORMALIZE = "normalize.npz"  # in the folder of policy.zip
 PICKLE = "normalize.pkl"  # what Stable-Baselines3 itself writes
 
 _BROKEN = (AssertionError, AttributeError, EOFError, IndexError, KeyError, RuntimeError, TypeError, ValueError)
@@ -119,13 +121,23 @@ def load_normalize(path: Path, envs: VecEnv, **arguments: Any) -> VecNormalize:
 
 
 def restore(model: BaseAlgorithm, path: Path) -> None:
-    """Set weights and optimiser states of a model to those of policy.zip; its settings stay as they are.
+    """Set weights, optimiser states and steps of a model to those of policy.zip and of normalize.npz beside it.
+
+    Its settings stay as they are.
 
     Raises:
-        OSError: the file cannot be read.
-        ValueError: it is of another network or algorithm.
+        OSError: a file cannot be read.
+        ValueError: it is of another network or algorithm, or the two are of different checkpoints.
     """
     weights, variables = _read_zip(path)
+    steps = int(read_normalize(path.with_name(NORMALIZE)).steps)
+    trained = _steps_of_zip(path)
+    if steps and trained not in (None, steps):  # 0: `statistics_of` was not told
+        raise ValueError(
+            f"{path} is of {trained} steps and {NORMALIZE} beside it of {steps}, so they are of two checkpoints and "
+            "cannot be continued; policy.npz is whole."
+        )
+    model.num_timesteps = steps
     try:
         model.set_parameters(weights, device="cpu")
         for name, value in variables.items():
@@ -177,6 +189,16 @@ def _read_zip(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
             f"{path} is not an MlpPolicy of Stable-Baselines3's PPO or SAC: {_first_line(error)}"
         ) from error
     return dict(weights), dict(variables or {})
+
+
+def _steps_of_zip(path: Path) -> int | None:
+    """Return how many steps a saved model has trained, or None if the file does not say; the pickles stay unread."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            steps = json.loads(archive.read("data"))["num_timesteps"]
+    except (KeyError, TypeError, ValueError):
+        return None
+    return steps if isinstance(steps, int) else None
 
 
 def _first_line(error: BaseException) -> str:

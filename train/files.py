@@ -6,15 +6,28 @@ import csv
 import io
 import json
 import math
-from collections.abc import Mapping, Sequence
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
-from gsenv.files import write_text
+from gsenv.files import replacing, write_text
 
 
 def write_json(path: Path, content: Any) -> None:
     write_text(path, json.dumps(content, indent=2) + "\n")
+
+
+def read_object(path: Path) -> dict[str, Any]:
+    """Read a JSON file that holds an object; raises ValueError where it does not."""
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except ValueError as error:
+        raise ValueError(f"{path} is no JSON file: {error}.") from error
+    if not isinstance(content, dict):
+        raise ValueError(f"{path} must hold a JSON object, got {str(content)[:60]}.")
+    return content
 
 
 def write_rows(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
@@ -32,9 +45,47 @@ def _cell(value: float | str) -> str:
     return f"{value:.10g}"
 
 
-def read_rows(path: Path) -> list[dict[str, float]]:
-    """Read a CSV table of numbers; an empty cell is NaN."""
-    with path.open(newline="") as file:
-        return [
-            {name: float(cell) if cell else float("nan") for name, cell in row.items()} for row in csv.DictReader(file)
-        ]
+def read_rows(path: Path, needed: Sequence[str] = ()) -> list[dict[str, float]]:
+    """Read a CSV table of numbers; an empty cell is NaN.
+
+    Raises:
+        OSError: it cannot be read.
+        ValueError: it is no such table, or it lacks one of the columns `needed`.
+    """
+    with path.open(newline="", encoding="utf-8") as file:
+        table = csv.DictReader(file, strict=True)
+        try:
+            names = table.fieldnames or ()
+            rows = list(table)
+        except (csv.Error, UnicodeDecodeError) as error:
+            raise ValueError(f"{path} is no CSV table: {error}.") from error
+    if missing := [name for name in needed if name not in names]:
+        raise ValueError(f"{path} lacks the column {missing[0]}.")
+    return [{name: _number(path, k, cell) for name, cell in row.items()} for k, row in enumerate(rows, 2)]
+
+
+def _number(path: Path, line: int, cell: Any) -> float:
+    """Return the number of a cell; where a row is too long or too short, DictReader gives a list or None."""
+    try:
+        return math.nan if cell == "" else float(cell)
+    except (TypeError, ValueError):
+        what = repr(cell) if isinstance(cell, str) else "not as many cells as there are columns"
+        raise ValueError(f"{path}: line {line} must hold numbers, got {what}.") from None
+
+
+@contextmanager
+def replacing_all(paths: Sequence[Path]) -> Iterator[list[Path]]:
+    """Yield temporary paths, one for each path; the files there replace them when the block ends, all or none."""
+    with ExitStack() as stack:
+        partials = [stack.enter_context(replacing(path)) for path in paths]
+        yield partials
+        for partial in partials:  # all of them before the first is replaced: a full disk may only be noticed here
+            with partial.open("r+b") as file:
+                os.fsync(file.fileno())
+
+
+def reason(error: Exception) -> str:
+    """Return what went wrong in one sentence: of an OSError, the file and the system's words for it."""
+    if isinstance(error, OSError) and error.strerror:
+        return f"{error.filename}: {error.strerror}" if error.filename else error.strerror
+    return str(error)

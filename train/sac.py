@@ -74,9 +74,9 @@ def make_model(settings: Settings, envs: VecNormalize) -> SAC:
 EXPERIMENT = experiment.Experiment("sac", settings_for, make_model)
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
+def main(arguments: Sequence[str] | None = None, prog: str | None = None) -> int:
     """Train as the command line says; return the exit code."""
-    return experiment.main(EXPERIMENT, arguments)
+    return experiment.main(EXPERIMENT, arguments, prog)
 
 
 if __name__ == "__main__":

@@ -54,6 +54,24 @@ def check_settings(given: Mapping[str, Any], known: Sequence[Setting], who: str)
     return {s.name: s.check(given.get(s.name, s.default)) for s in known}
 
 
+def mapping_of(options: Any) -> dict[str, Any]:
+    """Return the options of a reset as a dict, empty for None; raises ValueError for what is no mapping of names."""
+    if options is None:
+        return {}
+    if not isinstance(options, Mapping) or not all(isinstance(name, str) for name in options):
+        raise ValueError(f"reset: options must be a dict of options by name, or None, got {shortened(options)}.")
+    return dict(options)
+
+
+def shortened(value: Any) -> str:
+    """Return the repr of a value for a message, cut where it is long."""
+    try:
+        text = repr(value)
+    except ValueError:  # of whole numbers of thousands of digits
+        text = "a number of thousands of digits"
+    return text if len(text) <= 200 else f"{text[:197]}..."
+
+
 def check_options(given: Mapping[str, Any], known: Sequence[Setting], defaults: Mapping[str, Any]) -> dict[str, Any]:
     """Return all settings of an episode: the given options, and `defaults` for the others.
 
@@ -94,8 +112,8 @@ def _range(quantity: Quantity, pair: Any) -> tuple[float, float]:
     where = f"randomize: {quantity.name}"
     try:
         low, high = (float(end) for end in pair)
-    except (TypeError, ValueError):
-        raise ValueError(f"{where} must be a pair (low, high), got {pair!r}.") from None
+    except (OverflowError, TypeError, ValueError):
+        raise ValueError(f"{where} must be a pair (low, high), got {shortened(pair)}.") from None
     if not (math.isfinite(low) and math.isfinite(high) and low <= high):
         raise ValueError(f"{where} must be two finite numbers, the lower first, got {pair!r}.")
     if low < quantity.low or high > quantity.high:
@@ -107,10 +125,10 @@ def number_within(value: Any, least: float, most: float, message: str) -> float:
     """Return a number from ``least`` to ``most`` as a float; raises ValueError with the message for anything else."""
     try:
         number = float(value)
-    except (TypeError, ValueError):
+    except (OverflowError, TypeError, ValueError):  # OverflowError: a whole number beyond all floats
         number = float("nan")
     if isinstance(value, bool) or not least <= number <= most:
-        raise ValueError(f"{message}, got {value!r}.")
+        raise ValueError(f"{message}, got {shortened(value)}.")
     return number
 
 

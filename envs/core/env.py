@@ -11,7 +11,7 @@ import numpy as np
 from gymnasium.error import ResetNeeded
 from numpy.typing import NDArray
 
-from gsenv.envs.core.arguments import add_settings
+from gsenv.envs.core.arguments import add_settings, mapping_of
 from gsenv.envs.core.painter import Painter, render_metadata
 from gsenv.envs.core.pixels import Observer
 from gsenv.envs.core.spec_tables import box_of
@@ -102,7 +102,7 @@ class TaskEnv(gymnasium.Env[Any, NDArray[np.float32]]):
         Raises:
             ValueError: an unknown option, a bad value, or a seed of 2**128 or more; nothing has changed then.
         """
-        checked = self.task.check_options({} if options is None else options)
+        checked = self.task.check_options(mapping_of(options))
         if seed is not None:
             self._np_random, self._np_random_seed = make_generator(seed, self._split)
         draws = self.np_random.random((1, self.task.reset_draws))
@@ -166,8 +166,10 @@ class TaskEnv(gymnasium.Env[Any, NDArray[np.float32]]):
         """Continue bit for bit from a snapshot of this or an equal environment, in any process.
 
         Raises:
-            ValueError: the snapshot is of another environment.
+            ValueError: the snapshot is of another environment; nothing is changed.
         """
+        if not isinstance(snapshot, EnvSnapshot):
+            raise ValueError(f"restore: this needs what save() returned, got a {type(snapshot).__name__}.")
         self.task.restore(snapshot.task)
         self.np_random.bit_generator.state = snapshot.generator
         self._begun = snapshot.begun

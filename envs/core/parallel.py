@@ -14,7 +14,7 @@ from gymnasium.error import ResetNeeded
 from numpy.typing import NDArray
 from pettingzoo import ParallelEnv
 
-from gsenv.envs.core.arguments import add_settings
+from gsenv.envs.core.arguments import add_settings, mapping_of
 from gsenv.envs.core.painter import Frame, Painter
 from gsenv.envs.core.pixels import Observer
 from gsenv.envs.core.spec_tables import box_of
@@ -124,7 +124,7 @@ class TaskParallelEnv(ParallelEnv):
             ValueError: an unknown option, a bad value, or a seed of 2**128 or more; nothing has changed then.
         """
         # PettingZoo's own API test passes an option of the name "options".
-        given = {name: value for name, value in (options or {}).items() if name != "options"}
+        given = {name: value for name, value in mapping_of(options).items() if name != "options"}
         checked = self.task.check_options(given)
         if seed is not None:
             self.np_random, self.np_random_seed = make_generator(seed, self._split)
@@ -231,8 +231,10 @@ class TaskParallelEnv(ParallelEnv):
         """Continue bit for bit from a snapshot of this or an equal environment, in any process.
 
         Raises:
-            ValueError: the snapshot is of another environment.
+            ValueError: the snapshot is of another environment; nothing is changed.
         """
+        if not isinstance(snapshot, ParallelSnapshot):
+            raise ValueError(f"restore: this needs what save() returned, got a {type(snapshot).__name__}.")
         self.task.restore(snapshot.task)
         self.np_random.bit_generator.state = snapshot.generator
         self._begun = snapshot.begun

@@ -27,6 +27,7 @@ from gsenv.envs.core.arguments import (
     check_ranges,
     check_settings,
     read_diagnostics,
+    shortened,
 )
 from gsenv.envs.core.spec_tables import (
     Entry,
@@ -52,6 +53,7 @@ of_environment = one_thread("environment")
 class TaskSnapshot:
     """A bit-exact copy of chosen worlds of a Task: physics, task state and last outputs. It can be pickled."""
 
+    rules: str  # name of the Task's class
     world: Snapshot
     arrays: dict[str, Array]
 
@@ -309,8 +311,8 @@ class Task(ABC):
         buffer = self._actions
         try:
             given = np.asarray(actions, np.float32)
-        except (TypeError, ValueError):
-            raise ValueError(f"step: actions must be numbers, got {actions!r}.") from None
+        except (OverflowError, TypeError, ValueError):  # OverflowError: a whole number beyond all floats
+            raise ValueError(f"step: actions must be numbers, got {shortened(actions)}.") from None
         if given.shape != buffer.shape:
             raise ValueError(f"step: actions must have the shape {buffer.shape}, got {given.shape}.")
         buffer[:] = given
@@ -350,13 +352,19 @@ class Task(ABC):
     def save(self, worlds: Any = None) -> TaskSnapshot:
         chosen = slice(None) if worlds is None else worlds
         arrays = {name: getattr(self, name)[chosen].copy() for name in self._SAVED}
-        return TaskSnapshot(self.world.save(worlds), arrays)
+        return TaskSnapshot(self._rules(), self.world.save(worlds), arrays)
 
     def restore(self, snapshot: TaskSnapshot, worlds: Any = None) -> None:
+        if snapshot.rules != self._rules():
+            raise ValueError(f"restore: the snapshot is of {snapshot.rules}, not of {self._rules()}.")
         self.world.restore(snapshot.world, worlds)  # refuses a snapshot that does not fit
         chosen = slice(None) if worlds is None else worlds
         for name, array in snapshot.arrays.items():
             getattr(self, name)[chosen] = array
+
+    @classmethod
+    def _rules(cls) -> str:
+        return f"{cls.__module__}.{cls.__qualname__}"
 
     def __getstate__(self) -> dict[str, Any]:
         return {

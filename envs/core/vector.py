@@ -12,7 +12,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
-from gsenv.envs.core.arguments import DIAGNOSTIC_NAMES, add_settings
+from gsenv.envs.core.arguments import DIAGNOSTIC_NAMES, add_settings, mapping_of, shortened
 from gsenv.envs.core.painter import Frame, Painter, render_metadata
 from gsenv.envs.core.pixels import Observer
 from gsenv.envs.core.spec_tables import box_of
@@ -25,6 +25,7 @@ Step = tuple[Any, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dic
 
 
 NEVER = -1  # as a number of steps: no limit, as for gymnasium.make
+_FIXED = ("render_mode", "num_envs", "autoreset_mode")  # attributes from which the rest was made
 
 
 @dataclass(frozen=True)
@@ -128,7 +129,7 @@ class TaskVectorEnv(VectorEnv[Any, NDArray[np.float32], Array]):
         Raises:
             ValueError: a bad option or number of seeds, or a seed of 2**128 or more; nothing has changed then.
         """
-        rest = {} if options is None else dict(options)
+        rest = mapping_of(options)
         mask = self._reset_mask(rest.pop("reset_mask", None))
         checked = self.task.check_options(rest)
         self._seed(seed, mask)
@@ -150,11 +151,19 @@ class TaskVectorEnv(VectorEnv[Any, NDArray[np.float32], Array]):
     def _seed(self, seed: int | Sequence[int | None] | None, mask: NDArray[np.bool_]) -> None:
         if seed is None:
             return
-        if isinstance(seed, (int, np.integer)):
-            seed = [int(seed) + i for i in range(self.num_envs)]
-        if len(seed) != self.num_envs:
-            raise ValueError(f"reset: {self.num_envs} seeds are needed, got {len(seed)}.")
-        made = [None if s is None else make_generator(int(s), self._split) for s in seed]
+        if _is_whole(seed):
+            seeds: Sequence[Any] = [int(seed) + i for i in range(self.num_envs)]  # type: ignore[arg-type]
+        elif isinstance(seed, (Sequence, np.ndarray)) and not isinstance(seed, (str, bytes)):
+            seeds = seed
+        else:
+            wanted = f"a whole number, a list of {self.num_envs}, or None"
+            raise ValueError(f"reset: seed must be {wanted}, got {shortened(seed)}.")
+        if len(seeds) != self.num_envs:
+            raise ValueError(f"reset: {self.num_envs} seeds are needed, got {len(seeds)}.")
+        for i, one in enumerate(seeds):
+            if one is not None and not _is_whole(one):
+                raise ValueError(f"reset: a seed must be a whole number or None, got {shortened(one)} for world {i}.")
+        made = [None if s is None else make_generator(int(s), self._split) for s in seeds]
         for i, pair in enumerate(made):
             if pair is not None and mask[i]:
                 self._streams.seed(i, pair[0])
@@ -283,6 +292,8 @@ class TaskVectorEnv(VectorEnv[Any, NDArray[np.float32], Array]):
         Raises:
             ValueError: the snapshot is of another environment or number of worlds.
         """
+        if not isinstance(snapshot, VectorSnapshot):
+            raise ValueError(f"restore: this needs what save() returned, got a {type(snapshot).__name__}.")
         if len(snapshot.elapsed) != self.num_envs:
             raise ValueError(f"restore: the snapshot has {len(snapshot.elapsed)} worlds, not {self.num_envs}.")
         self.task.restore(snapshot.task)
@@ -331,13 +342,15 @@ class TaskVectorEnv(VectorEnv[Any, NDArray[np.float32], Array]):
 
         Raises:
             AttributeError: there is no such attribute.
-            ValueError: different values, or not one for each world.
+            ValueError: different values, or not one for each world, or what is fixed when the environment is made.
         """
         getattr(self, name)
         if isinstance(values, (list, tuple)):
             if len(values) != self.num_envs or any(v is not values[0] and v != values[0] for v in values):
                 raise ValueError(f"set_attr: {name!r} is shared; give one value, or {self.num_envs} equal ones.")
             values = values[0]
+        if name in _FIXED and values != getattr(self, name):
+            raise ValueError(f"set_attr: {name!r} is set when the environment is made, and stays.")
         setattr(self, name, values)
 
 
@@ -346,14 +359,18 @@ def check_limit(name: str, limit: Any, task_class: type[Task]) -> int:
     if limit is None:
         limit = task_class.max_episode_steps
         return NEVER if limit is None else limit
-    if not _is_positive(limit) and not (limit == NEVER and isinstance(limit, (int, np.integer))):
+    if not _is_positive(limit) and not (_is_whole(limit) and limit == NEVER):
         raise ValueError(f"{name} must be a positive whole number, None or -1 for no limit, got {limit!r}.")
     return int(limit)
 
 
+def _is_whole(value: Any) -> bool:
+    return isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+
+
 def _is_positive(value: Any) -> bool:
     """Whether it is a whole number of at least 1."""
-    return isinstance(value, (int, np.integer)) and not isinstance(value, bool) and int(value) >= 1
+    return _is_whole(value) and int(value) >= 1
 
 
 def _columns(records: Array, names: Sequence[str], mask: NDArray[np.bool_]) -> dict[str, Any]:

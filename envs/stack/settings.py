@@ -53,7 +53,10 @@ def blocks_setting(default: int, least: int, most: int) -> Setting:
 def _number(value: Any) -> float | None:
     """Return a finite float, or None for anything else."""
     real = isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
-    return float(value) if real and math.isfinite(value) else None
+    try:
+        return float(value) if real and math.isfinite(value) else None
+    except OverflowError:  # a whole number beyond all floats
+        return None
 
 
 def number_setting(name: str, default: float, text: str, limits: Limits) -> Setting:

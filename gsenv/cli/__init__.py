@@ -9,16 +9,20 @@ import sys
 from collections.abc import Sequence
 
 from .errors import FAILED, INTERRUPTED, CliError
-from .parser import make_parser
+
+_ADDED_BY_GYMNASIUM = " was raised from the environment creator"  # to a TypeError in `gymnasium.make`
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line (by default the process's own) and return the exit code."""
     try:
+        from .parser import make_parser  # here, where Ctrl-C is caught: it loads numpy and more
+
         options = make_parser().parse_args(arguments)
         return int(options.run(options))
     except CliError as error:
-        print(f"gsenv: {error}", file=sys.stderr)
+        sentence = str(error).partition(_ADDED_BY_GYMNASIUM)[0]
+        print(f"gsenv: {sentence}", file=sys.stderr)
         return error.exit_code
     except BrokenPipeError:  # e.g. `gsenv list | head -1`
         sys.stderr.close()  # or the interpreter reports the broken pipe at exit

@@ -2,11 +2,8 @@
 
 import argparse
 import importlib
-import signal
 import sys
-import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from math import ceil
 from pathlib import Path
@@ -15,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from gsenv.envs import ENVS, PARALLEL_ENVS
 
 from .errors import FAILED, INTERRUPTED, OK, WRONG_USAGE, CliError
+from .interrupts import delayed, say
 from .names import SCENE_PREFIX, find_actor, suggestion
 from .progress import make_progress
 from .replaying import record_states
@@ -23,6 +21,7 @@ if TYPE_CHECKING:
     import gymnasium
     import numpy as np
     from numpy.typing import NDArray
+    from rich.progress import Progress
 
     from gsenv.render.video import VideoWriter
     from gsenv.scenes import SceneSpec
@@ -40,20 +39,45 @@ def run_record(options: argparse.Namespace) -> int:
     video = _video_writer(options.out, footage.fps)
     try:
         with make_progress() as progress, video:
-            task = progress.add_task(options.target, total=footage.frame_count)
-            for frame in footage.frames:
-                _write(video, frame)
-                progress.advance(task)
-            progress.update(task, total=video.frame_count)
+            interrupted = _film(footage, video, progress, options.target)
+            _close(video, progress, interrupted=interrupted)
     except KeyboardInterrupt:
-        written = video.frame_count
-        kept = f"{options.out} has the {written} frames so far" if written else "nothing was written"
-        print(f"gsenv: interrupted; {kept}", file=sys.stderr)
-        return INTERRUPTED
+        interrupted = True
     except OSError as error:
         raise _unwritable(options.out, error) from error
-    print(f"{options.out}: {video.frame_count} frames, {video.frame_count / footage.fps:.1f} s")
+    if interrupted:
+        kept = f"{options.out} has the {video.frame_count} frames so far" if video.is_written else "nothing was written"
+        print(f"gsenv: interrupted; {kept}", file=sys.stderr)
+        return INTERRUPTED
+    say(f"{options.out}: {video.frame_count} frames, {video.frame_count / footage.fps:.1f} s")
     return OK
+
+
+def _film(footage: "_Footage", video: "VideoWriter", progress: "Progress", title: str) -> bool:
+    """Write all frames; returns whether Ctrl-C has ended it early."""
+    task = progress.add_task(title, total=footage.frame_count)
+    try:
+        for frame in footage.frames:
+            _write(video, frame)
+            progress.advance(task)
+    except KeyboardInterrupt:
+        return True
+    finally:
+        progress.update(task, total=video.frame_count)
+    return False
+
+
+def _close(video: "VideoWriter", progress: "Progress", *, interrupted: bool) -> None:
+    """Complete the file, which takes a while for a GIF.
+
+    The first Ctrl-C of a recording keeps what is recorded, here too; the second gives it up.
+    """
+    text = f"writing {video.path.name}"
+    hint = f"{text}; Ctrl-C gives it up"
+    task = progress.add_task(hint if interrupted else text, total=None)
+    most = 0 if interrupted else 1
+    with delayed(most, on_first=lambda: progress.update(task, description=hint)):
+        video.close()
 
 
 @dataclass
@@ -97,7 +121,7 @@ def _env_footage(options: argparse.Namespace) -> _Footage:
     assert env.spec is not None  # gymnasium.make sets it
     step_count = options.steps or env.spec.max_episode_steps or 1000
     frames = _env_frames(env, policy, options.seed, step_count, one_episode=options.steps is None)
-    return _Footage(env.metadata["render_fps"], step_count + 1, frames)
+    return _Footage(env.metadata["render_fps"], step_count + 1, _checked(frames))
 
 
 def _parallel_footage(options: argparse.Namespace) -> _Footage:
@@ -114,7 +138,7 @@ def _parallel_footage(options: argparse.Namespace) -> _Footage:
     policy = None if kind == "random" else find_actor(kind, options.target, 0)
     step_count = options.steps or env.max_cycles or 1000
     frames = env.film(policy, options.seed, step_count, one_episode=options.steps is None)
-    return _Footage(env.metadata["render_fps"], step_count + 1, frames)
+    return _Footage(env.metadata["render_fps"], step_count + 1, _checked(frames))
 
 
 def _policy(env_id: str, kind: str) -> "Policy":
@@ -145,6 +169,16 @@ def _env_frames(
                 break
             env.reset()
     env.close()
+
+
+def _checked(frames: "Iterator[Frame]") -> "Iterator[Frame]":
+    """Yield the frames; what the first reset refuses, such as the seed, is a wrong command line."""
+    try:
+        first = next(frames)
+    except ValueError as error:
+        raise CliError(str(error), WRONG_USAGE) from error
+    yield first
+    yield from frames
 
 
 def _frame(env: "gymnasium.Env[Any, Any]") -> "Frame":
@@ -210,28 +244,7 @@ def _unwritable(path: Path, error: OSError) -> CliError:
 
 def _write(video: "VideoWriter", frame: "Frame") -> None:
     try:
-        with _uninterrupted():
+        with delayed():
             video.write(frame)
     except ValueError as error:  # a size that the format does not allow
         raise CliError(str(error), WRONG_USAGE) from error
-
-
-@contextmanager
-def _uninterrupted() -> "Iterator[None]":
-    """Delay Ctrl-C to the end of the block; in the middle of a frame it would spoil the whole video."""
-    if threading.current_thread() is not threading.main_thread():
-        yield  # only the main thread receives signals
-        return
-    pending = False
-
-    def remember(signal_number: int, frame: object) -> None:
-        nonlocal pending
-        pending = True
-
-    previous = signal.signal(signal.SIGINT, remember)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, previous)
-    if pending:
-        raise KeyboardInterrupt

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from gsenv.envs import ENVS, PARALLEL_ENVS
+from gsenv.files import check_writable
 
 from .errors import FAILED, INTERRUPTED, OK, WRONG_USAGE, CliError
+from .interrupts import delayed, say
 from .names import SCENE_PREFIX, find_actor, suggestion
 from .progress import make_progress
 
@@ -21,6 +24,32 @@ if TYPE_CHECKING:
 def record_states(options: argparse.Namespace) -> int:
     """Write the states of a run."""
     from gsenv import replay
+
+    target = options.target
+    _check_states(options)
+    is_scene = target.startswith(SCENE_PREFIX)
+    actor = None if is_scene else find_actor(options.policy or "random", target, options.seed)
+    with _bar(target) as follow:
+        try:
+            recording = replay.record(target, options.steps, options.seed, actor, dict(options.set), follow)
+        except (TypeError, ValueError) as error:  # a bad --set or --seed
+            raise CliError(str(error), WRONG_USAGE) from error
+    interrupted, is_saved = recording.interrupted, False
+    try:
+        with _writing(options.out), delayed(0 if interrupted else 1):  # a second Ctrl-C gives it up
+            recording.save(options.out)
+            is_saved = True
+    except KeyboardInterrupt:
+        interrupted = True
+    if not is_saved:
+        print("gsenv: interrupted; nothing was written", file=sys.stderr)
+        return INTERRUPTED
+    say(f"{options.out}: {_contents(recording)}")
+    return INTERRUPTED if interrupted else OK
+
+
+def _check_states(options: argparse.Namespace) -> None:
+    """Refuse what is wrong with the command line of a recording of states, and a file that cannot be written."""
     from gsenv.scenes import SCENES
 
     target = options.target
@@ -35,18 +64,8 @@ def record_states(options: argparse.Namespace) -> int:
             raise CliError(f"{target} is a scene and takes no --{option}", WRONG_USAGE)
     if options.size is not None:
         raise CliError("--size is for videos, not for states", WRONG_USAGE)
-    actor = None if target in scenes else find_actor(options.policy or "random", target, options.seed)
-    with _bar(target) as follow:
-        try:
-            recording = replay.record(target, options.steps, options.seed, actor, dict(options.set), follow)
-        except (TypeError, ValueError) as error:  # a bad --set
-            raise CliError(str(error), WRONG_USAGE) from error
-    try:
-        recording.save(options.out)
-    except OSError as error:
-        raise CliError(f"cannot write {options.out}: {error.strerror or error}", FAILED) from error
-    print(f"{options.out}: {_contents(recording)}")
-    return INTERRUPTED if recording.interrupted else OK
+    with _writing(options.out):
+        check_writable(options.out)
 
 
 def run_replay(options: argparse.Namespace) -> int:
@@ -62,13 +81,11 @@ def run_replay(options: argparse.Namespace) -> int:
         parting = replay.compare(one, other)
     except (LookupError, TypeError, ValueError) as error:
         raise CliError(str(error.args[0]), FAILED) from error
-    shorter = one if len(one.times) <= len(other.times) else other
-    print(f"made by {one.made_by}\nand by  {other.made_by}")
-    if parting is not None:
-        print(f"{parting}")
-        return FAILED
-    print(f"{_contents(shorter)}: equal bit for bit")
-    return OK
+    found = [] if parting is None else [str(parting)]
+    found += replay.differences(one, other)
+    made = f"made by {one.made_by}\nand by  {other.made_by}"
+    say("\n".join([made, *(found or [f"{_contents(one)}: equal bit for bit"])]))
+    return FAILED if found else OK
 
 
 def _contents(recording: Recording) -> str:
@@ -84,6 +101,14 @@ def _load(path: Path) -> Recording:
         raise CliError(f"cannot read {path}: {error.strerror or error}", FAILED) from error
     except ValueError as error:
         raise CliError(str(error), FAILED) from error
+
+
+@contextmanager
+def _writing(path: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        raise CliError(f"cannot write {path}: {error.strerror or error}", FAILED) from error
 
 
 @contextmanager

@@ -5,6 +5,8 @@ from __future__ import annotations
 import argparse
 import sys
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -31,12 +33,17 @@ def run_play(options: argparse.Namespace) -> int:
 
 def _show(options: argparse.Namespace, make: Any) -> int:
     """Open a window and show a simulation in it until the user quits."""
+    from gsenv.render.sizes import check_size
     from gsenv.view.loop import run
     from gsenv.view.window import WindowError, default_size
 
     try:
         size = default_size()  # fails at once where there is no display
-        run(make(options), options.size or size, paused=options.paused)
+        with _refusals(options):
+            if options.size is not None:
+                check_size(*options.size)
+            simulation = make(options)
+        run(simulation, options.size or size, paused=options.paused)
     except (ImportError, WindowError) as error:
         if isinstance(error, ImportError) and error.name != "pygame":
             raise
@@ -119,7 +126,16 @@ def _make_game(options: argparse.Namespace) -> Simulation:
 def _make_worlds(options: argparse.Namespace, count: int) -> Any:
     from gsenv.envs.core.policies import make_batch
 
+    return make_batch(options.target, count, **dict(options.set))
+
+
+@contextmanager
+def _refusals(options: argparse.Namespace) -> Iterator[None]:
+    """Turn what --set, --seed, --size and --worlds are refused for into errors of the command line."""
     try:
-        return make_batch(options.target, count, **dict(options.set))
-    except (TypeError, ValueError) as error:  # a bad --set
+        yield
+    except MemoryError as error:
+        worlds = getattr(options, "worlds", 1)
+        raise CliError(f"{worlds} worlds of {options.target} do not fit into memory", FAILED) from error
+    except (TypeError, ValueError) as error:
         raise CliError(str(error), WRONG_USAGE) from error

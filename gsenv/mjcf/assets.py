@@ -17,6 +17,7 @@ from .mesh_files import Triangles, read_mesh
 from .model import HeightGrid, Mesh
 from .reader import Document, Element
 
+MOST_SAMPLES = 1_000_000  # of a heightfield
 MESH_INERTIAS = ("convex", "exact", "legacy", "shell")
 
 
@@ -131,8 +132,10 @@ def _grid(element: Element, folder: Path, defaults: Defaults) -> HeightGrid:
         attributes.read.update(("nrow", "ncol"))
     else:
         rows, columns = attributes.whole("nrow", 0), attributes.whole("ncol", 0)
-        if not 2 <= min(rows, columns) or rows * columns > 1_000_000:
+        if not 2 <= min(rows, columns):
             raise attributes.error(f"a hfield needs nrow and ncol of at least 2 each, got {rows} and {columns}")
+        if rows * columns > MOST_SAMPLES:
+            raise attributes.error(f"nrow times ncol must not exceed {MOST_SAMPLES:,}, got {rows} times {columns}")
         samples = np.zeros((rows, columns))
         if "elevation" in attributes:
             numbers = attributes.numbers("elevation")

@@ -266,7 +266,8 @@ class _Reader:
         except OSError as error:
             raise MjcfError(f"{element.title()}: the file {name!r} cannot be read: {error.strerror}.") from None
         except ValueError as error:
-            raise MjcfError(f"{element.title()}: the file {name!r} {error}.") from None
+            found = f" ({path})" if inside != name else ""  # it may be another than the author meant
+            raise MjcfError(f"{element.title()}: the file {name!r}{found} {error}.") from None
         scale = np.broadcast_to(1.0 if mesh.scale is None else np.asarray(mesh.scale, float), 3)
         key = f"{name} {len(self.model.meshes)}"
         self.model.meshes[key] = Mesh(key, vertices * scale, faces, "convex", element.place)

@@ -1,18 +1,31 @@
 """SceneRenderer: renders a 2D World to uint8 pictures; it reads the simulation and never writes to it."""
 
 from collections.abc import Iterable, Sequence
+from math import inf
+from numbers import Real
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gsenv.render import overlay as marks
 from gsenv.render.camera import Bounds, Camera, FollowCamera
+from gsenv.render.camera_checks import check_follow, checked_camera
 from gsenv.render.canvas import Canvas
+from gsenv.render.checks import (
+    WorldUse,
+    check_dimension,
+    check_finite,
+    checked_bodies,
+    checked_hud,
+    checked_index,
+    checked_lines,
+    checked_names,
+)
 from gsenv.render.draw_list import DrawList, join
 from gsenv.render.growing_box import GrowingBox
 from gsenv.render.hud import draw_hud
 from gsenv.render.joint_items import DRAWN_JOINTS, KNOWN_JOINTS, make_joint_stencil
-from gsenv.render.shape_items import enclose, find_bounds, make_stencil
+from gsenv.render.shape_items import enclose, find_bounds, make_stencil, moving_boxes
 from gsenv.render.sizes import check_size
 from gsenv.render.theme import AXIS_COLORS, CONTACT_COLOR, DEFAULT_THEME, FORCE_COLOR, JOINT_COLOR, LINE_COLOR, Theme
 from gsenv.render.world_view import (
@@ -27,6 +40,7 @@ from gsenv.render.world_view import (
     read_table,
     read_time,
 )
+from gsenv.solver.api.one_thread import OneThread, one_thread
 from gsenv.solver.api.world import World
 
 OVERLAYS = ("contacts", "joints")
@@ -43,8 +57,8 @@ class SceneRenderer:
 
     world: the World to show
     width, height: px
-    camera: a Camera, a FollowCamera, or None to fit the bodies in the first picture, and to widen the view by up to
-        four times where bodies leave it
+    camera: a Camera, a FollowCamera, or None to fit the bodies in the first picture, to widen the view by up to
+        four times where bodies leave it, and to follow them where all leave that too
     overlay: any of "contacts" (points and forces) and "joints" (anchors with their frames)
     wheels: indices of bodies whose circles are drawn as wheels; a circle that rotates about its centre
         on a joint is always drawn so
@@ -52,7 +66,7 @@ class SceneRenderer:
     force_scale: m/N, length of the force arrows; None scales the largest force in each picture to a
         fixed length
 
-    Raises ValueError for a size that is not 1 to 8192 px, or an unknown overlay or joint kind.
+    Raises ValueError, in one sentence, for a 3D World, a size that is not 1 to 8192 px and other bad arguments.
     """
 
     def __init__(
@@ -69,15 +83,13 @@ class SceneRenderer:
         theme: Theme = DEFAULT_THEME,
     ) -> None:
         check_size(width, height)
-        self.overlay = tuple(overlay)
-        for name in self.overlay:
-            if name not in OVERLAYS:
-                raise ValueError(f"overlay must be among {OVERLAYS}, got {name!r}.")
-        kinds = tuple(joints)
-        for name in kinds:
-            if name not in KNOWN_JOINTS:
-                raise ValueError(f"joints must be among {KNOWN_JOINTS}, got {name!r}.")
+        check_dimension(world, 2, "SceneRenderer")
+        self.overlay = checked_names(overlay, OVERLAYS, "overlay")
+        kinds = checked_names(joints, KNOWN_JOINTS, "joints")
+        if force_scale is not None and not (isinstance(force_scale, Real) and 0.0 <= force_scale < inf):
+            raise ValueError(f"force_scale must be None or a finite number of at least 0, got {force_scale!r}.")
         self.world = world
+        self._use, self._world_use = OneThread(), WorldUse(world)
         self.camera = camera
         self.force_scale = force_scale
         self._fitted: Camera | None = None  # the camera that was made here, if any
@@ -85,7 +97,8 @@ class SceneRenderer:
         self._canvas = Canvas(width, height, theme)
         self._table = read_table(world)
         self._joints = make_joint_stencil(read_joint_table(world), kinds)
-        is_wheel = np.isin(self._table.bodies, list(wheels)) | find_wheels(world)
+        wheel_bodies = checked_bodies(wheels, "wheels", len(world.model.bodies))
+        is_wheel = np.isin(self._table.bodies, wheel_bodies) | find_wheels(world)
         self._shapes = make_stencil(self._table, is_wheel)
 
     @property
@@ -98,13 +111,26 @@ class SceneRenderer:
         """px"""
         return self._canvas.height
 
+    @one_thread("SceneRenderer")
     def render(
         self, world_index: int = 0, hud: Sequence[str] = (), lines: NDArray[np.float64] | None = None
     ) -> NDArray[np.uint8]:
         """Return a new (height, width, 3) RGB picture of one world, with the `hud` lines of text at the top left.
 
         lines: (line, 2, 2) m, dark lines over the bodies
+
+        Raises:
+            ValueError: a bad argument or camera, or a body whose pose is not finite.
+            RuntimeError: another thread is using the renderer or the World.
         """
+        number, texts, checked = checked_index(self.world, world_index), checked_hud(hud), checked_lines(lines, 2)
+        image = self._world_use.render(lambda: self._draw(number, checked))
+        if texts:
+            draw_hud(image, texts)
+        return image
+
+    def _draw(self, world_index: int, lines: NDArray[np.float64] | None) -> NDArray[np.uint8]:
+        check_finite(self.world, world_index)
         bodies = read_bodies(self.world, world_index)
         draw_list = self._shapes.fill(read_state(self.world, world_index, self._table, bodies))
         camera = self._aim(draw_list, bodies, world_index)
@@ -116,30 +142,28 @@ class SceneRenderer:
             draw_list = join(draw_list, *add(world_index, camera))
         if lines is not None:
             draw_list = join(draw_list, marks.lines(lines[:, 0], lines[:, 1], self._pen(camera, 0.8), LINE_COLOR))
-        image = self._canvas.draw(draw_list, camera)
-        if hud:
-            draw_hud(image, tuple(hud))
-        return image
+        return self._canvas.draw(draw_list, camera)
 
     def _aim(self, shapes: DrawList, bodies: Frames, world_index: int) -> Camera:
         if self.camera is None or self.camera is self._fitted:
             self._fit(shapes, bodies, world_index)
         if isinstance(self.camera, Camera):
-            return self.camera
+            return checked_camera(self.camera)
         if isinstance(self.camera, FollowCamera):
+            check_follow(self.camera, len(bodies.position))
             time = read_time(self.world, world_index)
-            return self.camera.update(bodies.position, time, self.width, self.height)
+            return checked_camera(self.camera.update(bodies.position, time, self.width, self.height))
         raise TypeError(f"camera must be a Camera, a FollowCamera or None, got {self.camera!r}.")
 
     def _fit(self, shapes: DrawList, bodies: Frames, world_index: int) -> None:
-        """Set the camera to one that shows all bodies, or widen it where some have left the picture."""
+        """Set the camera to one that shows all bodies, or widen or shift it where some have left the picture."""
         bounds = find_bounds(shapes)
         if self._joints is not None:
             joints = read_joints(self.world, world_index, self._joints.table, bodies)
             bounds = enclose(bounds, self._joints.find_bounds(joints))
         if self.camera is None or self._shown is None:
             self._shown = GrowingBox(bounds[:2], bounds[2:])
-        elif not self._shown.include(bounds[:2], bounds[2:]):
+        elif not self._shown.include(bounds[:2], bounds[2:], moving_boxes(shapes, self._shapes.is_moving)):
             return
         low, high = self._shown.low.tolist(), self._shown.high.tolist()
         self.camera = self._fitted = Camera.fit(Bounds(*low, *high), self.width, self.height)

@@ -82,6 +82,7 @@ def pick_colors(table: ShapeTable) -> FloatArray:
     moving = np.unique(table.bodies[~table.static])
     colors = PALETTE[np.searchsorted(moving, table.bodies) % len(PALETTE)].astype(np.float64)
     colors[table.static] = STATIC_COLOR
+    # A compiled model does not tell black from no colour; (1, 1, 1) looks the same and is drawn.
     if table.colors is not None:
         given = table.colors.any(axis=1)
         colors[given] = table.colors[given]
@@ -96,6 +97,8 @@ class ShapeStencil:
     scale_by_radius: (item, 3) center, half length and radius in multiples of the shape's radius
     turn: (item, 2) cos, sin of the part's direction in the shape's frame
     keeps_size: (item,) 1 where the item has the shape's size, 0 for parts that scale with its radius
+    moves: (item,) whether the body does
+    is_moving: (drawn item,) of the last draw list
     """
 
     items: NDArray[np.void]
@@ -103,6 +106,8 @@ class ShapeStencil:
     scale_by_radius: FloatArray
     turn: FloatArray
     keeps_size: FloatArray
+    moves: NDArray[np.bool_]
+    is_moving: NDArray[np.bool_]
 
     def fill(self, state: ShapeState) -> DrawList:
         """Return the draw list of one world; overwrites the stencil's items."""
@@ -116,8 +121,9 @@ class ShapeStencil:
         items["size"][:, 0] += self.scale_by_radius[:, 1] * radius
         items["radius"] = self.scale_by_radius[:, 2] * radius
         visible = state.enabled[of]
+        self.is_moving = self.moves
         if not visible.all():
-            items = items[visible]
+            items, self.is_moving = items[visible], self.moves[visible]
         return DrawList(items, state.vertices)
 
 
@@ -135,12 +141,15 @@ def make_stencil(table: ShapeTable, wheels: NDArray[np.bool_]) -> ShapeStencil:
         shape_of += [shape] * len(own)
     of = np.array(shape_of, np.int64)
     angles = np.array([part.angle for part in parts])
+    moves = ~table.static[of]
     return ShapeStencil(
         items=make_items(parts, of, table),
         shape_of=of,
         scale_by_radius=np.array([(p.center, p.length, p.radius) for p in parts]).reshape(-1, 3),
         turn=np.stack([np.cos(angles), np.sin(angles)], axis=-1),
         keeps_size=(table.kinds[of] != ShapeKind.CIRCLE).astype(np.float64),
+        moves=moves,
+        is_moving=moves,
     )
 
 
@@ -176,6 +185,12 @@ def find_bounds(draw_list: DrawList) -> Bounds:
             right, top = high[wanted].max(axis=0)
             return Bounds(float(left), float(bottom), float(right), float(top))
     return Bounds(-5.0, -5.0, 5.0, 5.0)
+
+
+def moving_boxes(draw_list: DrawList, is_moving: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
+    """Return the lower and upper corners (k, 2) in m of the boxes around the items that move; half-planes have none."""
+    chosen = is_moving & (draw_list.items["kind"] < DrawKind.HALF_PLANE)
+    return item_boxes(draw_list._replace(items=draw_list.items[chosen]))
 
 
 def enclose(a: Bounds, b: Bounds) -> Bounds:

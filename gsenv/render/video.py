@@ -2,7 +2,7 @@
 
 Frames go to a temporary file in a hidden folder beside the target. When the writer is closed, the video is read back,
 and replaces the target if it is whole. Leaving the `with` block early, also by Ctrl-C, keeps the frames written so
-far; after a full disk or SIGTERM the target is as it was.
+far; after a full disk, SIGTERM or SIGHUP, or where Ctrl-C interrupts the closing, the target is as it was.
 """
 
 import errno
@@ -13,18 +13,20 @@ import subprocess
 import tempfile
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
+from numbers import Real
 from pathlib import Path
 from types import TracebackType
-from typing import Self
+from typing import Any, Self
 
 import imageio_ffmpeg
 import numpy as np
 from numpy.typing import NDArray
 
-from gsenv.files import checked_target, replace, terminable
+from gsenv.files import check_writable, checked_target, replace, terminable
 
 SUFFIXES = (".mp4", ".gif")
 GIF_MAX_FPS = 50.0  # viewers show a frame for at least 0.02 s
+FPS_RANGE = (0.01, 1000.0)  # ffmpeg cannot write all others
 
 _MP4 = (
     "-c:v", "libx264", "-pix_fmt", "yuv420p", "-crf", "20", "-preset", "veryfast", "-movflags", "+faststart",
@@ -39,16 +41,18 @@ class VideoWriter:
     """Context manager; `write` takes (height, width, 3) uint8 frames of one size.
 
     path: ends in .mp4 (even sizes only) or .gif; `close` replaces an existing file
-    fps: frames per second, at most 50 in a GIF
+    fps: frames per second, 0.01 to 1000, at most 50 in a GIF
+    is_written: whether the file is complete and in its place
 
-    Raises ValueError for a wrong file name extension, rate or frame, and OSError if the folder is missing
-    or not writable, the disk is full or the encoder fails; the target is then as it was.
+    A missing folder is made with the first frame. Raises ValueError for a wrong file name extension, rate or frame,
+    and OSError if the folder is not writable, the disk is full or the encoder fails; the target is then as it was.
     """
 
     def __init__(self, path: str | os.PathLike[str], fps: float) -> None:
         self.path = Path(path)
-        self.fps = float(fps)
+        self.fps = _checked_fps(fps)
         self.frame_count = 0
+        self.is_written = False
         self._suffix = self.path.suffix.lower()
         self._shape: tuple[int, ...] | None = None
         self._encoder: _Encoder | None = None
@@ -86,6 +90,7 @@ class VideoWriter:
                 result = self._finished(self._folder)
                 _run_ffmpeg("-xerror", "-i", result, "-f", "null", "-")  # reads all of it
                 replace(result, checked_target(self.path))
+                self.is_written = True
 
     def discard(self) -> None:
         """Close the writer without a file; an old one is as it was."""
@@ -116,17 +121,9 @@ class VideoWriter:
     def _check_target(self) -> None:
         if self._suffix not in SUFFIXES:
             raise ValueError(f"A video must end in .mp4 or .gif, got {self.path.name!r}.")
-        if not (np.isfinite(self.fps) and self.fps > 0.0):
-            raise ValueError(f"fps must be positive, got {self.fps}.")
         if self._suffix == ".gif" and self.fps > GIF_MAX_FPS:
             raise ValueError(f"A GIF shows at most {GIF_MAX_FPS:g} fps, got {self.fps:g}.")
-        folder = self.path.parent
-        if not folder.is_dir():
-            raise FileNotFoundError(f"The folder {folder} of the video does not exist.")
-        if self.path.is_dir():
-            raise IsADirectoryError(f"The video's path {self.path} is a folder.")
-        if not os.access(folder, os.W_OK | os.X_OK):
-            raise PermissionError(f"The folder {folder} of the video cannot be written to.")
+        check_writable(self.path)
 
     def _check_frame(self, frame: NDArray[np.uint8]) -> None:
         array = np.asanyarray(frame)
@@ -140,6 +137,7 @@ class VideoWriter:
     def _open(self, width: int, height: int) -> "_Encoder":
         self._cleanup.enter_context(terminable())
         target = checked_target(self.path)
+        target.parent.mkdir(parents=True, exist_ok=True)
         self._folder = Path(tempfile.mkdtemp(prefix=f".{target.stem[:100]}-", dir=target.parent))
         self._cleanup.callback(shutil.rmtree, self._folder, ignore_errors=True)
         name, codec = ("frames.mp4", _MP4) if self._suffix == ".mp4" else ("frames.mkv", _LOSSLESS)
@@ -155,6 +153,13 @@ class VideoWriter:
         _run_ffmpeg("-i", frames, "-vf", _PALETTE, "-update", "1", palette)
         _run_ffmpeg("-i", frames, "-i", palette, "-lavfi", _USE_PALETTE, "-loop", "0", result)
         return result
+
+
+def _checked_fps(fps: Any) -> float:
+    least, most = FPS_RANGE
+    if isinstance(fps, bool) or not isinstance(fps, Real) or not least <= float(fps) <= most:
+        raise ValueError(f"fps must be a number from {least:g} to {most:g}, got {fps!r}.")
+    return float(fps)
 
 
 @contextmanager
@@ -232,6 +237,16 @@ def _check(code: int, message: bytes) -> None:
     for number in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
         if any(os.strerror(number) in line for line in lines):
             raise OSError(number, os.strerror(number))
+    if code and -code == getattr(signal, "SIGXFSZ", None):  # a limit of this process on the sizes of files
+        raise OSError(errno.EFBIG, os.strerror(errno.EFBIG))
     if code:
         told = [line.strip() for line in lines if line.strip()]
-        raise OSError(f"ffmpeg failed: {told[-1] if told else f'exit code {code}'}")
+        ended = f"it was ended by {_signal_name(-code)}" if code < 0 else f"exit code {code}"
+        raise OSError(f"ffmpeg failed: {told[-1] if told else ended}")
+
+
+def _signal_name(number: int) -> str:
+    try:
+        return signal.Signals(number).name
+    except ValueError:  # one that this system does not name
+        return f"signal {number}"

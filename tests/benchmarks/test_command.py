@@ -154,6 +154,42 @@ def test_page_from_stored_results_keeps_their_stamp_and_notes(small: Path) -> No
 def test_page_from_results_that_are_not_there(small: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert command.main(["small", "--from-results"]) == 2
     assert "there is no file" in capsys.readouterr().err
+    (small / "broken.json").write_text("{")
+    assert command.main(["small", "--from-results", str(small / "broken.json")]) == 2
+    assert "broken.json cannot be read as results" in capsys.readouterr().err
+
+
+def test_what_cannot_be_written_is_known_before_the_work(
+    small: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Small, "measure", lambda *_: pytest.fail("it has begun"))
+    (small / "file").write_text("old")
+    (small / "out" / "small.png").mkdir(parents=True)
+    for name, sentence in (("file", "file is no folder."), ("out", "small.png is a folder.")):
+        assert command.main(["small", "--out", str(small / name)]) == 1
+        error = capsys.readouterr().err
+        assert error.startswith("benchmarks: cannot write: ")
+        assert error.endswith(f"{sentence}\n")
+        assert error.count("\n") == 1
+    assert (small / "file").read_text() == "old"
+
+
+def test_a_full_disk_is_one_sentence(
+    small: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device", "small.json")
+
+    monkeypatch.setattr(command, "write", full)
+    assert command.main(["small"]) == 1
+    assert capsys.readouterr().err == "benchmarks: cannot write small.json: No space left on device\n"
+
+
+@pytest.mark.parametrize("option", ["--scenes", "--first", "--processes"])
+def test_numbers_of_the_stress_benchmark_are_checked(option: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit, match="2"):
+        command.main(["stress", option, "-1"])
+    assert "'-1' is not a" in capsys.readouterr().err
 
 
 def test_wrong_option_and_interrupt(small: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -126,6 +126,14 @@ CASES = {
         "<mujoco><asset><hfield name='h' nrow='2' ncol='2' size='1 1 1 1' elevation='1 2'/></asset></mujoco>",
         "elevation must be 4 numbers, got 2",
     ),
+    "too many heights": (
+        "<mujoco><asset><hfield name='h' nrow='1000000' ncol='1000000' size='1 1 1 1'/></asset></mujoco>",
+        "nrow times ncol must not exceed 1,000,000, got 1000000 times 1000000",
+    ),
+    "too few heights": (
+        "<mujoco><asset><hfield name='h' nrow='1' ncol='10000000' size='1 1 1 1'/></asset></mujoco>",
+        "a hfield needs nrow and ncol of at least 2 each, got 1 and 10000000",
+    ),
 }
 
 

@@ -162,6 +162,16 @@ def test_meshes_are_hulls(tmp_path: Path) -> None:
     assert len(build_scene(model)[0].bodies["b"].shapes) == 1
 
 
+def test_a_bad_mesh_of_a_package_is_named_with_its_place(tmp_path: Path) -> None:
+    (tmp_path / "y.stl").write_bytes(b"")
+    link = INERTIAL.format(x=0, m=1, i=".03")
+    link += '<collision><geometry><mesh filename="package://x/y.stl"/></geometry></collision>'
+    path = tmp_path / "r.urdf"
+    path.write_text(two("continuous", link=link))
+    with pytest.raises(MjcfError, match=r"the file 'package://x/y\.stl' \(.*y\.stl\) is not an STL file"):
+        parse_urdf(path)
+
+
 LIMIT = '<limit lower="-1" upper="1" effort="1" velocity="1"/>'
 BAD: dict[str, tuple[Any, str]] = {
     "not well-formed": ("<robot name='r'><link></robot>", "string, line 1: not well-formed XML: mismatched tag"),

@@ -6,13 +6,16 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from gsenv.render import make_renderer
 from gsenv.render.camera import Camera, FollowCamera
 from gsenv.render.joint_items import DRAWN_JOINTS
+from gsenv.render.projection import project
 from gsenv.render.scene_renderer import SceneRenderer
 from gsenv.render.theme import FORCE_COLOR, PALETTE
 from gsenv.solver import Handle, Scene
 from gsenv.solver.api.world import World
 from gsenv.solver.planar import Box, Capsule, Circle, Distance, HalfPlane, Polygon, Target, Terrain, Weld
+from gsenv.solver.spatial import Sphere
 from tests.solver.joints import make_joint
 
 WIDTH, HEIGHT = 160, 120
@@ -301,3 +304,119 @@ def test_bad_arguments() -> None:
         SceneRenderer(world, 0, 10)
     with pytest.raises(ValueError, match="joints"):
         SceneRenderer(world, joints=("gear",))
+    with pytest.raises(ValueError, match=r"overlay must be a sequence of names, such as \('contacts',\)"):
+        SceneRenderer(world, overlay="contacts")
+    for wheels in ([99], [-1], [0.5], ["ball"], 2):
+        with pytest.raises(ValueError, match="wheels must be indices of bodies, below 4"):
+            SceneRenderer(world, wheels=wheels)  # type: ignore[arg-type]
+    for scale in (np.nan, np.inf, -1.0, "x"):
+        with pytest.raises(ValueError, match="force_scale must be None or a finite number"):
+            SceneRenderer(world, force_scale=scale)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        ({"world_index": -1}, "world_index must be a whole number from 0 to 0, got -1"),
+        ({"world_index": 1}, "world_index must be a whole number"),
+        ({"world_index": 0.0}, "world_index must be a whole number"),
+        ({"world_index": False}, "world_index must be a whole number"),
+        ({"world_index": "a"}, "world_index must be a whole number"),
+        ({"hud": "text"}, "hud must be a sequence of lines of text, got 'text'"),
+        ({"hud": [1]}, "hud must be a sequence of lines of text"),
+        ({"hud": 1}, "hud must be a sequence of lines of text"),
+        ({"lines": np.zeros((2, 5))}, r"lines must be an array \(line, 2, [23]\) of numbers, got \(2, 5\)"),
+        ({"lines": "x"}, "lines must be an array"),
+        ({"lines": [[[0.0, np.nan, 0.0][:2]] * 2]}, "lines must be"),
+    ],
+)
+def test_what_cannot_be_rendered_is_one_sentence(dim: int, arguments: dict[str, Any], sentence: str) -> None:
+    renderer = make_renderer(scene_world(dim), 32, 24)
+    with pytest.raises(ValueError, match=sentence):
+        renderer.render(**arguments)
+    assert renderer.render(np.int64(0), hud=["text"], lines=np.ones((1, 2, dim))).shape == (24, 32, 3)
+
+
+def scene_world(dim: int, world_count: int = 1) -> World:
+    scene = Scene(dim=dim)
+    ball: Any = Circle(radius=0.5) if dim == 2 else Sphere(radius=0.5)
+    scene.add_body("ball", shapes=[ball])
+    scene.add_body("other", shapes=[ball], position=(2.0,) + (0.0,) * (dim - 1))
+    return World(scene, world_count)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_a_body_that_is_nowhere_is_one_sentence_unless_it_is_disabled(dim: int) -> None:
+    world = scene_world(dim, 2)
+    renderer = make_renderer(world, 32, 24)
+    expected = renderer.render(0)
+    world.state.bodies["position"][1, 1] = np.nan
+    with pytest.raises(ValueError, match="the pose of body 'other' in world 1 is not finite"):
+        renderer.render(1)
+    np.testing.assert_array_equal(renderer.render(0), expected)
+    world.parameters.set("other", worlds=1, enabled=False)
+    renderer.render(1)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_one_thread_at_a_time_uses_a_renderer_and_its_world(dim: int) -> None:
+    world = scene_world(dim)
+    renderer = make_renderer(world, 32, 24)
+    expected = renderer.render()
+    for use, name in ((renderer._use, type(renderer).__name__), (world._use, "World")):
+        use.free.pop()  # as another thread does
+        try:
+            with pytest.raises(RuntimeError, match=f"render: another thread is using this {name}"):
+                renderer.render()
+        finally:
+            use.free.append(True)
+        np.testing.assert_array_equal(renderer.render(), expected)
+
+
+def test_worlds_and_cameras_of_the_other_dimension_are_refused() -> None:
+    with pytest.raises(ValueError, match="a SceneRenderer draws 2D worlds, got one with dim 3"):
+        SceneRenderer(scene_world(3))
+    renderer = make_renderer(scene_world(3), 32, 24)
+    renderer.camera = CAMERA
+    with pytest.raises(TypeError, match="camera must be a SpatialCamera"):
+        renderer.render()
+
+
+@pytest.mark.parametrize(
+    "camera",
+    [Camera((0, 0), 0), Camera((0, 0), -1.0), Camera((np.nan, 0.0), 1.0), Camera((0.0, 0.0), np.nan), Camera(0.0, 1.0)],  # type: ignore[arg-type]
+)
+def test_cameras_that_show_nothing_are_one_sentence(camera: Camera) -> None:
+    with pytest.raises(ValueError, match=r"a Camera needs a finite center \(x, y\) and a positive height"):
+        SceneRenderer(make_world(), WIDTH, HEIGHT, camera).render()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        ({"bodies": []}, "bodies must be at least one"),
+        ({"bodies": [-1]}, "bodies must be indices of bodies, below 4"),
+        ({"bodies": [0, 9]}, r"bodies must be indices of bodies, below 4, got \[0, 9\]"),
+        ({"bodies": ["ball"]}, "bodies must be indices of bodies"),
+        ({"height": np.nan}, "height must be a finite number of at least 0"),
+        ({"height": None}, "height must be a finite number of at least 0"),
+        ({"smooth_time": -1.0}, "smooth_time must be a finite number of at least 0"),
+        ({"margin": np.inf}, "margin must be a finite number of at least 0"),
+        ({"offset": (np.nan, 0.0)}, "offset must be two finite numbers"),
+        ({"offset": 1.0}, "offset must be two finite numbers"),
+    ],
+)
+def test_bad_follow_cameras_are_one_sentence(arguments: dict[str, Any], sentence: str) -> None:
+    camera = FollowCamera(**({"bodies": [0]} | arguments))
+    with pytest.raises(ValueError, match=sentence):
+        SceneRenderer(make_world(), WIDTH, HEIGHT, camera).render()
+
+
+def test_a_camera_of_whole_numbers_compiles_nothing() -> None:
+    world = make_world()
+    expected = SceneRenderer(world, WIDTH, HEIGHT, Camera((0.0, 1.0), 5.0)).render()
+    kernel: Any = project
+    count = len(kernel.signatures)
+    np.testing.assert_array_equal(SceneRenderer(world, WIDTH, HEIGHT, Camera((0, 1), 5)).render(), expected)
+    assert len(kernel.signatures) == count

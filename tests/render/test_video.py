@@ -1,10 +1,12 @@
 """Files read back, atomic replacement, interrupts and errors."""
 
+import functools
 import os
 import signal
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import imageio.v2 as imageio
 import numpy as np
@@ -12,7 +14,7 @@ import pytest
 from numpy.typing import NDArray
 
 from gsenv.render import video as video_module
-from gsenv.render.video import VideoWriter
+from gsenv.render.video import FPS_RANGE, VideoWriter
 from tests.processes import hear_interrupts
 
 
@@ -125,17 +127,21 @@ OLD = b"old"
 
 
 @pytest.mark.skipif(os.name != "posix", reason="signals")
+@pytest.mark.parametrize("ending", ["SIGTERM", "SIGHUP"])
 @pytest.mark.parametrize("name", ["a.mp4", "a.gif"])
-def test_sigterm_leaves_the_old_file_and_nothing_else(tmp_path: Path, name: str) -> None:
+def test_a_signal_leaves_the_old_file_and_nothing_else(tmp_path: Path, name: str, ending: str) -> None:
+    number = getattr(signal, ending)
     path = tmp_path / name
     path.write_bytes(OLD)
-    process = subprocess.Popen([sys.executable, "-c", INTERRUPTED, str(path)], stdout=subprocess.PIPE)
+    command = [sys.executable, "-c", INTERRUPTED, str(path)]
+    heard = functools.partial(signal.signal, number, signal.SIG_DFL)  # nohup ignores SIGHUP
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, preexec_fn=heard)
     assert process.stdout is not None
     assert process.stdout.readline() == b"ready\n"
     assert len(entries(tmp_path)) == 2
-    process.terminate()
+    process.send_signal(number)
     process.communicate(timeout=60)
-    assert process.returncode == 128 + signal.SIGTERM
+    assert process.returncode == 128 + number
     assert path.read_bytes() == OLD
     assert entries(tmp_path) == {name}
 
@@ -214,21 +220,44 @@ def test_a_closed_writer_stays_closed(tmp_path: Path) -> None:
     [
         ("a.avi", 25, ValueError, "must end in .mp4 or .gif"),
         ("a", 25, ValueError, "must end in .mp4 or .gif"),
-        ("a.mp4", 0, ValueError, "fps must be positive"),
-        ("a.mp4", float("nan"), ValueError, "fps must be positive"),
+        ("a.mp4", 0, ValueError, "fps must be a number from 0.01 to 1000, got 0"),
+        ("a.mp4", float("nan"), ValueError, "fps must be a number"),
+        ("a.mp4", 1e30, ValueError, "fps must be a number"),
+        ("a.mp4", 1e-30, ValueError, "fps must be a number"),
+        ("a.mp4", True, ValueError, "fps must be a number"),
+        ("a.mp4", "x", ValueError, "fps must be a number"),
+        ("a.mp4", None, ValueError, "fps must be a number"),
         ("a.gif", 60, ValueError, "at most 50 fps"),
-        ("missing/a.mp4", 25, FileNotFoundError, "does not exist"),
-        ("file/a.mp4", 25, FileNotFoundError, "does not exist"),
+        ("file/a.mp4", 25, NotADirectoryError, "is no folder"),
         ("folder.mp4", 25, IsADirectoryError, "is a folder"),
     ],
 )
-def test_bad_targets(tmp_path: Path, name: str, fps: float, error: type[Exception], text: str) -> None:
+def test_bad_targets(tmp_path: Path, name: str, fps: Any, error: type[Exception], text: str) -> None:
     (tmp_path / "file").write_text("")
     (tmp_path / "folder.mp4").mkdir()
     before = entries(tmp_path)
     with pytest.raises(error, match=text):
         VideoWriter(tmp_path / name, fps)
     assert entries(tmp_path) == before
+
+
+@pytest.mark.parametrize("fps", [*FPS_RANGE, np.float32(12.5)])
+def test_the_range_of_rates(tmp_path: Path, fps: float) -> None:
+    path = tmp_path / "new" / "a.mp4"
+    with VideoWriter(path, fps) as video:
+        for k in range(3):
+            video.write(frame(k))
+        assert not video.is_written
+    assert video.is_written
+    assert len(read(path)) == 3
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals")
+def test_an_encoder_that_a_signal_has_ended_is_explained() -> None:
+    with pytest.raises(OSError, match="File too large"):
+        video_module._check(-signal.SIGXFSZ, b"")
+    with pytest.raises(OSError, match="ended by SIGKILL"):
+        video_module._check(-signal.SIGKILL, b"")
 
 
 def test_a_folder_without_write_permission(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
 from pathlib import Path
 from typing import Any
 
@@ -92,14 +94,53 @@ def test_bad_input_is_refused_before_any_episode(monkeypatch: pytest.MonkeyPatch
         dataset.make_dataset("scripted", "GStack-v0", NAME)
 
 
-def test_a_failed_write_leaves_nothing(monkeypatch: pytest.MonkeyPatch, folder: Path) -> None:
-    def fail(self: Any, episodes: Any) -> None:
-        raise OSError(28, "No space left on device")
+@pytest.mark.skipif(os.name != "posix", reason="limits of a process")
+@pytest.mark.parametrize("name", [NAME, "ab-v0", "here/new/ab-v0"])
+def test_a_failed_write_leaves_nothing(
+    name: str, monkeypatch: pytest.MonkeyPatch, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Not the namespaces either; h5py crashes where it frees what it could not write."""
+    import resource
 
-    storage = pytest.importorskip("minari.dataset._storages.hdf5_storage")
-    monkeypatch.setattr(storage.HDF5Storage, "update_episodes", fail)
-    assert cli.main(["dataset", "GStack-v0", "--policy", "random", "--episodes", "1", "--name", NAME]) == 1
-    assert not (folder / NAME).exists()
+    start = subprocess.Popen
+
+    def start_with_small_files(command: list[str], **arguments: Any) -> Any:
+        limit = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))  # noqa: E731
+        return start(command, preexec_fn=limit, **arguments)
+
+    monkeypatch.setattr(subprocess, "Popen", start_with_small_files)
+    (folder / "here").mkdir()
+    command = ["dataset", "GStack-v0", "--policy", "scripted", "--episodes", "5", "--set", "blocks=1", "--name", name]
+    assert cli.main(command) == 1
+    error = capsys.readouterr().err
+    assert error.startswith(f"gsenv: cannot write the dataset: {folder}: ")
+    assert error.count("\n") == 1
+    assert [path.name for path in folder.rglob("*")] == ["here"]
+    monkeypatch.undo()
+    monkeypatch.setenv("MINARI_DATASETS_PATH", str(folder))
+    assert cli.main(command) == 0
+
+
+def test_an_unusable_folder_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path / "file"))
+    assert cli.main(["dataset", "GStack-v0", "--policy", "random", "--name", NAME]) == 1
+    assert capsys.readouterr().err == f"gsenv: cannot write the dataset: {tmp_path / 'file'}: File exists\n"
+
+
+def test_bars_of_episodes_and_of_reference_scores() -> None:
+    episodes: list[int] = []
+    scores: list[tuple[int, int]] = []
+    dataset.make_dataset(
+        "random", "GStack-v0", NAME, 3, arguments=BLOCKS,
+        on_episodes=episodes.append, on_scores=lambda done, count: scores.append((done, count)),
+    )  # fmt: skip
+    assert episodes == sorted(episodes)
+    assert episodes[-1] == 3
+    assert scores == sorted(scores)
+    assert scores[-1] == (9, 9)  # of random, scripted and trained
 
 
 def test_the_command_writes_a_dataset(capsys: pytest.CaptureFixture[str]) -> None:
@@ -112,3 +153,7 @@ def test_the_command_writes_a_dataset(capsys: pytest.CaptureFixture[str]) -> Non
     assert "there already is a dataset" in capsys.readouterr().err
     assert cli.main([*command, "--noise", "-1"]) == 2
     assert "is not a number of at least 0" in capsys.readouterr().err
+    assert cli.main([*command, "--noise", "1e300"]) == 2
+    assert "noise must be 0 to 100" in capsys.readouterr().err
+    assert cli.main([*command, "--name", ""]) == 2
+    assert "Malformed dataset ID" in capsys.readouterr().err

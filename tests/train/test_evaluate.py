@@ -64,6 +64,23 @@ def test_time_limits_end_episodes() -> None:
     assert result.success_rate == 0.0
 
 
+def test_batches_give_what_one_batch_gives(monkeypatch: pytest.MonkeyPatch) -> None:
+    """So many episodes need no more memory than few."""
+    actor = make_actor("scripted", "GStack-v0")
+    ended: list[int] = []
+    whole = evaluate(actor, "GStack-v0", 5, arguments={"blocks": 1})
+    monkeypatch.setattr(script, "BATCH", 2)
+    assert evaluate(actor, "GStack-v0", 5, arguments={"blocks": 1}, on_episodes=ended.append) == whole
+    assert ended == sorted(ended)
+    assert ended[-1] == 5
+
+
+@pytest.mark.parametrize("observation", ["pixels", "state+pixels"])
+def test_pixels_are_refused(observation: str) -> None:
+    with pytest.raises(ValueError, match="an evaluation needs observation='state'"):
+        evaluate(make_actor("scripted", "GStack-v0"), "GStack-v0", 1, arguments={"observation": observation})
+
+
 @pytest.mark.parametrize("entry", ENVS, ids=lambda entry: entry.id)
 def test_random_policies_of_all_environments(entry: object) -> None:
     env_id: str = entry.id  # type: ignore[attr-defined]

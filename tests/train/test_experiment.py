@@ -10,8 +10,9 @@ import pytest
 
 pytest.importorskip("stable_baselines3")
 
+from gsenv import cli
 from gsenv.envs.core.mlp import MlpPolicy
-from gsenv.train import curve, experiment
+from gsenv.train import checkpoint, curve, experiment, export, ppo
 from gsenv.train.evaluate import Evaluation, evaluate
 from gsenv.train.export import load_zip
 from gsenv.train.files import read_rows
@@ -98,6 +99,144 @@ def test_resume_goes_on(kind: Any, settings: Any, tmp_path: Path) -> None:
 def test_resume_without_files_begins_anew(tmp_path: Path) -> None:
     kind, settings = EXPERIMENTS[0]
     assert experiment.prepare(kind, settings, tmp_path / "new", resume=True).steps == 0
+
+
+@pytest.fixture
+def run(tmp_path: Path) -> experiment.Run:
+    """A short run, whose files are in tmp_path / "seed-0"."""
+    kind, settings = EXPERIMENTS[0]
+    run = experiment.prepare(kind, replace(settings, steps=128), tmp_path / "seed-0")
+    assert experiment.train(run)
+    return run
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file()}
+
+
+def refusal(run: experiment.Run, resume: bool, **changes: Any) -> str:
+    """The sentence with which a run in the same folder is refused; no file has changed then."""
+    before = contents(run.folder)
+    with pytest.raises(ValueError, match=r"^[^\n]*$") as error:
+        experiment.prepare(EXPERIMENTS[0][0], replace(run.settings, **changes), run.folder, resume=resume)
+    assert contents(run.folder) == before
+    return str(error.value)
+
+
+def test_a_new_run_does_not_replace_an_old_one(run: experiment.Run, capsys: pytest.CaptureFixture[str]) -> None:
+    assert "already holds a run (policy.npz" in refusal(run, resume=False)
+    before = contents(run.folder)
+    command = ["train", "GStack-v0", "--steps", "128", "--out", str(run.folder.parent)]
+    assert cli.main([*command, "--seeds", "7", "0"]) == 1
+    assert capsys.readouterr().err.startswith(f"gsenv train: {run.folder} already holds a run")
+    assert contents(run.folder) == before
+    assert not (run.folder.parent / "seed-7").exists()  # refused before any seed is trained
+
+
+def test_resume_needs_the_whole_checkpoint(run: experiment.Run) -> None:
+    for name in ("policy.zip", "normalize.npz"):
+        (run.folder / name).unlink()
+        assert "has policy.npz but not" in refusal(run, resume=True)
+        assert name in refusal(run, resume=True)
+
+
+def test_resume_keeps_the_arguments(run: experiment.Run) -> None:
+    assert "holds a run with arguments {" in refusal(run, resume=True, arguments={"blocks": 2})
+    assert "holds a run with lessons [" in refusal(run, resume=True, lessons=({"blocks": 2},))
+
+
+def test_resume_refuses_files_of_two_checkpoints(run: experiment.Run) -> None:
+    old = (run.folder / "policy.zip").read_bytes()
+    longer = replace(run.settings, steps=256)
+    experiment.train(experiment.prepare(EXPERIMENTS[0][0], longer, run.folder, resume=True))
+    (run.folder / "policy.zip").write_bytes(old)
+    assert "is of 128 steps and normalize.npz beside it of 256" in refusal(run, resume=True)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (
+            "steps,seconds,return,evaluated_return,evaluated_success\n1,2,x,,\n",
+            "progress.csv: line 2 must hold numbers",
+        ),
+        ("steps,seconds,return,evaluated_return,evaluated_success\n1\n", "not as many cells"),
+        ("steps,seconds\n1,2\n", "progress.csv lacks the column return"),
+        ("", "progress.csv lacks the column steps"),
+    ],
+)
+def test_a_broken_table_is_named(text: str, message: str, run: experiment.Run) -> None:
+    (run.folder / "progress.csv").write_text(text)
+    assert message in refusal(run, resume=True)
+    with pytest.raises(ValueError, match=r"progress\.csv"):
+        curve.plot(run.folder.parent)
+
+
+def test_broken_settings_are_named(run: experiment.Run) -> None:
+    (run.folder / "settings.json").write_text("{")
+    assert "settings.json is no JSON file" in refusal(run, resume=True)
+
+
+def test_curves_leave_out_other_folders(run: experiment.Run) -> None:
+    for name in ("seed-foo", "seed-", "seed-1-old"):
+        (run.folder.parent / name).mkdir()
+        (run.folder.parent / name / "progress.csv").write_text("nothing")
+    curve.plot(run.folder.parent)
+    assert (run.folder.parent / "curve.png").is_file()
+
+
+@pytest.mark.parametrize("name", ["policy.npz", "policy.zip", "normalize.npz", "progress.csv"])
+def test_a_failed_checkpoint_leaves_the_old_one_whole(
+    name: str, run: experiment.Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = contents(run.folder)
+    run.model.num_timesteps += 1
+
+    def fail(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    targets: dict[str, tuple[Any, str]] = {
+        "policy.npz": (MlpPolicy, "save"),
+        "policy.zip": (run.model, "save"),
+        "normalize.npz": (export, "save_normalize"),
+        "progress.csv": (checkpoint, "write_rows"),
+    }
+    monkeypatch.setattr(*targets[name], fail)
+    with pytest.raises(OSError, match="No space left"):
+        experiment.save(run)
+    assert contents(run.folder) == before
+
+
+def test_errors_of_the_system_name_the_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "file").touch()
+    assert cli.main(["train", "GStack-v0", "--steps", "128", "--out", str(tmp_path / "file")]) == 1
+    assert capsys.readouterr().err == f"gsenv train: {tmp_path / 'file' / 'seed-0'}: Not a directory\n"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--seeds", "1", "2", "1"], "the seed 1 is given twice"),
+        (["--seeds", str(2**32)], "must be at most 4294967295"),
+        (["--set", "observation=pixels"], "training needs observation='state'"),
+        (["--set", "split=test"], "training takes the split 'train'"),
+        (["--set", "colour=9"], "unexpected keyword argument 'colour'; its own are"),
+    ],
+)
+def test_bad_commands_are_refused_in_one_sentence(
+    arguments: list[str], message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main(["train", "GStack-v0", "--out", str(tmp_path / "new"), *arguments]) == 2
+    error = capsys.readouterr().err
+    assert message in error
+    assert error.count("\n") == 1
+    with pytest.raises(SystemExit) as stop:
+        ppo.main(["--out", str(tmp_path / "new"), *arguments])
+    assert stop.value.code == 2
+    error = capsys.readouterr().err
+    assert message in error
+    assert error.count("\n") == 1
+    assert not (tmp_path / "new").exists()
 
 
 def test_equal_seeds_train_equal_policies(tmp_path: Path) -> None:

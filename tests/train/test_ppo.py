@@ -70,8 +70,10 @@ def test_wrong_command_lines_are_refused(script: object, arguments: list[str]) -
 
 
 def test_bad_arguments_of_the_environment_are_one_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert ppo.main(["--set", "blocks=99", "--out", str(tmp_path)]) == 1
-    assert "blocks must be a whole number from 1 to 8, got 99" in capsys.readouterr().err
+    with pytest.raises(SystemExit) as stop:
+        ppo.main(["--set", "blocks=99", "--out", str(tmp_path)])
+    assert stop.value.code == 2
+    assert capsys.readouterr().err == "ppo: blocks must be a whole number from 1 to 8, got 99.\n"
 
 
 @pytest.mark.parametrize("script", [ppo, sac])

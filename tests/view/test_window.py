@@ -294,6 +294,9 @@ def test_a_file_that_cannot_be_read_is_one_sentence(capsys: pytest.CaptureFixtur
         (["play", "scene:stack"], "no environment is called 'scene:stack'; `gsenv list` shows them all"),
         (["play", "GStack-v0", "--policy", "random"], "GStack-v0 has one agent, so --policy has nobody to act for"),
         (["view", "GStack-v0", "--set", "blocks=99"], "blocks must be"),
+        (["view", "scene:stack", "--size", "100000x100000"], "width and height must be 1 to 8192 px"),
+        (["view", "scene:stack", "--worlds", "100000000000"], "world_count must not exceed"),
+        (["view", str(ROOT / "assets" / "ragdoll.xml"), "--worlds", "100000000000"], "world_count must not exceed"),
         (["view", "GStack-v0", "--policy", "clever"], "argument --policy: invalid choice: 'clever'"),
     ],
 )
@@ -304,6 +307,24 @@ def test_a_wrong_command_line_is_one_sentence(
     error = capsys.readouterr().err
     assert sentence in error
     assert error.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "sentence"),
+    [
+        (MemoryError("Unable to allocate 11.6 TiB"), 1, "7 worlds of GStack-v0 do not fit into memory"),
+        (ValueError("reset: a seed must be below 7."), 2, "reset: a seed must be below 7."),
+    ],
+)
+def test_worlds_that_cannot_be_made_are_one_sentence(
+    error: Exception, code: int, sentence: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def fail(*_: object) -> None:
+        raise error
+
+    monkeypatch.setattr("gsenv.envs.core.interactive.TaskSimulation", fail)
+    assert main(["view", "GStack-v0", "--worlds", "7"]) == code
+    assert capsys.readouterr().err == f"gsenv: {sentence}\n"
 
 
 def python(code: str, **environment: str) -> subprocess.CompletedProcess[str]:

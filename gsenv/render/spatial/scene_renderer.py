@@ -6,12 +6,22 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gsenv.render.checks import WorldUse, check_finite, checked_hud, checked_index, checked_lines
 from gsenv.render.growing_box import GrowingBox
 from gsenv.render.hud import draw_hud
 from gsenv.render.sizes import check_size
 from gsenv.render.spatial.camera import SpatialCamera
 from gsenv.render.spatial.links import with_lines, with_links
-from gsenv.render.spatial.primitives import BOX, HEIGHTFIELD, HULL, PLANE, Primitives, read_meshes
+from gsenv.render.spatial.primitives import (
+    BOX,
+    CAPSULE,
+    HEIGHTFIELD,
+    HULL,
+    PLANE,
+    SPHERE,
+    Primitives,
+    read_meshes,
+)
 from gsenv.render.spatial.renderer import PrimitiveRenderer, Quality
 from gsenv.render.spatial.style import DEFAULT_STYLE, Style
 from gsenv.render.spatial.world_view import (
@@ -22,6 +32,7 @@ from gsenv.render.spatial.world_view import (
     read_table,
     read_vertices,
 )
+from gsenv.solver.api.one_thread import OneThread, one_thread
 
 FloatArray = NDArray[np.float64]
 
@@ -31,10 +42,11 @@ class SpatialRenderer:
 
     world: the World to show
     width, height: px
-    camera: None fits the moving bodies in the first picture, and widens the view by up to four times where they leave
+    camera: None fits the moving bodies in the first picture, widens the view by up to four times where they leave it,
+        and follows them where all leave that too
     quality: "high" for videos, "fast" for pixel observations; see PrimitiveRenderer
 
-    Raises ValueError for a 2D World, a size that is not 1 to 8192 px or an unknown quality.
+    Raises ValueError, in one sentence, for a 2D World, a size that is not 1 to 8192 px or an unknown quality.
     """
 
     def __init__(
@@ -53,6 +65,7 @@ class SpatialRenderer:
         self._fitted: SpatialCamera | None = None  # the camera that was made here, if any
         self._shown: GrowingBox | None = None
         self._renderer = PrimitiveRenderer(width, height, quality, style)
+        self._use, self._world_use = OneThread(), WorldUse(world)
         self._table = read_table(world)
         self._links = read_link_table(world)
 
@@ -66,42 +79,56 @@ class SpatialRenderer:
         """px"""
         return self._renderer.height
 
+    @one_thread("SpatialRenderer")
     def frame(
         self, world_index: int = 0, camera: SpatialCamera | None = None, lines: FloatArray | None = None
     ) -> NDArray[np.uint8]:
         """Return a new (height, width, 3) RGB picture of one world, seen by `camera` or the renderer's own.
 
         lines: (line, 2, 3) m, dark lines on the bodies
+
+        Raises:
+            ValueError: a bad argument or camera, or a body whose pose is not finite.
+            RuntimeError: another thread is using the renderer or the World.
         """
+        number, checked = checked_index(self.world, world_index), checked_lines(lines, 3)
+        return self._world_use.render(lambda: self._draw(number, camera, checked))
+
+    def _draw(self, world_index: int, camera: SpatialCamera | None, lines: FloatArray | None) -> NDArray[np.uint8]:
+        check_finite(self.world, world_index)
         primitives = read_primitives(self.world, world_index, self._table)
         vertices = read_vertices(self.world, world_index)
         if camera is None:
             camera = self._aim(primitives, vertices)
+        if not isinstance(camera, SpatialCamera):
+            raise TypeError(f"camera must be a SpatialCamera or None, got {camera!r}.")
         primitives = with_links(primitives, self._links, read_links(self.world, world_index, self._links))
         if lines is not None:
             primitives = with_lines(primitives, lines)
         return self._renderer.draw(camera, primitives, vertices)
 
     def _aim(self, primitives: Primitives, vertices: NDArray[np.void] | None) -> SpatialCamera:
-        """Return the renderer's camera; without one, fit the moving bodies, and widen the view where they leave it."""
+        """Return the renderer's camera; without one, fit the moving bodies, and change the view where they leave it."""
         if self.camera is not None and self.camera is not self._fitted:
             return self.camera
         lower, upper = find_bounds(primitives, vertices, self._table)
         if self.camera is None or self._shown is None:
             self._shown = GrowingBox(lower, upper)
-        elif not self._shown.include(lower, upper):
+        elif not self._shown.include(lower, upper, find_moving(primitives, vertices, self._table)):
             return self.camera
         self._fitted = SpatialCamera.look_at_bounds(self._shown.low, self._shown.high, self.width, self.height)
         self.camera = self._fitted
         return self._fitted
 
+    @one_thread("SpatialRenderer")
     def render(
         self, world_index: int = 0, hud: Sequence[str] = (), lines: FloatArray | None = None
     ) -> NDArray[np.uint8]:
         """Return a picture as `frame` does, by the renderer's own camera, with the `hud` lines at the top left."""
-        image = self.frame(world_index, lines=lines)
-        if hud:
-            draw_hud(image, tuple(hud))
+        texts = checked_hud(hud)
+        image: NDArray[np.uint8] = self.frame(world_index, lines=lines)
+        if texts:
+            draw_hud(image, texts)
         return image
 
 
@@ -117,6 +144,14 @@ def find_bounds(
     return np.full(3, -1.0), np.full(3, 1.0)
 
 
+def find_moving(
+    primitives: Primitives, vertices: NDArray[np.void] | None, table: ShapeTable
+) -> tuple[FloatArray, FloatArray]:
+    """Return the lower and upper corners (k, 3) in m of the boxes around the moving shapes; planes have none."""
+    chosen = primitives.enabled & (primitives.kind != PLANE) & ~table.static
+    return find_boxes(primitives, vertices, np.flatnonzero(chosen))
+
+
 def find_boxes(
     primitives: Primitives, vertices: NDArray[np.void] | None, index: NDArray[np.int64]
 ) -> tuple[FloatArray, FloatArray]:
@@ -130,7 +165,8 @@ def find_boxes(
     turn = np.moveaxis(np.array(rows), 2, 0)
     kind, radius = primitives.kind[index], primitives.radius[index]
     middle = np.zeros((len(index), 3))
-    half = primitives.size[index] + np.where(kind == BOX, 0.0, radius)[:, None]
+    is_round = (kind == SPHERE) | (kind == CAPSULE)  # the box around a ball does not change as it rolls
+    half = primitives.size[index] + np.where((kind == BOX) | is_round, 0.0, radius)[:, None]
     meshes = read_meshes(vertices)
     for i in np.flatnonzero((kind == HULL) | (kind == HEIGHTFIELD)):
         first = primitives.vertex_first[index[i]]
@@ -139,5 +175,5 @@ def find_boxes(
         lower, upper = points.min(axis=0), points.max(axis=0)
         middle[i], half[i] = 0.5 * (lower + upper), 0.5 * (upper - lower)
     center = primitives.position[index] + (turn @ middle[:, :, None])[:, :, 0]
-    reach = (np.abs(turn) @ half[:, :, None])[:, :, 0]
+    reach = (np.abs(turn) @ half[:, :, None])[:, :, 0] + np.where(is_round, radius, 0.0)[:, None]
     return center - reach, center + reach

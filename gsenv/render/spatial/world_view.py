@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from gsenv.render.checks import check_dimension
 from gsenv.render.spatial.primitives import HEIGHTFIELD, MARKED, PLAIN, PLANE, SPHERE, Primitives
 from gsenv.render.spatial.style import GROUND_COLOR
 from gsenv.render.theme import PALETTE, STATIC_COLOR
@@ -45,8 +46,7 @@ def read_table(world: Any) -> ShapeTable:
 
     Raises ValueError for a 2D World.
     """
-    if world.model.dim != 3:
-        raise ValueError(f"a SpatialRenderer draws 3D worlds, got one with dim {world.model.dim}.")
+    check_dimension(world, 3, "SpatialRenderer")
     shapes = world.model.shapes
     index = np.flatnonzero(shapes["sensor"] == 0)
     kind, body = shapes["kind"][index], shapes["body"][index]
@@ -54,7 +54,7 @@ def read_table(world: Any) -> ShapeTable:
     color = find_colors(kind, body, static)
     if world.model.shape_colors is not None:
         colors = world.model.shape_colors[index]
-        given = colors.any(axis=1)  # black stands for "not given"
+        given = colors.any(axis=1)  # black stands for "not given"; (1, 1, 1) looks the same and is drawn
         color[given] = colors[given]
     # Only a sphere that is a body's single shape has stripes.
     alone = np.bincount(shapes["body"], minlength=len(world.model.bodies))[body] == 1

@@ -40,7 +40,8 @@ def finite(value: Any, what: str) -> float:
 
 
 def _number(value: Any, what: str) -> float:
-    if isinstance(value, (bool, np.bool_, str, bytes, list, tuple)) or getattr(value, "ndim", 0):
+    dimensions: Any = getattr(value, "ndim", 0)
+    if isinstance(value, (bool, np.bool_, str, bytes, list, tuple)) or dimensions:
         raise ValueError(f"{what} must be a number, got {shown(value)}.")
     try:
         return float(value)

@@ -13,6 +13,7 @@ from gsenv.envs.core.arguments import DIAGNOSTICS
 from gsenv.envs.core.env import TaskEnv
 from gsenv.envs.core.vector import TaskVectorEnv
 from gsenv.envs.stack.env import StackEnv, StackVectorEnv
+from gsenv.envs.tower_v0 import parallel_env
 from tests.envs.stack.worlds import assert_equal
 
 SINGLE = pytest.mark.parametrize("single", [StackEnv, CarEnv])
@@ -175,3 +176,69 @@ def test_arguments_pass_through_make() -> None:
     vector: Any = gymnasium.make_vec("GCar-v0", num_envs=2, randomize={"friction": (0.4, 0.9)})
     vector.reset(seed=0)
     assert vector.physics["friction"].shape == (2,)
+
+
+# ---------------------------------------------------------------- arguments of methods
+
+BEYOND_FLOATS = 10**400  # float() raises OverflowError
+MAKERS = pytest.mark.parametrize("make", [StackEnv, StackVectorEnv, parallel_env])
+
+
+def after(env: Any) -> Any:
+    """The state after a reset and a step of zeros, by which two environments are compared."""
+    env.reset(seed=3)
+    return env.task.save().arrays["observation"].tolist()
+
+
+@MAKERS
+@pytest.mark.parametrize("options", [3, [], "blocks", [("blocks", 2)], {1: 2}])
+def test_options_that_are_no_dict_are_refused_in_one_sentence(make: Any, options: Any) -> None:
+    env = make()
+    before = after(env)
+    with pytest.raises(ValueError, match="reset: options must be a dict"):
+        env.reset(seed=4, options=options)
+    assert env.task.save().arrays["observation"].tolist() == before
+
+
+@pytest.mark.parametrize(
+    "seed", [1.5, [1.9, 2], [True] * 2, True, "12", b"12", [1, "2"], [[1], [2]], {0: 1, 1: 2}, np.array([1.0, 2.0])]
+)
+def test_seeds_of_a_batch_are_whole_numbers(seed: Any) -> None:
+    env = StackVectorEnv(2)
+    before = after(env)
+    with pytest.raises(ValueError, match=r"reset: (a )?seed must be a whole number"):
+        env.reset(seed=seed)
+    assert env.task.save().arrays["observation"].tolist() == before
+    good: Any
+    for good in ([3, 4], (3, 4), np.array([3, 4]), range(3, 5), np.int64(3), [None, 4]):
+        env.reset(seed=good)
+
+
+@MAKERS
+def test_numbers_beyond_all_floats_are_no_actions(make: Any) -> None:
+    env = make()
+    env.reset(seed=0)
+    action: Any = [BEYOND_FLOATS] * 4
+    if make is not StackEnv:
+        action = dict.fromkeys(env.agents, action) if make is parallel_env else [action]
+    with pytest.raises(ValueError, match="step: actions must be numbers, got") as error:
+        env.step(action)
+    assert len(str(error.value)) < 300
+
+
+@MAKERS
+def test_numbers_beyond_all_floats_are_no_settings(make: Any) -> None:
+    with pytest.raises(ValueError, match="crack_speed"):
+        make(crack_speed=BEYOND_FLOATS)
+    with pytest.raises(ValueError, match="must be a pair"):
+        make(randomize={"friction": (0.5, 10**5000)})
+
+
+def test_what_a_batch_was_made_from_cannot_be_set() -> None:
+    env = StackVectorEnv(2)
+    for name, value in (("render_mode", "human"), ("render_mode", "x"), ("num_envs", 3), ("autoreset_mode", "x")):
+        before = env.get_attr(name)
+        with pytest.raises(ValueError, match=f"set_attr: '{name}' is set when the environment is made"):
+            env.set_attr(name, value)
+        assert env.get_attr(name) == before
+    env.set_attr("render_mode", None)

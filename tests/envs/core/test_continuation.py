@@ -142,6 +142,27 @@ def test_wrong_snapshots_are_refused_and_change_nothing(env_id: str) -> None:
     for other_id in others:
         stranger = make_vector(other_id, 3)
         stranger.reset(seed=0)
-        with pytest.raises(ValueError, match="another scene"):
+        with pytest.raises(ValueError, match="restore: the snapshot is of gsenv"):
             vector.restore(stranger.save())
     assert digest(vector.save()) == before
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [("GRagdoll-v0", "GRagdoll-get-up-v0"), ("GRagdoll2D-v0", "GRagdoll2D-get-up-v0"),
+     ("GStack-v0", "GStack-hardcore-v0"), ("GCar-v0", "GCar-hardcore-v0")],
+)  # fmt: skip
+def test_a_snapshot_of_other_rules_is_refused_and_changes_nothing(one: str, other: str) -> None:
+    pairs: list[tuple[Any, Any]] = [(make(one).unwrapped, make(other).unwrapped)]
+    pairs.append((make_vector(one, 2), make_vector(other, 2)))
+    for first, second in pairs:
+        first.reset(seed=0)
+        second.reset(seed=1)
+        before = digest(second.save())
+        with pytest.raises(ValueError, match="restore: the snapshot is of gsenv"):
+            second.restore(first.save())
+        wrong: list[Any] = [None, 5, {}]
+        for bad in wrong:
+            with pytest.raises(ValueError, match=r"restore: this needs what save\(\) returned"):
+                second.restore(bad)
+        assert digest(second.save()) == before

@@ -141,7 +141,8 @@ def test_gravity_is_a_vector_and_reset_takes_a_flag(dim: int) -> None:
     before = everything(world)
     with pytest.raises(ValueError, match="gravity must be"):
         world.parameters.set(gravity=-9.81)
-    for bad in ("no", None, 1, [True]):
+    wrong: list[Any] = ["no", None, 1, [True]]
+    for bad in wrong:
         with pytest.raises(ValueError, match="reset: parameters must be True or False"):
             world.reset(parameters=bad)
     assert everything(world) == before
