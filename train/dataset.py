@@ -102,7 +102,7 @@ def make_dataset(
         raise ValueError(f"there already is a dataset {name}; `minari delete {name}` deletes it.")
     arguments = dict(arguments or {})
     check_state(arguments, "a dataset")
-    actor = make_actor(policy, env_id, seed)
+    actor = make_actor(policy, env_id, seed, arguments)
     episodes = list(run_episodes(actor, env_id, episode_count, seed, noise, arguments, on_episodes))
     lowest, highest = reference_scores(env_id, arguments, on_scores)
     texts = {
@@ -258,7 +258,7 @@ def reference_scores(
     actors = []
     for policy in ("random", "scripted", "trained"):
         with suppress(PolicyError):  # there is none
-            actors.append(make_actor(policy, env_id))
+            actors.append(make_actor(policy, env_id, arguments=arguments))
     returns = []
     for k, actor in enumerate(actors):
 

@@ -108,8 +108,10 @@ def _run_batch(
     return success, returns, lengths
 
 
-def make_actor(policy: str, env_id: str, seed: int = 0) -> Actor:
+def make_actor(policy: str, env_id: str, seed: int = 0, arguments: Mapping[str, Any] | None = None) -> Actor:
     """Return an actor: "trained", "scripted", "random", or from a file, policy.npz or SB3's policy.zip.
+
+    `arguments` are those of the environment: a `task` among them has policies of its own.
 
     Files are only read; whatever is in them, none of it is run.
 
@@ -117,8 +119,9 @@ def make_actor(policy: str, env_id: str, seed: int = 0) -> Actor:
         PolicyError: there is no such policy, or it does not fit this environment.
     """
     from gsenv.envs.core.mlp import MlpPolicy
-    from gsenv.envs.core.policies import scripted_actions, trained_actions
+    from gsenv.envs.core.policies import policy_id, scripted_actions, trained_actions
 
+    env_id = policy_id(env_id, arguments or {})
     if policy == "random":
         return _random_actor(env_id, seed)
     try:
@@ -183,7 +186,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     given = parser.parse_args(arguments)
     check_env_id(parser, given.env)
     try:
-        actor = make_actor(given.policy, given.env, given.seed)
+        actor = make_actor(given.policy, given.env, given.seed, dict(given.set))
         with counting(f"{given.env}, {given.episodes} episodes", given.episodes) as follow:
             result = evaluate(actor, given.env, given.episodes, given.seed, dict(given.set), follow)
     except (PolicyError, TypeError, ValueError) as error:

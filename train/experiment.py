@@ -155,9 +155,19 @@ def _parse(
     except (TypeError, ValueError) as error:
         parser.error(str(error))
     settings = experiment.settings_for(given.env)
-    settings = replace(settings, steps=given.steps or settings.steps, arguments=settings.arguments | own)
+    settings = with_arguments(replace(settings, steps=given.steps or settings.steps), own)
     folder = given.out or Path("runs") / experiment.name / given.env.rpartition(":")[2]
     return settings, given.seeds, folder, given.resume
+
+
+def with_arguments(settings: Settings, own: dict[str, Any]) -> Settings:
+    """Return settings where these arguments of the environment hold in all lessons and in the tests."""
+    lessons = [{name: value for name, value in lesson.items() if name not in own} for lesson in settings.lessons]
+    lessons = [lesson for k, lesson in enumerate(lessons) if lesson and lesson not in lessons[k - 1 : k]]
+    tested = {name: value for name, value in own.items() if name != "split"}
+    tests = [test | tested for test in settings.tests]
+    tests = [test for k, test in enumerate(tests) if test not in tests[:k]]
+    return replace(settings, arguments=settings.arguments | own, lessons=tuple(lessons), tests=tuple(tests))
 
 
 def run_seed(experiment: Experiment, settings: Settings, folder: Path, resume: bool = False) -> int:

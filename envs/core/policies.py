@@ -7,7 +7,7 @@ observation without memory, so one policy serves any number of environments.
 from __future__ import annotations
 
 import io
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from importlib import import_module
 from importlib.resources import files
 from typing import Any
@@ -57,6 +57,13 @@ def scripted_actions(env_id: str) -> BatchPolicy:
         raise LookupError(f"{name} has no scripted policy.")
     policy: BatchPolicy = _find(where)
     return policy
+
+
+def policy_id(env_id: str, arguments: Mapping[str, Any]) -> str:
+    """Return the id whose policies fit an environment with these arguments: `task="get_up"` makes it another one."""
+    stem, _, version = env_id.rpartition("-")
+    other = f"{stem}-{str(arguments.get('task', '')).replace('_', '-')}-{version}"
+    return other if other.rpartition(":")[2] in {entry.id for entry in ENVS} else env_id
 
 
 def trained_actions(env_id: str) -> MlpPolicy:

@@ -48,7 +48,7 @@ def run_evaluate(options: argparse.Namespace) -> int:
     from gsenv.train.evaluate import evaluate
 
     check_env(options.env)
-    actor = find_actor(options.policy, options.env, options.seed)
+    actor = find_actor(options.policy, options.env, options.seed, dict(options.set))
     try:
         with counting(f"{options.env}, {options.episodes} episodes", options.episodes) as follow:
             result = evaluate(actor, options.env, options.episodes, options.seed, dict(options.set), follow)

@@ -1,7 +1,8 @@
 """Names on the command line: environments, scenes and policies."""
 
+from collections.abc import Mapping
 from difflib import get_close_matches
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from gsenv.envs import ENVS, PARALLEL_ENVS
 
@@ -20,11 +21,11 @@ def suggestion(wrong: str, names: list[str]) -> str:
     return f"did you mean {spellings[close[0]]}?" if close else "`gsenv list` shows them all"
 
 
-def find_actor(policy: str, env_id: str, seed: int) -> "Actor":
+def find_actor(policy: str, env_id: str, seed: int, arguments: Mapping[str, Any]) -> "Actor":
     from gsenv.train.evaluate import PolicyError, make_actor
 
     try:
-        return make_actor(policy, env_id, seed)
+        return make_actor(policy, env_id, seed, arguments)
     except PolicyError as error:
         raise CliError(str(error), FAILED) from error
 

@@ -117,7 +117,7 @@ def _env_footage(options: argparse.Namespace) -> _Footage:
         env = gymnasium.make(options.target, render_mode="rgb_array", **size, **dict(options.set))
     except (TypeError, ValueError) as error:
         raise CliError(str(error), WRONG_USAGE) from None
-    policy = _policy(options.target, options.policy or "random")
+    policy = _policy(options.target, options.policy or "random", dict(options.set))
     assert env.spec is not None  # gymnasium.make sets it
     step_count = options.steps or env.spec.max_episode_steps or 1000
     frames = _env_frames(env, policy, options.seed, step_count, one_episode=options.steps is None)
@@ -135,21 +135,22 @@ def _parallel_footage(options: argparse.Namespace) -> _Footage:
     except (TypeError, ValueError) as error:
         raise CliError(str(error), WRONG_USAGE) from None
     kind = options.policy or "random"
-    policy = None if kind == "random" else find_actor(kind, options.target, 0)
+    policy = None if kind == "random" else find_actor(kind, options.target, 0, dict(options.set))
     step_count = options.steps or env.max_cycles or 1000
     frames = env.film(policy, options.seed, step_count, one_episode=options.steps is None)
     return _Footage(env.metadata["render_fps"], step_count + 1, _checked(frames))
 
 
-def _policy(env_id: str, kind: str) -> "Policy":
+def _policy(env_id: str, kind: str, arguments: dict[str, Any]) -> "Policy":
     if kind == "random":
         return lambda env: env.action_space.sample()
     import gsenv.envs.core.policies as policies
 
+    env_id = policies.policy_id(env_id, arguments)
     try:
         if kind in ("scripted", "trained"):
             return policies.scripted_policy(env_id) if kind == "scripted" else policies.trained_policy(env_id)
-        actor = find_actor(kind, env_id, 0)
+        actor = find_actor(kind, env_id, 0, arguments)
         return lambda env: actor(env.unwrapped.observation)  # type: ignore[attr-defined]
     except LookupError as error:
         raise CliError(str(error.args[0]), FAILED) from error

@@ -28,10 +28,11 @@ def record_states(options: argparse.Namespace) -> int:
     target = options.target
     _check_states(options)
     is_scene = target.startswith(SCENE_PREFIX)
-    actor = None if is_scene else find_actor(options.policy or "random", target, options.seed)
+    own = dict(options.set)
+    actor = None if is_scene else find_actor(options.policy or "random", target, options.seed, own)
     with _bar(target) as follow:
         try:
-            recording = replay.record(target, options.steps, options.seed, actor, dict(options.set), follow)
+            recording = replay.record(target, options.steps, options.seed, actor, own, follow)
         except (TypeError, ValueError) as error:  # a bad --set or --seed
             raise CliError(str(error), WRONG_USAGE) from error
     interrupted, is_saved = recording.interrupted, False

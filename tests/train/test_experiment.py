@@ -14,6 +14,7 @@ from gsenv import cli
 from gsenv.envs.core.mlp import MlpPolicy
 from gsenv.train import checkpoint, curve, experiment, export, ppo
 from gsenv.train.evaluate import Evaluation, evaluate
+from gsenv.train.experiment import Settings, with_arguments
 from gsenv.train.export import load_zip
 from gsenv.train.files import read_rows
 from tests.train.small import EXPERIMENTS, PPO
@@ -325,3 +326,17 @@ def test_training_goes_through_the_lessons_and_resumes_in_the_last(kind: Any, se
     assert experiment.train(again)
     assert {row["lesson"] for row in again.rows[len(run.rows) :]} == {2}
     assert again.normalize.get_attr("blocks") == [1] * easy.world_count
+
+
+def test_what_the_user_sets_holds_in_lessons_and_tests() -> None:
+    settings = Settings(
+        arguments={"blocks": 5},
+        lessons=({"blocks": 2, "crack_speed": 2.0}, {"blocks": 3, "crack_speed": 2.0}, {"blocks": 5}),
+        tests=({}, {"crack_speed": 0.3}),
+    )
+    own = with_arguments(settings, {"blocks": 4, "split": "train"})
+    assert own.arguments == {"blocks": 4, "split": "train"}
+    assert own.lessons == ({"crack_speed": 2.0},)
+    assert own.tests == ({"blocks": 4}, {"blocks": 4, "crack_speed": 0.3})
+    assert with_arguments(settings, {}) == settings
+    assert with_arguments(settings, {"crack_speed": 1.0}).tests == ({"crack_speed": 1.0},)
