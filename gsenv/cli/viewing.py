@@ -118,7 +118,9 @@ def _make_game(options: argparse.Namespace) -> Simulation:
     env = _make_worlds(options, 1)
     if options.policy is not None and not env.task.agents:
         raise CliError(f"{options.target} has one agent, so --policy has nobody to act for", WRONG_USAGE)
-    actor = None if options.policy is None else find_actor(options.policy, options.target, options.seed, dict(options.set))
+    actor = (
+        None if options.policy is None else find_actor(options.policy, options.target, options.seed, dict(options.set))
+    )
     steering = make_steering(env.task, len(env.task.agents) if actor is None else 1)
     return TaskSimulation(env, f"{options.target}: play", options.seed, actor, steering)
 
