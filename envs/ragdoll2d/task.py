@@ -168,6 +168,6 @@ class BalanceTask(Task):
             lines.append(f"push {abs(state['push']):.2f} m/s")
         if self.infos["fell"][world]:
             lines.append("fell")
-        if self.getting_up and state["stood"] > 0:
+        if self.getting_up and state["stood"] >= 3:  # not for a moment
             lines.append(f"stands {state['stood'] * shared.CONTROL_TIME:.1f} s")
         return lines

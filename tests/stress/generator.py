@@ -131,7 +131,7 @@ def _fill_terrain(seed: int, category: str, options: Options, build: Build) -> C
     y[[0, -1]] = 20.0 * build.size  # a bowl
     chain = Terrain(vertices=np.stack([x, y], 1), **build.material())
     build.scene.add_body("terrain", "static", [chain])
-    return _case(seed, category, options, build)
+    return _case(seed, category, options, build, overlapping=True)  # with the walls of the bowl
 
 
 def _fill_welds(seed: int, category: str, options: Options, build: Build) -> Case:
