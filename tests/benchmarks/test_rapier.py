@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ import pytest
 from benchmarks.accuracy.cases3d import all_cases
 from benchmarks.accuracy.points import finite_error, record
 from benchmarks.accuracy.settings_rapier import setting_of
+from benchmarks.common.timing import cpu_time
 from gsenv.scenes.spatial import bouncing_spheres, cube_stack, two_rods
 
 pytest.importorskip("rapier3d", reason="the extra `bench` has it")
@@ -70,3 +72,15 @@ def test_stiffer_contacts_overlap_less() -> None:
         heights.append(simulation.read()[-1, 2])
     assert heights[0] < heights[1] - 1e-4
     assert math.isclose(heights[1], 4.5, abs_tol=2e-3)
+
+
+def test_its_time_is_counted_though_a_thread_of_its_own_spends_it() -> None:
+    """More substeps cost more: the calling thread alone, which only waits, would show nothing of it."""
+    from benchmarks.accuracy.engines.rapier import Simulation
+
+    model = cube_stack(20).compile()
+    few, many = (
+        min(cpu_time(partial(Simulation(model, setting_of(60, count, "", {})).step, 60)) for _ in range(3))
+        for count in (4, 64)
+    )
+    assert many > 3.0 * few
