@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from gsenv.envs.core.policies import scripted_policy, trained_actions, trained_policy
+from gsenv.envs.ragdoll2d.lying import FILE as LYING
 from gsenv.envs.stack.env import StackEnv, StackVectorEnv
 from gsenv.envs.stack.policy import build_tower
 from gsenv.train.evaluate import evaluate
