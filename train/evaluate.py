@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from gsenv.envs.core.policies import make_batch
 from gsenv.envs.core.spec_tables import box_of
+from gsenv.envs.core.vector import NEVER
 from gsenv.train.arguments import Parser, add_set_option, check_env_id, check_state, not_negative, positive
 from gsenv.train.progress import counting
 
@@ -72,6 +73,8 @@ def evaluate(
     """
     given = {"split": SPLIT} | dict(arguments or {})
     check_state(given, "an evaluation")
+    if given.get("max_episode_steps") == NEVER:
+        raise ValueError("an evaluation needs episodes that end, so max_episode_steps must not be -1.")
     batches = []
     for first in range(0, episodes, BATCH):
 

@@ -349,6 +349,10 @@ def _watcher(run: Run, progress: Any) -> BaseCallback:
                 description=f"{settings.env}  return {row['return']:.2f}  success {row['success']:.0%}",
             )
 
+        def _on_training_end(self) -> None:
+            if self.num_timesteps > self.logged:  # short runs end before their first row
+                run.rows.append(self.row())
+
         def row(self) -> dict[str, Any]:
             episodes: Any = self.model.ep_info_buffer or ()
             row: dict[str, Any] = {

@@ -148,3 +148,8 @@ def test_an_argument_that_makes_another_task_has_the_policies_of_that_task() -> 
     np.testing.assert_array_equal(one(observations), other(observations))
     with pytest.raises(PolicyError, match="GRagdoll2D-get-up-v0 has no scripted policy"):
         make_actor("scripted", "GRagdoll2D-v0", 0, get_up)
+
+
+def test_episodes_that_never_end_are_refused() -> None:
+    with pytest.raises(ValueError, match="needs episodes that end"):
+        evaluate(make_actor("random", "GCar-v0"), "GCar-v0", 2, arguments={"max_episode_steps": -1})

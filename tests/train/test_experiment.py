@@ -340,3 +340,10 @@ def test_what_the_user_sets_holds_in_lessons_and_tests() -> None:
     assert own.tests == ({"blocks": 4}, {"blocks": 4, "crack_speed": 0.3})
     assert with_arguments(settings, {}) == settings
     assert with_arguments(settings, {"crack_speed": 1.0}).tests == ({"crack_speed": 1.0},)
+
+
+def test_a_short_run_has_a_row_of_its_end(tmp_path: Path) -> None:
+    short = replace(PPO, log_every=100_000, evaluate_every=100_000, tests=())
+    assert experiment.run_seed(ppo.EXPERIMENT, short, tmp_path / "seed-0") == experiment.OK
+    (row,) = read_rows(tmp_path / "seed-0" / "progress.csv")
+    assert row["steps"] >= short.steps
