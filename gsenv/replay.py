@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gsenv.envs.core.mlp import _MOST_BYTES, read_arrays
+from gsenv.envs.core.mlp import MOST_BYTES, read_arrays
 from gsenv.envs.core.splits import MOST_SEED
 from gsenv.files import replacing
 
@@ -311,7 +311,7 @@ class _Run:
     def check_length(self, steps: int) -> None:
         """Raise ValueError for a number of steps whose recording no file may hold."""
         _, states = self._states[0]
-        most = int(0.9 * _MOST_BYTES) // sum(values.nbytes for values in states.values())  # 0.9: actions, times, names
+        most = int(0.9 * MOST_BYTES) // sum(values.nbytes for values in states.values())  # 0.9: actions, times, names
         if steps > most:
             raise ValueError(f"a recording of {self.target} has room for at most {most} steps, got {steps}.")
 

@@ -179,7 +179,7 @@ def test_a_file_that_would_fill_the_memory_is_not_unpacked(
     episode: Recording, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     episode.save(tmp_path / "run.npz")
-    monkeypatch.setattr("gsenv.envs.core.mlp._MOST_BYTES", 10_000)
+    monkeypatch.setattr("gsenv.envs.core.mlp.MOST_BYTES", 10_000)
     with pytest.raises(ValueError, match="is no recording"):
         Recording.load(tmp_path / "run.npz")
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from gsenv.solver import World
 from gsenv.solver.api.options import FIDELITIES
+from gsenv.solver.records.text import shown
 
 Array = NDArray[Any]
 
@@ -59,17 +60,8 @@ def mapping_of(options: Any) -> dict[str, Any]:
     if options is None:
         return {}
     if not isinstance(options, Mapping) or not all(isinstance(name, str) for name in options):
-        raise ValueError(f"reset: options must be a dict of options by name, or None, got {shortened(options)}.")
+        raise ValueError(f"reset: options must be a dict of options by name, or None, got {shown(options)}.")
     return dict(options)
-
-
-def shortened(value: Any) -> str:
-    """Return the repr of a value for a message, cut where it is long."""
-    try:
-        text = repr(value)
-    except ValueError:  # of whole numbers of thousands of digits
-        text = "a number of thousands of digits"
-    return text if len(text) <= 200 else f"{text[:197]}..."
 
 
 def check_options(given: Mapping[str, Any], known: Sequence[Setting], defaults: Mapping[str, Any]) -> dict[str, Any]:
@@ -113,7 +105,7 @@ def _range(quantity: Quantity, pair: Any) -> tuple[float, float]:
     try:
         low, high = (float(end) for end in pair)
     except (OverflowError, TypeError, ValueError):
-        raise ValueError(f"{where} must be a pair (low, high), got {shortened(pair)}.") from None
+        raise ValueError(f"{where} must be a pair (low, high), got {shown(pair)}.") from None
     if not (math.isfinite(low) and math.isfinite(high) and low <= high):
         raise ValueError(f"{where} must be two finite numbers, the lower first, got {pair!r}.")
     if low < quantity.low or high > quantity.high:
@@ -128,7 +120,7 @@ def number_within(value: Any, least: float, most: float, message: str) -> float:
     except (OverflowError, TypeError, ValueError):  # OverflowError: a whole number beyond all floats
         number = float("nan")
     if isinstance(value, bool) or not least <= number <= most:
-        raise ValueError(f"{message}, got {shortened(value)}.")
+        raise ValueError(f"{message}, got {shown(value)}.")
     return number
 
 

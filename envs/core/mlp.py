@@ -18,7 +18,7 @@ from gsenv.files import write_bytes
 Array = NDArray[np.float32]
 
 _CLIP = 10.0  # normalised observations stay within this
-_MOST_BYTES = 2**28  # that an .npz file may unpack to; a few of them are bombs
+MOST_BYTES = 2**28  # that an .npz file may unpack to; a few of them are bombs
 
 
 def _relu(x: Array) -> Array:
@@ -132,7 +132,7 @@ def read_arrays(file: Path | BinaryIO) -> dict[str, NDArray[Any]]:
     try:
         with zipfile.ZipFile(file) as archive:
             size = sum(member.file_size for member in archive.infolist())
-        if size > _MOST_BYTES:
+        if size > MOST_BYTES:
             raise ValueError(f"it would unpack to {size / 2**20:.0f} MB.")
         if not isinstance(file, Path):
             file.seek(0)

@@ -27,7 +27,6 @@ from gsenv.envs.core.arguments import (
     check_ranges,
     check_settings,
     read_diagnostics,
-    shortened,
 )
 from gsenv.envs.core.spec_tables import (
     Entry,
@@ -43,6 +42,7 @@ from gsenv.envs.core.steering import Control
 from gsenv.solver import Options, Scene, Snapshot, World
 from gsenv.solver.api.one_thread import one_thread
 from gsenv.solver.records.bundle import Bundle, per_world
+from gsenv.solver.records.text import shown
 
 Array = NDArray[Any]
 
@@ -312,7 +312,7 @@ class Task(ABC):
         try:
             given = np.asarray(actions, np.float32)
         except (OverflowError, TypeError, ValueError):  # OverflowError: a whole number beyond all floats
-            raise ValueError(f"step: actions must be numbers, got {shortened(actions)}.") from None
+            raise ValueError(f"step: actions must be numbers, got {shown(actions)}.") from None
         if given.shape != buffer.shape:
             raise ValueError(f"step: actions must have the shape {buffer.shape}, got {given.shape}.")
         buffer[:] = given

@@ -12,7 +12,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
-from gsenv.envs.core.arguments import DIAGNOSTIC_NAMES, add_settings, mapping_of, shortened
+from gsenv.envs.core.arguments import DIAGNOSTIC_NAMES, add_settings, mapping_of
 from gsenv.envs.core.painter import Frame, Painter, render_metadata
 from gsenv.envs.core.pixels import Observer
 from gsenv.envs.core.spec_tables import box_of
@@ -20,6 +20,7 @@ from gsenv.envs.core.splits import check_split, make_generator
 from gsenv.envs.core.streams import Streams
 from gsenv.envs.core.task import Array, Task, TaskSnapshot, of_environment
 from gsenv.solver.api.one_thread import OneThread
+from gsenv.solver.records.text import shown
 
 Step = tuple[Any, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]
 
@@ -157,12 +158,12 @@ class TaskVectorEnv(VectorEnv[Any, NDArray[np.float32], Array]):
             seeds = seed
         else:
             wanted = f"a whole number, a list of {self.num_envs}, or None"
-            raise ValueError(f"reset: seed must be {wanted}, got {shortened(seed)}.")
+            raise ValueError(f"reset: seed must be {wanted}, got {shown(seed)}.")
         if len(seeds) != self.num_envs:
             raise ValueError(f"reset: {self.num_envs} seeds are needed, got {len(seeds)}.")
         for i, one in enumerate(seeds):
             if one is not None and not _is_whole(one):
-                raise ValueError(f"reset: a seed must be a whole number or None, got {shortened(one)} for world {i}.")
+                raise ValueError(f"reset: a seed must be a whole number or None, got {shown(one)} for world {i}.")
         made = [None if s is None else make_generator(int(s), self._split) for s in seeds]
         for i, pair in enumerate(made):
             if pair is not None and mask[i]:

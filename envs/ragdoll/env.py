@@ -19,6 +19,9 @@ from gsenv.envs.ragdoll.build import build_scene, paint
 from gsenv.envs.ragdoll2d.lying import lying_poses
 from gsenv.envs.ragdoll2d.task import (
     ARGUMENTS,
+    BALANCE_ACTION,
+    FALL_END,
+    GET_UP_ACTION,
     GET_UP_END,
     GET_UP_SETTINGS,
     LAST_TERMS,
@@ -26,6 +29,7 @@ from gsenv.envs.ragdoll2d.task import (
     OF_GET_UP,
     OF_ONE_OF_TASKS,
     POSTURE_TERM,
+    TIME_END,
     BalanceTask,
     OneOfTasks,
     axis_text,
@@ -233,27 +237,20 @@ _SPECIFICATION = (
 _BALANCE = {
     "does": "stands on level ground with bent knees and is pushed at the hips every 2 to 4 s,\n    from all sides",
     "feet": (", so the ankles\n    alone hold only light pushes: harder ones need hips, waist, arms and steps"),
-    "action": (
-        "An action a sets the target of each drive to the angle of the stand plus 0.6 of half the joint's\n"
-        "    range times a; 0 asks for the stand."
-    ),
+    "action": BALANCE_ACTION,
     "rewards": "",
     "start": """\
     The figure looks along -y and stands on one foot or both, each joint within 0.04 rad of the stand, and
     moves with up to 0.1 m/s along x and y. The first push comes after 1 to 4 s, the others 2 to 4 s after
     the one before. A push lasts 0.1 s and changes the velocity of the whole figure by 0.1 m/s to `push`,
     uniformly drawn, in any direction along the ground.""",
-    "end": """\
-    - Termination: a fall. The crown is below 0.6 of its height in the stand, pelvis or chest tilt by
-      more than 1 rad, or anything but the feet touches the ground.
-    - Truncation: after 600 steps (20 s), by `gymnasium.make`, `gymnasium.make_vec` and the vector environment.
-      Standing at that time is success.""",
+    "end": f"{FALL_END}\n{TIME_END}",
     "of_task": OF_BALANCE,
 }
 _GET_UP = {
     "does": "lies on level ground and gets up; nothing pushes it",
     "feet": "",
-    "action": "An action asks each drive for an angle, as the table says.",
+    "action": GET_UP_ACTION,
     "rewards": """
 
     "stand" is 0.03 m here, with m the mean of h and of the height of the hips over that in the stand, at most 1;

@@ -19,6 +19,9 @@ from gsenv.envs.ragdoll2d.build import build_scene
 from gsenv.envs.ragdoll2d.lying import lying_poses
 from gsenv.envs.ragdoll2d.task import (
     ARGUMENTS,
+    BALANCE_ACTION,
+    FALL_END,
+    GET_UP_ACTION,
     GET_UP_END,
     GET_UP_SETTINGS,
     LAST_TERMS,
@@ -26,6 +29,7 @@ from gsenv.envs.ragdoll2d.task import (
     OF_GET_UP,
     OF_ONE_OF_TASKS,
     POSTURE_TERM,
+    TIME_END,
     BalanceTask,
     OneOfTasks,
     axis_text,
@@ -219,10 +223,7 @@ _BALANCE = {
         "The ankles alone hold only light\n    pushes, for the soles are short: harder ones need hips, waist and "
         "steps, and after a step the feet\n    must come together again. "
     ),
-    "action": (
-        "An action a sets the target of each drive to the angle of the stand plus 0.6 of half the joint's\n"
-        "    range times a; 0 asks for the stand."
-    ),
+    "action": BALANCE_ACTION,
     "entries": "42",
     "rewards": "",
     "start": """\
@@ -230,19 +231,16 @@ _BALANCE = {
     or backwards with up to 0.1 m/s. The first push comes after 1 to 4 s, the others 2 to 4 s after the
     one before. A push lasts 0.1 s and changes the velocity of the whole figure by 0.1 m/s to `push`,
     uniformly drawn, forwards or backwards.""",
-    "end": """\
-    - Termination: a fall. The crown is below 0.6 of its height in the stand, pelvis or chest tilt by
-      more than 1 rad, or anything but the feet touches the ground.
+    "end": f"""{FALL_END}
     - Termination: the ankles are more than 0.2 m apart for more than 2 s, from which time with the feet
       together is taken back. (Legs astride, a constant action would hold the pushes.)
-    - Truncation: after 600 steps (20 s), by `gymnasium.make`, `gymnasium.make_vec` and the vector environment.
-      Standing at that time is success.""",
+{TIME_END}""",
     "of_task": OF_BALANCE,
 }
 _GET_UP = {
     "does": "lies on level ground, face up or face down, and gets up;\n    nothing pushes it",
     "feet": "",
-    "action": "An action asks each drive for an angle, as the table says.",
+    "action": GET_UP_ACTION,
     "entries": "44",
     "rewards": """
 

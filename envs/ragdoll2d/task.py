@@ -112,6 +112,17 @@ OF_BALANCE = """\
 OF_GET_UP = """\
     `reset(options={"push": p})` sets the largest push for one episode. `assist` is for curricula: the force acts at
     the chest's centre of mass, at all times."""
+BALANCE_ACTION = (
+    "An action a sets the target of each drive to the angle of the stand plus 0.6 of half the joint's\n"
+    "    range times a; 0 asks for the stand."
+)
+GET_UP_ACTION = "An action asks each drive for an angle, as the table says."
+FALL_END = """\
+    - Termination: a fall. The crown is below 0.6 of its height in the stand, pelvis or chest tilt by
+      more than 1 rad, or anything but the feet touches the ground."""
+TIME_END = """\
+    - Truncation: after 600 steps (20 s), by `gymnasium.make`, `gymnasium.make_vec` and the vector environment.
+      Standing at that time is success."""
 GET_UP_END = """\
     - Getting up never terminates and is truncated after 300 steps (10 s), by `gymnasium.make`,
       `gymnasium.make_vec` and the vector environment. It is a success at steps where the figure has stood

@@ -46,7 +46,7 @@ def test_poses_and_velocities_are_the_scenes() -> None:
 
 
 @pytest.mark.parametrize("reduced", [False, True])
-def test_joints_hold_and_a_pendulum_swings_in_its_period(reduced: bool) -> None:
+def test_joints_hold_while_a_pendulum_falls_through_the_vertical(reduced: bool) -> None:
     """A pendulum of two rods that starts level falls through the vertical; its lower ends stay at their lengths."""
     from benchmarks.accuracy.engines.rapier import Simulation
 

@@ -11,6 +11,8 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from .text import shown
+
 Array = NDArray[Any]
 Vector = Sequence[float] | NDArray[Any]
 
@@ -152,7 +154,7 @@ def checked_points(title: str, vertices: Any, dim: int, least: int) -> Array:
     """Return ``vertices`` as finite points (n, dim), n >= ``least``; raises ValueError otherwise."""
     points = float_array(vertices)
     if points.ndim != 2 or points.shape[1] != dim:
-        raise ValueError(f"{title} vertices must be {_POINTS[dim]}, got {_short(vertices)}")
+        raise ValueError(f"{title} vertices must be {_POINTS[dim]}, got {shown(vertices)}")
     if not np.isfinite(points).all():
         bad = tuple(points[~np.isfinite(points).all(axis=1)][0].tolist())
         raise ValueError(f"{title} vertices must be finite, got {bad}")
@@ -167,11 +169,6 @@ def float_array(value: Any) -> Array:
         return np.array(value, dtype=float)
     except (TypeError, ValueError):
         return np.empty((0,))
-
-
-def _short(value: Any) -> str:
-    text = repr(value)
-    return text if len(text) <= 80 else text[:77] + "..."
 
 
 def check_material(shape: Any, frictions: Sequence[str]) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..dimension import PACKAGES
+from ..records.text import shown
 
 Array = NDArray[Any]
 
@@ -17,16 +18,6 @@ Array = NDArray[Any]
 ALL_BITS = -1  # every bit of an int64
 LARGEST = 1e36  # magnitude of a number; squares and products of larger ones may overflow
 SMALLEST = 1e-36  # of numbers that must be positive
-MOST_SHOWN = 80  # characters of a value in a sentence
-
-
-def shown(value: Any) -> str:
-    """Return a value as a sentence shows it: on one line, and shortened."""
-    try:
-        text = " ".join(repr(value).split())
-    except Exception:  # an int of more than 4,300 digits, or a class that can't be shown
-        text = f"a value of type {type(value).__name__} that cannot be shown"
-    return text if len(text) <= MOST_SHOWN else text[: MOST_SHOWN - 3] + "..."
 
 
 def finite(value: Any, what: str) -> float:
