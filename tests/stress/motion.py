@@ -53,6 +53,6 @@ def product(p: Array, q: Array) -> Array:
     """Return the quaternion of the turn by q, then by p."""
     u, v = p[1:], q[1:]
     out = np.empty(4)
-    out[0] = p[0] * q[0] - np.dot(u, v)
+    out[0] = p[0] * q[0] - (u * v).sum()
     out[1:] = p[0] * v + q[0] * u + np.cross(u, v)
     return out
