@@ -29,6 +29,7 @@ from benchmarks.common.run import Run
 from benchmarks.common.stamp import commit
 from benchmarks.common.tables import Table
 from gsenv.train import experiment, ppo
+from gsenv.train.arguments import positive
 from gsenv.train.evaluate import evaluate, make_actor
 from gsenv.train.experiment import Settings
 from gsenv.train.files import read_rows, write_json
@@ -80,8 +81,15 @@ class Point:
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add what is trained, and where."""
-    parser.add_argument("--env", nargs="+", metavar="ID", default=list(ppo.SETTINGS), help="only these environments")
-    parser.add_argument("--seeds", type=int, default=SEEDS, help="number of seeds (default: %(default)s)")
+    parser.add_argument(
+        "--env",
+        nargs="+",
+        choices=list(ppo.SETTINGS),
+        metavar="ID",
+        default=list(ppo.SETTINGS),
+        help="only these environments",
+    )
+    parser.add_argument("--seeds", type=positive, default=SEEDS, help="number of seeds (default: %(default)s)")
     parser.add_argument("--runs", type=Path, default=Path("runs/ppo"), help="folder of the runs (default: %(default)s)")
     parser.add_argument("--trained", action="store_true", help="train nothing: report the runs that are complete")
 

@@ -39,6 +39,7 @@ from gsenv.scenes.spatial import cube_pyramid, cube_stack
 from gsenv.solver import Model, Scene
 from gsenv.solver.api.options import FIDELITIES
 from gsenv.solver.records.model import BodyKind
+from gsenv.train.arguments import positive
 
 Array = NDArray[np.float64]
 
@@ -80,7 +81,7 @@ class Timing:
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     add_source_options(parser)
-    parser.add_argument("--runs", type=int, help=f"timed runs of each setting; default: {RUNS}")
+    parser.add_argument("--runs", type=positive, help=f"timed runs of each setting; default: {RUNS}")
 
 
 def settings_of(suite: Suite) -> list[Setting]:

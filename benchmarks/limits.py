@@ -90,6 +90,36 @@ def thrown(dim: int, speed: float, continuous: bool) -> float:
     return PASSED if place > 0.0 else 0.0 if np.isfinite(place) else float("nan")
 
 
+def flung(dim: int, speed: float) -> float:
+    """Return the largest gain of energy of a chain whose last body is thrown, over that body's energy.
+
+    A box hangs on a hinge, the next on a sprung weld, the next on a pivot, the last on a rope of 0.2 m.
+    """
+    scene = Scene(dim=dim)
+    scene.add_body("hook", "static", position=up(dim, 0.0))
+    names = [f"link_{k}" for k in range(4)]
+    for k, name in enumerate(names):
+        velocity = up(dim, -0.6 * speed, 0.8 * speed) if name == names[-1] else up(dim, 0.0)
+        scene.add_body(name, shapes=[box(dim, 0.05)], position=up(dim, -0.2 * (k + 1)), linear_velocity=velocity)
+    if dim == 2:
+        scene.add_joint("hinge", planar.Revolute("hook", names[0], anchor=(0.0, -0.1)))
+        scene.add_joint("pivot", planar.Revolute(names[1], names[2], anchor=(0.0, -0.5)))
+    else:
+        scene.add_joint("hinge", spatial.Hinge("hook", names[0], anchor=up(3, -0.1), axis=(0.0, 1.0, 0.0)))
+        scene.add_joint("pivot", spatial.Ball(names[1], names[2], anchor=up(3, -0.5)))
+    joints = planar if dim == 2 else spatial
+    scene.add_joint("weld", joints.Weld(names[0], names[1], frequency=4.0, damping_ratio=0.3))
+    scene.add_joint("rope", joints.Distance(names[2], names[3], limits=(0.0, 0.2)))
+    world = World(scene)
+    start = world.diagnostics()
+    gain = 0.0
+    for _ in range(round(SECONDS / world.timestep)):
+        world.step()
+        gain = max(gain, float((world.diagnostics().energy - start.energy)[0]))
+    finite = world.diagnostics().finite[0]
+    return gain / float(start.kinetic_energy[0]) if finite else float("nan")
+
+
 def pushed(dim: int, force: float) -> float:
     """Return 0 if a box of 1 kg has a finite state 2 s after a force has acted on it for one step, else NaN."""
     scene = grounded(dim)
@@ -120,6 +150,7 @@ AXES = {
     "the same with continuous=True": Axis(
         (1.0, 5.0, 10.0, 20.0, 50.0, 1e2, 1e3, 1e4, 1e6), lambda dim, x: thrown(dim, x, True)
     ),
+    "speed of the last of four linked boxes, m/s": Axis((1.0, 10.0, 30.0, 1e2, 3e2, 1e3, 1e4, 1e6, 1e9), flung),
     "force on a box of 1 kg, N": Axis((1.0, 1e3, 1e6, 1e9, 1e12, 1e18, 1e24, 1e30, 1e36), pushed),
 }
 
@@ -169,8 +200,10 @@ def _cell(outcome: Outcome) -> str:
 _MEASURED = (
     f"What the solver takes, in 2D and 3D with the default options. Two boxes lie on each other and on the ground for "
     f"{SECONDS:g} s or 2000 steps; a cell has the largest overlap or displacement in half-widths, and above {BROKEN:g} "
-    "of them the run is called broken. A ball that is thrown at a wall is held by it or passes. No run ended with an "
-    "error. `World.diagnostics()` reports overlaps and sweeps that ran out with `penetration` and `unconverged`; boxes "
+    "of them the run is called broken. A ball that is thrown at a wall is held by it or passes. A hinge, a sprung "
+    "weld, a pivot and a rope make a chain of four boxes of 0.1 m, of which the last is thrown; a cell has the largest "
+    f"gain of energy over that of the throw, above {BROKEN:g} broken. No run ended with an error. "
+    "`World.diagnostics()` reports overlaps and sweeps that ran out with `penetration` and `unconverged`; boxes "
     "that move where they should rest, as the smallest ones and those under the largest gravity do, are not reported. "
     "[Where each fidelity holds](stability.md) has towers, chains and stiffnesses at "
     "each fidelity, [How a step works](method.md) the known limits of the method."
@@ -178,7 +211,9 @@ _MEASURED = (
 _RANGES = (
     "## Silent, warned, refused",
     f"- A World warns once of a mass ratio above {MASS_RATIO:g}, of a half-width below {HALF_WIDTH:g} m and of a "
-    f"timestep above 1/{1 / TIMESTEP:.0f} s, and goes on.\n"
+    f"timestep above 1/{1 / TIMESTEP:.0f} s, and goes on. It warns of a world in which a position or velocity has "
+    "become NaN or infinite; such a world stays as it is until it is reset or restored, the others go on bit for bit, "
+    "and `diagnostics().finite` tells which it is.\n"
     f"- Numbers beyond {LARGEST:g} in magnitude, and positive ones below {SMALLEST:g}, are refused in one sentence "
     "wherever a number is given: their squares or products could overflow. So are NaN, infinity (but as a bound of a "
     "force or of a limit), texts and truth values in place of numbers. Nothing has changed then.\n"

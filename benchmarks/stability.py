@@ -25,6 +25,7 @@ from benchmarks.common.tables import Table
 from gsenv.scenes import chain, jelly, mass_ratio_stack, stack
 from gsenv.solver import Options, Scene, World
 from gsenv.solver.planar import Box, Revolute
+from gsenv.train.arguments import not_negative, positive
 from tests.stress.jointed import CATEGORIES, random_jointed_case
 from tests.stress.measure import LIMIT, Outcome, problems, run_case
 
@@ -167,8 +168,10 @@ class Line:
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--random", type=int, default=0, metavar="N", help="measure random jointed scenes as well")
-    parser.add_argument("--processes", type=int, default=1, help="for the random scenes")
+    parser.add_argument(
+        "--random", type=not_negative, default=0, metavar="N", help="measure random jointed scenes as well"
+    )
+    parser.add_argument("--processes", type=positive, default=1, help="for the random scenes")
 
 
 def measure(run: Run) -> dict[str, Any]:

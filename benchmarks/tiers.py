@@ -135,7 +135,8 @@ def find(policy: str, env_id: str, arguments: Mapping[str, Any], run: Run) -> tu
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the environments to measure."""
-    parser.add_argument("--env", nargs="+", metavar="ID", help="measure only these environments")
+    known = sorted({env_id for env_id, _ in TIERS})
+    parser.add_argument("--env", nargs="+", choices=known, metavar="ID", help="measure only these environments")
 
 
 def measure(run: Run) -> dict[str, Any]:

@@ -78,11 +78,10 @@ def wheel_parts() -> list[Part]:
 
 
 def pick_colors(table: ShapeTable) -> FloatArray:
-    """Return (shape, 3) RGB: the given colour unless it is black, else the palette's in the order of moving bodies."""
+    """Return (shape, 3) RGB: the given colour, else the palette's in the order of moving bodies."""
     moving = np.unique(table.bodies[~table.static])
     colors = PALETTE[np.searchsorted(moving, table.bodies) % len(PALETTE)].astype(np.float64)
     colors[table.static] = STATIC_COLOR
-    # A compiled model does not tell black from no colour; (1, 1, 1) looks the same and is drawn.
     if table.colors is not None:
         given = table.colors.any(axis=1)
         colors[given] = table.colors[given]

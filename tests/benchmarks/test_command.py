@@ -185,11 +185,28 @@ def test_a_full_disk_is_one_sentence(
     assert capsys.readouterr().err == "benchmarks: cannot write small.json: No space left on device\n"
 
 
-@pytest.mark.parametrize("option", ["--scenes", "--first", "--processes"])
-def test_numbers_of_the_stress_benchmark_are_checked(option: str, capsys: pytest.CaptureFixture[str]) -> None:
+NUMBERS = {
+    "stress": ("--scenes", "--first", "--processes"),
+    "stability": ("--random", "--processes"),
+    "heaps": ("--runs",),
+    "baselines": ("--seeds",),
+}
+
+
+@pytest.mark.parametrize(
+    ("name", "option"), [(name, option) for name, options in NUMBERS.items() for option in options]
+)
+def test_numbers_are_checked(name: str, option: str, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit, match="2"):
-        command.main(["stress", option, "-1"])
+        command.main([name, option, "-1"])
     assert "'-1' is not a" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", ["tiers", "baselines", "throughput"])
+def test_unknown_environments_are_refused(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit, match="2"):
+        command.main([name, "--env", "GStack-v9"])
+    assert "invalid choice: 'GStack-v9'" in capsys.readouterr().err
 
 
 def test_wrong_option_and_interrupt(small: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -116,11 +116,12 @@ def test_shape_offsets_and_centres_of_mass_do_not_mix() -> None:
     assert image[pixel(0.0, 0.5)].min() > 150
 
 
-def test_given_colours_win() -> None:
+@pytest.mark.parametrize("color", [(10, 200, 30), (0, 0, 0)])
+def test_given_colours_win(color: tuple[int, int, int]) -> None:
     scene = Scene()
-    scene.add_body("box", shapes=[Box(half_extents=(1.0, 1.0))], position=(0.0, 1.0), color=(10, 200, 30))
+    scene.add_body("box", shapes=[Box(half_extents=(1.0, 1.0))], position=(0.0, 1.0), color=color)
     image = SceneRenderer(World(scene), WIDTH, HEIGHT, CAMERA).render()
-    np.testing.assert_allclose(image[pixel(0.0, 1.0)], (10, 200, 30), atol=10)
+    np.testing.assert_allclose(image[pixel(0.0, 1.0)], color, atol=10)
 
 
 def test_terrain_and_polygons_are_drawn() -> None:

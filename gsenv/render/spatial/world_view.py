@@ -54,7 +54,7 @@ def read_table(world: Any) -> ShapeTable:
     color = find_colors(kind, body, static)
     if world.model.shape_colors is not None:
         colors = world.model.shape_colors[index]
-        given = colors.any(axis=1)  # black stands for "not given"; (1, 1, 1) looks the same and is drawn
+        given = colors.any(axis=1)
         color[given] = colors[given]
     # Only a sphere that is a body's single shape has stripes.
     alone = np.bincount(shapes["body"], minlength=len(world.model.bodies))[body] == 1

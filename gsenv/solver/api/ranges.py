@@ -1,4 +1,4 @@
-"""The ranges of masses, sizes and timesteps that the solver is made for (docs/method.md, "Known limits")."""
+"""Warnings of what exceeds the ranges that the solver is made for (docs/method.md, "Known limits")."""
 
 from __future__ import annotations
 
@@ -6,7 +6,9 @@ import warnings
 
 import numpy as np
 
+from ..readings.diagnostics import finite_bodies
 from ..records.model import Array, BodyKind, Model
+from ..records.state import State
 
 MASS_RATIO = 1e6  # of the heaviest to the lightest dynamic body
 HALF_WIDTH = 5e-4  # m, smallest of a dynamic body
@@ -14,10 +16,11 @@ TIMESTEP = 1.0 / 20.0  # s, largest
 
 
 class RangeWarnings:
-    """Warns of what exceeds the ranges, once for each of them."""
+    """Warns once of each range that is exceeded, and of each world whose numbers are not finite any more."""
 
     def __init__(self) -> None:
         self._told: set[str] = set()
+        self._lost: Array = np.zeros(0, np.bool_)  # (world,) once one was lost: those told of
 
     def check_timestep(self, timestep: float, level: int) -> None:
         """Warn of a long timestep, s; ``level``: number of calls between the user's line and this one."""
@@ -38,6 +41,31 @@ class RangeWarnings:
         if least < HALF_WIDTH:
             text = f"a body has a half-width of {least:.1g} m; contacts hold from {HALF_WIDTH:.0e} m"
             self._warn("size", text, level)
+
+    def check_finite(self, model: Model, state: State, level: int) -> None:
+        """Warn of worlds with a body whose position or velocity has become NaN or infinite."""
+        finite = finite_bodies(state)
+        lost: Array = ~np.all(finite, axis=1)
+        new = lost & ~self._lost if len(self._lost) else lost
+        self._lost = lost
+        if not new.any():
+            return
+        world = int(np.argmax(new))
+        name = model.body_names[int(np.argmin(finite[world]))]
+        others = int(new.sum()) - 1
+        warnings.warn(
+            f"World: after step {state.worlds['step'][world]} the position or velocity of body {name!r} in world "
+            f"{world}{f' and bodies in {others} other worlds' if others else ''} is NaN or infinite: a force, speed, "
+            "mass or size is too extreme. Reset the world or restore a snapshot; diagnostics().finite tells which "
+            "worlds are affected.",
+            RuntimeWarning,
+            stacklevel=level,
+        )
+
+    def forget(self, chosen: Array) -> None:
+        """Tell of these worlds again: they were reset or restored."""
+        if len(self._lost):
+            self._lost[chosen] = False
 
     def _warn(self, topic: str, text: str, level: int) -> None:
         if topic not in self._told:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..core.status import BAD_CONTROL, MORE_CONTACTS, MORE_PAIRS, OK
+from ..core.status import MORE_CONTACTS, MORE_PAIRS, NOT_FINITE, OK
 from ..core.step import step_worlds
 from ..dimension import dimension
 from ..jit import entry
@@ -223,13 +223,14 @@ class World(Actions):
             self._continue(results)
 
     def _continue(self, results: list[tuple[int, int]]) -> None:
-        """Take the rest of the steps after a buffer was too small, or raise ValueError for a bad control."""
-        while any(status != OK for status, _ in results):
-            if any(status == BAD_CONTROL for status, _ in results):
-                self._check_control()
+        """Take the rest of the steps after a buffer was too small; raise ValueError for a bad control."""
+        while any(status not in (OK, NOT_FINITE) for status, _ in results):
+            self._check_control()
             self._grow(results)
             self._calls = []  # they hold the old buffers
             results = self._run(-1)
+        if any(status == NOT_FINITE for status, _ in results):
+            self._ranges.check_finite(self.model, self.state, 5)
 
     def _run(self, count: int) -> list[tuple[int, int]]:
         """Call the kernel for each thread; -1: continue with the steps of the last call."""
@@ -323,6 +324,7 @@ class World(Actions):
             self.parameters.reset(chosen)
             self._choose_kernel()
         self.state.reset(self.model, chosen)
+        self._ranges.forget(chosen)
 
     # ------------------------------------------------------------- reading
 
@@ -496,4 +498,5 @@ class World(Actions):
         if snapshot.contact_capacity > self.state.contacts.shape[1]:
             self._grow_contacts(snapshot.contact_capacity)
         snapshot.write(self.parameters, self.state, chosen)
+        self._ranges.forget(chosen)
         self._choose_kernel()

@@ -190,3 +190,15 @@ def clear_forces(bodies: Any) -> None:
     for i in range(len(bodies)):
         for d in range(len(bodies[i].force)):
             bodies[i].force[d] = 0.0
+
+
+@njit
+def bodies_finite(bodies: Any) -> Any:
+    """Whether all positions and velocities are finite."""
+    total = 0.0  # NaN where one is not: 0 times NaN or infinity is NaN
+    for i in range(len(bodies)):
+        for d in range(len(bodies[i].position)):
+            total += 0.0 * bodies[i].position[d]
+        for d in range(len(bodies[i].velocity)):
+            total += 0.0 * bodies[i].velocity[d]
+    return total == 0.0

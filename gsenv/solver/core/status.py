@@ -6,3 +6,4 @@ OK = 0
 MORE_PAIRS = 1  # the buffer of pairs is too small
 MORE_CONTACTS = 2  # the buffer of contacts is too small
 BAD_CONTROL = 3  # a control is NaN or infinite
+NOT_FINITE = 4  # all steps are taken; a position or velocity is NaN or infinite

@@ -27,12 +27,20 @@ from .division import (
     store_sums,
 )
 from .geometry import gravity_norm, update_geometry
-from .integrate import any_kinematic, clear_forces, hold_disabled, move_kinematic, release_disabled, start_bodies
+from .integrate import (
+    any_kinematic,
+    bodies_finite,
+    clear_forces,
+    hold_disabled,
+    move_kinematic,
+    release_disabled,
+    start_bodies,
+)
 from .islands import build_islands, start_counters
 from .joints import drive_joints, start_joints
 from .sleep import any_awake, update_sleep
 from .slices import part
-from .status import BAD_CONTROL, MORE_CONTACTS, OK
+from .status import BAD_CONTROL, MORE_CONTACTS, NOT_FINITE, OK
 from .substep import step_island
 
 
@@ -42,7 +50,8 @@ def step_worlds(world: Any, first: Any, last: Any, count: Any) -> Any:
 
     Returns (status, needed): OK and 0, or which buffer is too small for the next step of a world and how many
     entries it needs.  That step has then changed nothing; call again with larger buffers and -1.
-    BAD_CONTROL means that a control of some world is not finite; nothing has changed then.
+    BAD_CONTROL means that a control of some world is not finite; nothing has changed then.  NOT_FINITE means that
+    all steps are taken, after which some world has a position or velocity that is not finite.
 
     ``world`` is the bundle of records/kernel_world.py.  Parts that a scene lacks are None.  They are passed to
     their stages as arguments, so that numba compiles nothing that needs them.
@@ -60,6 +69,10 @@ def step_worlds(world: Any, first: Any, last: Any, count: Any) -> Any:
             status, needed = step_world(world)
             if status != OK:
                 return status, needed
+    for w in range(first, last):
+        select_world(world, w)
+        if not bodies_finite(world.state.bodies):
+            return NOT_FINITE, int64(0)
     return OK, int64(0)
 
 
@@ -68,6 +81,10 @@ def step_world(world: Any) -> Any:
     """Step the selected world once; returns (status, needed) as ``step_worlds`` does."""
     joints = world.state.joints
     drive_joints(world, joints)
+    if not bodies_finite(world.state.bodies):  # nothing that follows from it would be
+        start_counters(world.state.world)
+        finish_step(world)
+        return OK, int64(0)
     if not any_awake(world.state.bodies, world.model.bodies, world.parameters.bodies):
         start_counters(world.state.world)
         finish_step(world)

@@ -87,6 +87,8 @@ class Diagnostics:
             are off by more than 1 % of their length and pairs of shapes that overlap by more than a tenth of the
             smaller extent.
         contacts, pairs, rows, islands, awake, impacts: counts of the last step.
+        finite: bool, whether all positions and velocities are. Forces, masses or sizes of extreme magnitude can make
+            a NaN or an infinity of them; the residual and the errors of such a world are NaN.
     """
 
     residual: Array
@@ -107,6 +109,7 @@ class Diagnostics:
     islands: Array
     awake: Array
     impacts: Array
+    finite: Array
 
     @property
     def energy(self) -> Array:
@@ -114,6 +117,7 @@ class Diagnostics:
         return self.kinetic_energy + self.potential_energy + self.spring_energy
 
 
+@np.errstate(invalid="ignore", over="ignore")  # of worlds that are not finite
 def diagnose(model: Model, parameters: ParameterArrays, state: State, overlaps: Overlaps) -> Diagnostics:
     """Return the diagnostics of a World; ``overlaps`` measures its shapes."""
     worlds = state.worlds
@@ -129,12 +133,13 @@ def diagnose(model: Model, parameters: ParameterArrays, state: State, overlaps: 
     potential = -(weight * state.bodies["position"]).sum((-1, -2))
     penetration, sunk = overlaps.measure()
     joints = read_joints(model, parameters, state, TORN)
+    finite: Array = np.all(finite_bodies(state), axis=1)
     return Diagnostics(
-        residual=worlds["natural_residual"].copy(),
-        penetration=penetration,
-        joint_error=joints.error,
-        angular_joint_error=joints.angular_error,
-        relative_joint_error=joints.relative_error,
+        residual=np.where(finite, worlds["natural_residual"], np.nan),
+        penetration=np.where(finite, penetration, np.nan),
+        joint_error=np.where(finite, joints.error, np.nan),
+        angular_joint_error=np.where(finite, joints.angular_error, np.nan),
+        relative_joint_error=np.where(finite, joints.relative_error, np.nan),
         kinetic_energy=kinetic,
         potential_energy=potential,
         spring_energy=joints.spring_energy,
@@ -148,4 +153,11 @@ def diagnose(model: Model, parameters: ParameterArrays, state: State, overlaps: 
         islands=worlds["island_count"].copy(),
         awake=worlds["awake_count"].copy(),
         impacts=worlds["impacts"].copy(),
+        finite=finite,
     )
+
+
+def finite_bodies(state: State) -> Array:
+    """Return (world, body) bool: whether the position and the velocity of each body are finite."""
+    finite: Array = np.isfinite(state.bodies["position"]).all(2) & np.isfinite(state.bodies["velocity"]).all(2)
+    return finite

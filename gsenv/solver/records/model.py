@@ -365,7 +365,7 @@ class Model:
     updates: tuple[tuple[int, Callable[[Any], Mapping[str, Any]]], ...]  # (joint, function of the world)
     mass_given: Array  # bool (body,): mass was given, not derived from density
     inertia_given: Array  # bool (body,)
-    shape_colors: Array | None  # uint8 (shape, 3), or None
+    shape_colors: Array | None  # uint8 (shape, 3), 0, 0, 0 where none is given; or None
     needs_vertices: bool  # the scene has polygons or terrain, in 3D hulls or heightfields
     needs_fields: bool  # the scene has heightfields
     needs_convex: bool  # the scene has cylinders or hulls

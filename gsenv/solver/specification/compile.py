@@ -36,6 +36,7 @@ from .solids import mass_of
 from .specs import BodySpec, JointSpec, SceneSpec, SensorSpec
 
 ACTUATOR_MODES = {"velocity": ActuatorMode.VELOCITY, "position": ActuatorMode.POSITION, "torque": ActuatorMode.TORQUE}
+BLACK = (1, 1, 1)  # (0, 0, 0) is no colour in a Model
 WITH_VERTICES = ("POLYGON", "TERRAIN", "HULL", "HEIGHTFIELD")
 
 
@@ -78,7 +79,7 @@ def compile_scene(scene: SceneSpec) -> Model:
             vertices.append(compiled.vertices)
             shape_names.append(shape.name or f"{spec.name}/{k}")
             if spec.color is not None:
-                colors[s] = spec.color
+                colors[s] = spec.color if any(spec.color) else BLACK
             s += 1
     shape_kinds = {modules.kinds.ShapeKind(int(kind)).name for kind in shapes["kind"]}
     colored = any(spec.color is not None for spec in bodies)

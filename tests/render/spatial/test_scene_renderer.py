@@ -111,7 +111,7 @@ def test_colors_are_the_models_or_the_palette() -> None:
     colors = np.arange(15, dtype=np.uint8).reshape(5, 3)
     table = read_table(world._replace(model=world.model._replace(shape_colors=colors)))
     np.testing.assert_array_equal(table.color[1:], colors[1:4])
-    colors[1:] = 0  # what bodies without a colour have
+    colors[1:] = 0  # what bodies without a colour have; black ones have 1, 1, 1
     table = read_table(world._replace(model=world.model._replace(shape_colors=colors)))
     np.testing.assert_array_equal(table.color, [(0, 1, 2), PALETTE[0], PALETTE[0], PALETTE[1]])
 

@@ -395,3 +395,11 @@ def test_anchor_of_a_joint_is_a_world_point() -> None:
     np.testing.assert_allclose(joints["anchor_a"], [(0, -1), (0, -2)], atol=1e-15)
     np.testing.assert_allclose(joints["anchor_b"], [(1, 0), (0, 0)], atol=1e-15)
     np.testing.assert_allclose(joints["reference"], [(0, 1), (0, 1)], atol=1e-15)
+
+
+def test_black_is_a_colour_and_none_is_none() -> None:
+    scene = base()
+    scene.add_body("coal", shapes=[DISK], position=(5, 1), color=(0, 0, 0))
+    colors = scene.compile().shape_colors
+    assert colors is not None
+    assert colors.any(1).tolist() == [False, False, False, True]

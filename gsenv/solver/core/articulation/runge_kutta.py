@@ -69,8 +69,9 @@ def swing(world: Any, island: Any, joints: Any, articulation: Any) -> None:
     _enter_step(world, island, joints, articulation)
     _accelerate(world, island, articulation, articulation.start, articulation.start_acceleration)
     island.kinetic = kinetic_energy(articulation.links, island.body_count, articulation.freedoms, articulation.start)
+    shortest = whole / HALVINGS
     while left > 0.0:
-        size = min(size, whole)
+        size = min(size, whole) if size > shortest else shortest  # also of NaN: the loop must end
         if size > 0.999 * left:
             size = left
         elif size > 0.5 * left:
@@ -78,7 +79,7 @@ def swing(world: Any, island: Any, joints: Any, articulation: Any) -> None:
         _try(world, island, articulation, size)
         error, energy = _error(world, island, articulation, size)
         error /= ERROR * world.options.tolerance
-        if error <= 1.0 or size * HALVINGS <= whole:
+        if error <= 1.0 or not size > 2.0 * shortest:
             if not error <= 1.0:
                 world.state.world.unconverged += 1
             _limit_gain(world, island, articulation, energy)
