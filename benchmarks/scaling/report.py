@@ -62,7 +62,9 @@ def report(results: Mapping[str, Any]) -> Report:
         f"is {worst[0]:.2f} ({worst[1]} of {worst[3]}, {worst[2]}).",
         "The families are towers of ten that do not touch (towers), the same towers side by side and touching (row),"
         " one tower (tower), bricks in running bond, at most 50 side by side (wall), and boxes of random sizes "
-        "between walls (pile). Direct solutions by the subspace solver are not counted as sweeps.",
+        "between walls (pile). Direct solutions by the subspace solver are not counted as sweeps. Where an overlap of "
+        "any two boxes has grown by much in a step, the whole world takes it again in parts ([method](method.md)): the "
+        "more boxes of a pile fall, the more steps are divided, which is most of a large pile's time per box.",
         *(awake_table(timings, solver) for solver in SOLVERS),
         Picture("Time per step and box against the number of boxes", partial(picture, timings)),
         "## Asleep, default options",
