@@ -28,8 +28,10 @@ add_total = by_dimension("contact_rows", "add_total")
 
 STEP = 0  # places of copies of the state: at the start of the step,
 PART = 1  # and at that of the present part
-DEPTH = 0.01  # of the extent: an overlap up to this is accepted
-GROWTH = 0.001  # of the extent: a deeper one may grow by this in the step
+DEPTH = 0.01  # of the extent: an overlap up to this is accepted; more where many bodies are awake,
+MANY = 64.0  # from this number on,
+MOST_DEPTH = 0.1  # at most
+GROWTH = 0.1  # of the accepted depth: a deeper overlap may grow by this in the step
 NEARLY = 0.9  # cosine of the angle between normals, from which on contacts of one feature are the same
 
 
@@ -249,8 +251,9 @@ def check_step(world: Any, joints: Any) -> tuple[int, int, bool]:
     If so, the state is that at the start of the step, and `scratch.division` has the overlaps there.
     """
     division = world.scratch.division
+    depth = accepted_depth(world.state.world.awake_count)
     status, needed, count = find_overlaps(world, False)
-    if status != OK or not any_deeper(world.scratch.found, count, division.overlaps, int64(0)):
+    if status != OK or not any_deeper(world.scratch.found, count, division.overlaps, int64(0), depth):
         return status, needed, False
     deep_count = copy_overlaps(world.scratch.found, count, division.overlaps)
     keep_state(world, joints, PART)
@@ -258,7 +261,7 @@ def check_step(world: Any, joints: Any) -> tuple[int, int, bool]:
     status, needed, count = find_overlaps(world, True)
     if status != OK:
         return status, needed, False
-    grown = any_deeper(division.overlaps, deep_count, world.scratch.found, count)
+    grown = any_deeper(division.overlaps, deep_count, world.scratch.found, count, depth)
     if grown:
         division.overlap_count[0] = copy_overlaps(world.scratch.found, count, division.overlaps)
     else:
@@ -273,7 +276,19 @@ def check_part(world: Any) -> tuple[int, int, bool]:
     status, needed, count = find_overlaps(world, False)
     if status != OK:
         return status, needed, False
-    return OK, int64(0), any_deeper(world.scratch.found, count, division.overlaps, int64(division.overlap_count[0]))
+    before = int64(division.overlap_count[0])
+    depth = accepted_depth(world.state.world.awake_count)
+    return OK, int64(0), any_deeper(world.scratch.found, count, division.overlaps, before, depth)
+
+
+@njit
+def accepted_depth(awake_count: int) -> float:
+    """Return the overlap that is accepted, over the extent.
+
+    One pair divides the step of all bodies.  So that large heaps are not divided in nearly every step, the depth that
+    one pair of many exceeds grows with their number.
+    """
+    return min(DEPTH * max(awake_count / MANY, 1.0) ** 0.5, MOST_DEPTH)
 
 
 @njit
@@ -315,12 +330,15 @@ def copy_overlaps(found: Array, count: int, overlaps: Array) -> int:
 
 
 @njit
-def any_deeper(contacts: Array, count: int, others: Array, other_count: int) -> bool:
-    """Whether one of the first `count` contacts is deep, and deeper than all of its pair among the others."""
+def any_deeper(contacts: Array, count: int, others: Array, other_count: int, depth: float) -> bool:
+    """Whether one of the first `count` contacts is deep, and deeper than all of its pair among the others.
+
+    ``depth``: of the extent, from which on an overlap is deep.
+    """
     first = 0
     for k in range(count):
         contact = contacts[k]
-        if contact.sensor != 0 or contact.separation >= -DEPTH * contact.extent:
+        if contact.sensor != 0 or contact.separation >= -depth * contact.extent:
             continue
         while first < other_count and pair_order(others[first], contact) < 0:
             first += 1
@@ -329,6 +347,6 @@ def any_deeper(contacts: Array, count: int, others: Array, other_count: int) -> 
         while place < other_count and pair_order(others[place], contact) == 0:
             before = min(before, others[place].separation)
             place += 1
-        if contact.separation < before - GROWTH * contact.extent:
+        if contact.separation < before - GROWTH * depth * contact.extent:
             return True
     return False

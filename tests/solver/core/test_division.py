@@ -10,6 +10,7 @@ import pytest
 
 from gsenv.solver import Options, Scene, World, planar, spatial
 from gsenv.solver.core.contact_cache import pair_order
+from gsenv.solver.core.division import accepted_depth
 from tests.solver.bits import bits, everything
 
 BOTH = pytest.mark.parametrize("dim", [2, 3])
@@ -56,6 +57,33 @@ def test_boxes_that_fly_about_do_not_overlap(dim: int, restitution: float, seed:
         world.step()
         worst = max(worst, float(world.diagnostics().penetration[0]))
     assert worst < 0.01  # 1.2 to 2.5 % of their sizes; each pair may gain 1 % of a half-width in a step
+
+
+def test_the_accepted_overlap_grows_with_the_number_of_bodies() -> None:
+    depths = [float(accepted_depth(count)) for count in (0, 1, 64, 256, 1024, 6400, 10**6)]
+    np.testing.assert_allclose(depths, [0.01, 0.01, 0.01, 0.02, 0.04, 0.1, 0.1], rtol=1e-15)
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize(("halvings", "least", "most"), [(4, 0.0, 0.012), (0, 0.025, 0.1)])
+def test_overlaps_of_a_pile_that_falls(halvings: int, least: float, most: float, seed: int) -> None:
+    """256 boxes of 0.4 to 0.8 m: a pair may gain 2 % of a half-width in a step."""
+    rng = np.random.default_rng(seed)
+    scene = Scene()
+    scene.add_body("ground", "static", shapes=[planar.HalfPlane()])
+    for x in (-1.0, 17.0):
+        scene.add_body(f"wall_{x}", "static", shapes=[planar.Box(half_extents=(0.5, 40.0))], position=(x, 40.0))
+    for k in range(256):
+        box = planar.Box(half_extents=rng.uniform(0.2, 0.4, 2).tolist())
+        at, angle = (0.5 + k % 16, 0.7 + k // 16), rng.uniform(0.0, 0.3)
+        motion: dict[str, Any] = {"linear_velocity": rng.normal(0.0, 3.0, 2), "angular_velocity": rng.normal(0.0, 3.0)}
+        scene.add_body(f"box_{k}", shapes=[box], position=at, angle=angle, **motion)
+    world = World(scene, options=Options(halvings=halvings))
+    worst = 0.0
+    for _ in range(120):
+        world.step()
+        worst = max(worst, float(world.diagnostics().penetration[0]))
+    assert least < worst < most
 
 
 @BOTH
