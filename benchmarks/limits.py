@@ -202,7 +202,7 @@ _MEASURED = (
     f"{SECONDS:g} s or 2000 steps; a cell has the largest overlap or displacement in half-widths, and above {BROKEN:g} "
     "of them the run is called broken. A ball that is thrown at a wall is held by it or passes. A hinge, a sprung "
     "weld, a pivot and a rope make a chain of four boxes of 0.1 m, of which the last is thrown; a cell has the largest "
-    f"gain of energy over that of the throw, above {BROKEN:g} broken. No run ended with an error. "
+    f"gain of energy, divided by that of the throw, above {BROKEN:g} broken. No run ended with an error. "
     "`World.diagnostics()` reports overlaps and sweeps that ran out with `penetration` and `unconverged`; boxes "
     "that move where they should rest, as the smallest ones and those under the largest gravity do, are not reported. "
     "[Where each fidelity holds](stability.md) has towers, chains and stiffnesses at "
@@ -212,8 +212,8 @@ _RANGES = (
     "## Silent, warned, refused",
     f"- A World warns once of a mass ratio above {MASS_RATIO:g}, of a half-width below {HALF_WIDTH:g} m and of a "
     f"timestep above 1/{1 / TIMESTEP:.0f} s, and goes on. It warns of a world in which a position or velocity has "
-    "become NaN or infinite; such a world stays as it is until it is reset or restored, the others go on bit for bit, "
-    "and `diagnostics().finite` tells which it is.\n"
+    'become NaN or infinite ("not finite" above); the bodies of such a world stay as they are until it is reset or '
+    "restored, the others go on bit for bit, and `diagnostics().finite` tells which it is.\n"
     f"- Numbers beyond {LARGEST:g} in magnitude, and positive ones below {SMALLEST:g}, are refused in one sentence "
     "wherever a number is given: their squares or products could overflow. So are NaN, infinity (but as a bound of a "
     "force or of a limit), texts and truth values in place of numbers. Nothing has changed then.\n"

@@ -78,6 +78,8 @@ def springy(world: World) -> float:
     for _ in range(round(SECONDS / world.timestep / 5)):
         world.step(5)
         most = max(most, float(world.diagnostics().energy[0]) - start)
+    if not world.diagnostics().finite[0]:
+        return math.inf
     mass = float(world.parameters.mass[0, 1:].sum())
     shape = abs(float(np.ptp(world.position[0, 1:, 0])) / width - 1.0)
     return max(most / (mass * 9.81 * 2.5), 0.1 * shape, 1e-9)

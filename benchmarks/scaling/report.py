@@ -64,7 +64,7 @@ def report(results: Mapping[str, Any]) -> Report:
         " one tower (tower), bricks in running bond, at most 50 side by side (wall), and boxes of random sizes "
         "between walls (pile). Direct solutions by the subspace solver are not counted as sweeps. Where an overlap of "
         "any two boxes has grown by much in a step, the whole world takes it again in parts ([method](method.md)): the "
-        "more boxes of a pile fall, the more steps are divided, which is most of a large pile's time per box.",
+        "more boxes of a pile fall, the more steps are divided.",
         *(awake_table(timings, solver) for solver in SOLVERS),
         Picture("Time per step and box against the number of boxes", partial(picture, timings)),
         "## Asleep, default options",

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import sys
 import warnings
+from pathlib import Path
 
 import numpy as np
 
@@ -13,6 +15,7 @@ from ..records.state import State
 MASS_RATIO = 1e6  # of the heaviest to the lightest dynamic body
 HALF_WIDTH = 5e-4  # m, smallest of a dynamic body
 TIMESTEP = 1.0 / 20.0  # s, largest
+HERE = Path(__file__).parent
 
 
 class RangeWarnings:
@@ -42,7 +45,7 @@ class RangeWarnings:
             text = f"a body has a half-width of {least:.1g} m; contacts hold from {HALF_WIDTH:.0e} m"
             self._warn("size", text, level)
 
-    def check_finite(self, model: Model, state: State, level: int) -> None:
+    def check_finite(self, model: Model, state: State) -> None:
         """Warn of worlds with a body whose position or velocity has become NaN or infinite."""
         finite = finite_bodies(state)
         lost: Array = ~np.all(finite, axis=1)
@@ -53,13 +56,13 @@ class RangeWarnings:
         world = int(np.argmax(new))
         name = model.body_names[int(np.argmin(finite[world]))]
         others = int(new.sum()) - 1
+        more = f" and bodies in {others} other world{'s' if others > 1 else ''}" if others else ""
         warnings.warn(
-            f"World: after step {state.worlds['step'][world]} the position or velocity of body {name!r} in world "
-            f"{world}{f' and bodies in {others} other worlds' if others else ''} is NaN or infinite: a force, speed, "
-            "mass or size is too extreme. Reset the world or restore a snapshot; diagnostics().finite tells which "
-            "worlds are affected.",
+            f"World: by step {state.worlds['step'][world]} the pose or velocity of body {name!r} in world "
+            f"{world}{more} has become NaN or infinite: a force, speed, mass or size is too extreme. Reset the world "
+            "or restore a snapshot; diagnostics().finite tells which worlds are affected.",
             RuntimeWarning,
-            stacklevel=level,
+            stacklevel=_level_of_user(),
         )
 
     def forget(self, chosen: Array) -> None:
@@ -72,3 +75,11 @@ class RangeWarnings:
             self._told.add(topic)
             message = f"World: {text}. Watch diagnostics().penetration and unconverged."
             warnings.warn(message, stacklevel=level + 3)
+
+
+def _level_of_user() -> int:
+    """Return the number of calls between the caller and the first function outside this folder, for ``stacklevel``."""
+    level, frame = 1, sys._getframe(1)
+    while frame.f_back is not None and Path(frame.f_code.co_filename).parent == HERE:
+        level, frame = level + 1, frame.f_back
+    return level

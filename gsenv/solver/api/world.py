@@ -136,7 +136,8 @@ class World(Actions):
         """Advance all worlds by ``count`` timesteps.
 
         Ctrl-C ends a long call within 0.2 s, or after the present step if that takes longer; all worlds have then
-        taken the same number of steps, and continue as if the call had been for that number.
+        taken the same number of steps, and continue as if the call had been for that number. A RuntimeWarning tells
+        of worlds that have become NaN or infinite; see ``Diagnostics.finite``.
 
         Raises:
             ValueError: a control is NaN or infinite, or a bad count; no world has been stepped.
@@ -230,7 +231,7 @@ class World(Actions):
             self._calls = []  # they hold the old buffers
             results = self._run(-1)
         if any(status == NOT_FINITE for status, _ in results):
-            self._ranges.check_finite(self.model, self.state, 5)
+            self._ranges.check_finite(self.model, self.state)
 
     def _run(self, count: int) -> list[tuple[int, int]]:
         """Call the kernel for each thread; -1: continue with the steps of the last call."""

@@ -87,8 +87,10 @@ class Diagnostics:
             are off by more than 1 % of their length and pairs of shapes that overlap by more than a tenth of the
             smaller extent.
         contacts, pairs, rows, islands, awake, impacts: counts of the last step.
-        finite: bool, whether all positions and velocities are. Forces, masses or sizes of extreme magnitude can make
-            a NaN or an infinity of them; the residual and the errors of such a world are NaN.
+        finite: bool, whether all poses and velocities are. Forces, speeds, masses or sizes of extreme magnitude can
+            make a NaN or an infinity of them. The bodies of such a world stay as they are until it is reset or
+            restored, while its time goes on; its residual and errors are NaN, and it counts as unconverged. Its
+            contacts are those of the step in which it was lost, and rays pass its bodies.
     """
 
     residual: Array
@@ -146,7 +148,7 @@ def diagnose(model: Model, parameters: ParameterArrays, state: State, overlaps: 
         momentum=linear.sum(1),
         angular_momentum=(readings.orbital(state.bodies["position"], linear) + spin).sum(1),
         sweeps=worlds["sweeps"].copy(),
-        unconverged=worlds["unconverged"] + joints.torn + sunk,
+        unconverged=worlds["unconverged"] + joints.torn + sunk + ~finite,
         contacts=worlds["contact_count"].copy(),
         pairs=worlds["pair_count"].copy(),
         rows=worlds["row_count"].copy(),
@@ -158,6 +160,10 @@ def diagnose(model: Model, parameters: ParameterArrays, state: State, overlaps: 
 
 
 def finite_bodies(state: State) -> Array:
-    """Return (world, body) bool: whether the position and the velocity of each body are finite."""
-    finite: Array = np.isfinite(state.bodies["position"]).all(2) & np.isfinite(state.bodies["velocity"]).all(2)
+    """Return (world, body) bool: whether the pose and the velocity of each body are finite."""
+    bodies = state.bodies
+    turn = np.square(bodies["rotation"]).sum(-1)  # 1; an angle that overflows gives NaN or 0
+    finite: Array = (turn > 0.5) & (turn < 2.0)
+    for name in ("position", "velocity"):
+        finite &= np.isfinite(bodies[name]).all(-1)
     return finite
