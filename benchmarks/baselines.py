@@ -222,16 +222,19 @@ def draw(points: Sequence[Point]) -> Figure:
     names = list(dict.fromkeys(point.env for point in points))
     columns = min(3, max(1, len(names)))
     count = -(-max(1, len(names)) // columns)
-    figure, panels = plt.subplots(count, columns, figsize=(4 * columns, 2.6 * count), squeeze=False, sharey=True)
+    figure, panels = plt.subplots(count, columns, figsize=(4 * columns, 2.8 * count), squeeze=False, sharey=True)
     for panel, name in zip(panels.flat, names, strict=False):
         for seed in sorted({point.seed for point in points if point.env == name}):
             line = [point for point in points if (point.env, point.seed) == (name, seed)]
-            panel.plot([p.steps / 1e6 for p in line], [100 * p.success for p in line], marker="o", markersize=2)
+            x, y = [p.steps / 1e6 for p in line], [100 * p.success for p in line]
+            panel.plot(x, y, marker="o", markersize=2, label=f"seed {seed}")
         panel.set(title=name, ylim=(-3, 103))
         panel.grid(alpha=0.3)
     for panel in panels.flat[len(names) :]:
         panel.set_visible(False)
-    figure.supxlabel("million steps")
-    figure.supylabel("success of 50 unseen episodes, %")
+    for panel in panels[:, 0]:
+        panel.set_ylabel("success of 50\nunseen episodes, %")
+    panels.flat[0].legend(frameon=False, fontsize=8)
+    figure.supxlabel("million steps", fontsize=10)
     figure.tight_layout()
     return figure
