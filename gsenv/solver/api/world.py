@@ -273,12 +273,8 @@ class World(Actions):
         )
 
     def __getstate__(self) -> dict[str, Any]:
-        return {
-            **self.__dict__,
-            "_calls": [],
-            "_entries": {},
-            "_overlaps": None,
-        }  # compiled code and pointers: made again when needed
+        # compiled code and pointers: made again when needed
+        return {**self.__dict__, "_calls": [], "_entries": {}, "_overlaps": None}
 
     def _grow(self, results: list[tuple[int, int]]) -> None:
         """Enlarge the buffers for the step that did not fit and is then repeated."""
