@@ -325,6 +325,16 @@ class Task(ABC):
         if self.with_diagnostics:
             read_diagnostics(self.world, self.diagnostics)
         self.evaluate()
+        if self.world.lost is not None:
+            self._end_lost(self.world.lost)
+
+    def _end_lost(self, lost: Array) -> None:
+        """End the episodes of worlds, bool (world,), whose numbers are not finite: one NaN would spoil a learner."""
+        self.terminated[lost] = True
+        self.reward[lost] = 0.0
+        self.observation[lost] = np.clip(np.float32(0.0), self.low, self.high)
+        for records in (self.terms, self.infos):
+            records[lost] = np.zeros((), records.dtype)
 
     def info(self, world: int, agent: int | None = None) -> dict[str, Any]:
         """Return the info dict of one world, or of one agent in it: plain Python numbers by name.

@@ -19,11 +19,15 @@ HERE = Path(__file__).parent
 
 
 class RangeWarnings:
-    """Warns once of each range that is exceeded, and of each world whose numbers are not finite any more."""
+    """Warns once of each range that is exceeded, and of each world whose numbers are not finite any more.
+
+    Attributes:
+        lost: (world,) bool, the worlds whose numbers are not finite, of which it has warned; None where there is none.
+    """
 
     def __init__(self) -> None:
         self._told: set[str] = set()
-        self._lost: Array = np.zeros(0, np.bool_)  # (world,) once one was lost: those told of
+        self.lost: Array | None = None
 
     def check_timestep(self, timestep: float, level: int) -> None:
         """Warn of a long timestep, s; ``level``: number of calls between the user's line and this one."""
@@ -49,8 +53,8 @@ class RangeWarnings:
         """Warn of worlds with a body whose position or velocity has become NaN or infinite."""
         finite = finite_bodies(state)
         lost: Array = ~np.all(finite, axis=1)
-        new = lost & ~self._lost if len(self._lost) else lost
-        self._lost = lost
+        new = lost if self.lost is None else lost & ~self.lost
+        self.lost = lost if lost.any() else None
         if not new.any():
             return
         world = int(np.argmax(new))
@@ -67,8 +71,10 @@ class RangeWarnings:
 
     def forget(self, chosen: Array) -> None:
         """Tell of these worlds again: they were reset or restored."""
-        if len(self._lost):
-            self._lost[chosen] = False
+        if self.lost is not None:
+            self.lost[chosen] = False
+            if not self.lost.any():
+                self.lost = None
 
     def _warn(self, topic: str, text: str, level: int) -> None:
         if topic not in self._told:

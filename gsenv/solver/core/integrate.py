@@ -193,12 +193,17 @@ def clear_forces(bodies: Any) -> None:
 
 
 @njit
-def bodies_finite(bodies: Any) -> Any:
-    """Whether all positions and velocities are finite."""
+def any_lost(bodies: Any) -> Any:
+    """Whether the position, velocity or rotation of a body is not finite; readings/diagnostics.py says of which."""
     total = 0.0  # NaN where one is not: 0 times NaN or infinity is NaN
     for i in range(len(bodies)):
+        turn = 0.0  # 1; an angle that overflows gives NaN or 0
+        for d in range(len(bodies[i].rotation)):
+            turn += bodies[i].rotation[d] * bodies[i].rotation[d]
+        if not 0.5 < turn < 2.0:
+            return True
         for d in range(len(bodies[i].position)):
             total += 0.0 * bodies[i].position[d]
         for d in range(len(bodies[i].velocity)):
             total += 0.0 * bodies[i].velocity[d]
-    return total == 0.0
+    return total != 0.0

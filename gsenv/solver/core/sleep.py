@@ -90,9 +90,10 @@ def update_sleep(
         # the position pass moves bodies at rest as well
         moved = point_speed(substep_bodies[island_bodies[k]].displacement, parameters)
         body.travel += moved
-        speed = max(point_speed(body.velocity, parameters), moved / options.timestep)
+        slow = point_speed(body.velocity, parameters) <= options.sleep_speed  # NaN is not
+        slow = slow and moved / options.timestep <= options.sleep_speed
         body.asleep = 0
-        if restless or speed > options.sleep_speed:
+        if restless or not slow:
             body.sleep_time = 0.0
         else:
             body.sleep_time += options.timestep

@@ -29,7 +29,7 @@ from .division import (
 from .geometry import gravity_norm, update_geometry
 from .integrate import (
     any_kinematic,
-    bodies_finite,
+    any_lost,
     clear_forces,
     hold_disabled,
     move_kinematic,
@@ -71,7 +71,7 @@ def step_worlds(world: Any, first: Any, last: Any, count: Any) -> Any:
                 return status, needed
     for w in range(first, last):
         select_world(world, w)
-        if not bodies_finite(world.state.bodies):
+        if may_move(world) and any_lost(world.state.bodies):
             return NOT_FINITE, int64(0)
     return OK, int64(0)
 
@@ -81,12 +81,13 @@ def step_world(world: Any) -> Any:
     """Step the selected world once; returns (status, needed) as ``step_worlds`` does."""
     joints = world.state.joints
     drive_joints(world, joints)
-    if not bodies_finite(world.state.bodies):  # nothing that follows from it would be
+    if not may_move(world):
         start_counters(world.state.world)
         finish_step(world)
         return OK, int64(0)
-    if not any_awake(world.state.bodies, world.model.bodies, world.parameters.bodies):
+    if any_lost(world.state.bodies):  # nothing that follows from it would be finite
         start_counters(world.state.world)
+        world.state.world.contact_count = 0
         finish_step(world)
         return OK, int64(0)
     status, needed, far_moving = step_part(world, joints, True)
@@ -99,6 +100,12 @@ def step_world(world: Any) -> Any:
     if status == OK:
         finish_step(world)
     return status, needed
+
+
+@njit
+def may_move(world: Any) -> Any:
+    """Whether a body of the world may move in the next step."""
+    return any_awake(world.state.bodies, world.model.bodies, world.parameters.bodies)
 
 
 @njit

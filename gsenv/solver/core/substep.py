@@ -327,21 +327,23 @@ def solve(world: Any, island: Any, joint_factor: Any, soft: Any, newton: Any) ->
     jointed = any_equation(rows, island.joint_rows)
     passive = not island.driven and not island.has_springs
     residual = 0.0
+    converged = True
     for attempt in range(2):
         sweeps, residual = solve_rows(world, island, joint_factor, soft, newton)
         copy_velocities(island_bodies, world.state.bodies, world.scratch.solver_bodies)
         counters.sweeps += sweeps
-        if attempt > 0 or not passive or not jointed or residual > tolerance:
+        converged = residual <= tolerance  # NaN is not
+        if attempt > 0 or not passive or not jointed or not converged:
             break
         if not gains_energy(world, island):
             break
         clear_equation_biases(rows, island.joint_rows)
     island.residual = residual
     counters.residual = max(counters.residual, residual)
-    if residual > tolerance:
+    if not converged:
         counters.unconverged += 1
     # converged joints of rotating bodies change the energy to third order only: the guard must not act on that
-    if passive and (residual > tolerance or not jointed):
+    if passive and (not converged or not jointed):
         guard_energy(world, island)
     guard_stiff_springs(world, island, joint_factor)
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gsenv.solver import Scene, World, planar, spatial
+from gsenv.solver import Options, Scene, World, planar, spatial
 from tests.solver.bits import bits
 
 ROOT = Path(__file__).parents[3]
@@ -85,8 +85,60 @@ def test_all_that_are_lost_are_counted_and_a_reset_cures_them(dim: int) -> None:
 @pytest.mark.parametrize("dim", [2, 3])
 def test_a_rotation_counts(dim: int) -> None:
     world = World(pendulum(dim), 2)
-    world.state.bodies["rotation"][1, 1] = np.nan if dim == 3 else 0.0
+    rod = world.model.body_names.index("rod")
+    world.state.bodies["rotation"][1, rod] = np.nan if dim == 3 else 0.0
     np.testing.assert_array_equal(world.diagnostics().finite, [True, False])
+    with pytest.warns(RuntimeWarning, match="body 'rod' in world 1 has"):  # the kernel sees it, too
+        world.step()
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_a_lost_world_has_no_contacts_and_counts_no_work(dim: int) -> None:
+    scene = pendulum(dim)
+    level = (0.0,) * (dim - 2)
+    shape = planar.Box(half_extents=(5.0, 0.5)) if dim == 2 else spatial.Box(half_extents=(5.0, 5.0, 0.5))
+    scene.add_body("floor", "static", shapes=[shape], position=(0.0, *level, 0.0))
+    world = World(scene, 2)
+    world.step(40)
+    touching = world.diagnostics().contacts
+    assert touching[1] > 0
+    spoil(world, 1)
+    with pytest.warns(RuntimeWarning, match="in world 1 has"):
+        world.step()
+    np.testing.assert_array_equal(world.diagnostics().contacts, [touching[0], 0])
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_a_world_that_a_pose_and_a_velocity_cured_is_told_of_again(dim: int) -> None:
+    world = World(pendulum(dim), 2)
+    assert world.lost is None
+    spoil(world, 1)
+    with pytest.warns(RuntimeWarning, match="in world 1 has"):
+        world.step()
+    np.testing.assert_array_equal(world.lost, [False, True])
+    world.set_velocity("rod", linear=np.zeros(dim))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        world.step()
+    assert world.lost is None
+    assert world.diagnostics().finite.all()
+    spoil(world, 1)
+    with pytest.warns(RuntimeWarning, match="in world 1 has"):
+        world.step()
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_the_step_in_which_a_world_is_lost_is_not_converged(dim: int) -> None:
+    world = World(pendulum(dim), 2, options=Options(articulated=False))  # rows have a residual, a swing none
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)
+        for _ in range(100):
+            world.apply_force("rod", force=np.full(dim, 1e36), worlds=1)
+            world.step()
+            if world.lost is not None:
+                break
+    np.testing.assert_array_equal(world.lost, [False, True])
+    np.testing.assert_array_equal(world.state.worlds["unconverged"] > 0, [False, True])
 
 
 @pytest.mark.parametrize("dim", [2, 3])

@@ -332,7 +332,7 @@ def _solve_rows(world: Any, island: Any, articulation: Any, last: Any) -> None:
     while _finds_limits(world, island, articulation):
         _solve_reached(world, island, articulation)
     counters.residual = max(counters.residual, island.residual)
-    if island.residual > world.options.tolerance:
+    if not island.residual <= world.options.tolerance:  # NaN counts, too
         counters.unconverged += 1
     move_links(island, articulation, articulation.rate)
     _keep_velocities(world, island, articulation)
