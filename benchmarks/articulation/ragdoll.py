@@ -141,7 +141,7 @@ def time_fall(on: bool, steps: int) -> dict[str, Any]:
     for _ in range(steps // 10):  # reading would push the step's code out of the processor's caches
         world.step(10)
         diagnostics = world.diagnostics()
-        deepest = max(deepest, float(diagnostics.penetration[0]))
+        deepest = float(np.maximum(deepest, diagnostics.penetration[0]))  # NaN stays
         sweeps = max(sweeps, int(diagnostics.sweeps[0]))
     return {"us": 1e6 * statistics.median(times) / steps, "penetration": deepest, "sweeps": sweeps}
 
