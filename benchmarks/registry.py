@@ -62,6 +62,7 @@ BENCHMARKS: dict[str, Benchmark] = {
         Benchmark("articulation", "bodies on joints: rows, joint coordinates, MuJoCo", (3,), True, True),
         Benchmark("baselines", "PPO at each tier, five seeds: success, return, time of training", page=True),
         Benchmark("convergence", "order of convergence in the timestep, against closed forms", page=True),
+        Benchmark("devices", "PPO's time on the CPU and on a GPU, and threads of worlds", page=True),
         Benchmark(
             "heaps", "CPU time per box of heaps, moving and at rest, beside Box2D v3 and Box3D", (2, 3), True, True
         ),
