@@ -79,9 +79,11 @@ def parts_of_page(ours: Mapping[tuple[str, str], Mapping[str, float]], theirs: S
         f" without sleep, on one thread. {EXPLAINED}"
     )
     between = (
-        f"## gsenv beside {engine}\n\nThe same numbers in common groups, us per box and step; ratios are those of the"
-        f" sums, gsenv over {engine}. Groups differ in part: gsenv computes bounds of boxes within detection and finds"
-        f" islands anew in each step, {engine} computes bounds within positions and joins islands within detection."
+        f"## gsenv beside {engine}\n\nCPU us per box and step in common groups; ratios are those of the sums, gsenv"
+        f" over {engine}. The sampling slows the steps of both by about a tenth. Medians leave most of this out, so the"
+        f" stages of {engine} are scaled here: their sum is its CPU time from outside. Groups differ in part: gsenv"
+        f" computes bounds of boxes within detection and finds islands anew in each step; {engine} computes bounds"
+        " within positions and joins islands within detection."
     )
     names = list(dict.fromkeys(p.name for p in theirs))
     tables = [stage_table([p for p in theirs if p.name == name]) for name in names]
@@ -103,7 +105,7 @@ def stage_table(profiles: Sequence[PeerProfile]) -> Table:
 
 def beside_table(place: str, stages: Mapping[str, float], theirs: Sequence[PeerProfile]) -> Table:
     """Return gsenv and all builds of an engine in one phase of a heap."""
-    ours, others = common_of_ours(stages), [common_of_theirs(p.stages) for p in theirs]
+    ours, others = common_of_ours(stages), [common_of_theirs(p.scaled) for p in theirs]
     rows = [[group, *cells(ours[group], [other[group] for other in others], "{:.3f}")] for group in COMMON]
     total, totals = sum(ours.values()), [sum(other.values()) for other in others]
     rows.append(["**sum**", *cells(total, totals, "**{:.3f}**")])

@@ -42,7 +42,7 @@ class PeerProfile:
     Attributes:
         heap, phase, engine, setting: which.
         stages: us of wall time per box and step of each stage, as the engine names it, and in none.
-        outside: us of CPU time per box and step, of whole steps without a profile.
+        outside: us of CPU time per box and step, of whole steps without a profile; the mean, as gsenv's times are.
     """
 
     heap: str
@@ -55,6 +55,12 @@ class PeerProfile:
     @property
     def name(self) -> str:
         return f"{self.engine}, {self.setting}"
+
+    @property
+    def scaled(self) -> dict[str, float]:
+        """Return the us of the stages as shares of the CPU time."""
+        scale = self.outside / sum(self.stages.values())
+        return {name: scale * us for name, us in self.stages.items()}
 
 
 @dataclass
@@ -94,10 +100,10 @@ class Rounds:
         return out
 
     def profile(self, heap: str, phase: str, boxes: int) -> PeerProfile:
-        """Return the medians over all rounds."""
+        """Return what all rounds tell."""
         us = 1e6 / (STEPS * boxes)
         stages = {name: us * seconds for name, seconds in typical(np.array(self.stages)).items()}
-        outside = us * statistics.median(self.outside)
+        outside = us * statistics.fmean(self.outside)
         return PeerProfile(heap, phase, self.setting.engine, self.setting.label, stages, outside)
 
 
