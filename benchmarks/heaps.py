@@ -51,6 +51,7 @@ TIMESTEP = 1.0 / 60.0
 STEPS, REST = 60, 300  # steps in a timed call, and before the resting ones
 RUNS, QUICK_RUNS = 15, 3
 OURS = ("balanced", "fast")
+PLAIN, SCALAR = "4 substeps", "4 substeps, scalar"  # the usual setting of Box2D v3 and Box3D, of each build
 
 
 @dataclass(frozen=True)
@@ -88,7 +89,7 @@ def settings_of(suite: Suite) -> list[Setting]:
     """Return gsenv's fidelities and, of engines that are built from sources, the default and stiff settings."""
     out = [Setting("gsenv", mark, TIMESTEP, {**FIDELITIES[mark], "sleep": False}) for mark in OURS]
     ways: dict[str, dict[str, Any]] = {
-        "4 substeps": {"substeps": 4},
+        PLAIN: {"substeps": 4},
         "4 substeps, not recycled": {"substeps": 4, "recycle": False},
         "16 substeps, stiff": {"substeps": 16, **STIFF},
         "64 substeps, stiff": {"substeps": 64, **STIFF},
@@ -96,7 +97,7 @@ def settings_of(suite: Suite) -> list[Setting]:
     for engine in suite.sources:
         out += [Setting(engine, label, TIMESTEP, values) for label, values in ways.items()]
         if "scalar" in suite.module(engine).PEER.variants:
-            out.append(Setting(engine, "4 substeps, scalar", TIMESTEP, {"substeps": 4, "build": "scalar"}))
+            out.append(Setting(engine, SCALAR, TIMESTEP, {"substeps": 4, "build": "scalar"}))
     return out
 
 

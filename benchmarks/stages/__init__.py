@@ -3,6 +3,12 @@
 Samples are taken of the kernel as it always runs: no code is added to it. A sample belongs to the stage of the function
 that it hits; a small function that the compiler has put into its callers belongs to theirs. Samples outside of the
 kernel, such as of the reset between rounds, do not count.
+
+    python -m benchmarks stages --box2d-source FOLDER
+    python -m benchmarks stages --dim 3 --box3d-source FOLDER
+
+also show the stages of Box2D v3 or Box3D, built from the folder of its sources, by its own clock (peers.py), and both
+engines side by side.
 """
 
 from __future__ import annotations
@@ -13,15 +19,19 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from benchmarks.accuracy.built import add_source_options, given_sources
+from benchmarks.accuracy.suites import Suite, suite_of
 from benchmarks.common.files import packed, unpacked
 from benchmarks.common.progress import progress_bar
-from benchmarks.common.report import Report
+from benchmarks.common.report import Part, Report
 from benchmarks.common.run import Run, Unable
 from benchmarks.common.tables import Table
 from benchmarks.common.timing import cpu_time
 from benchmarks.heaps import HEAPS, REST, STEPS, TIMESTEP
+from benchmarks.stages.beside import parts_of_page
+from benchmarks.stages.peers import PeerProfile, Rounds, rounds_of
 from benchmarks.stages.sampling import OUTSIDE, Symbols, machine_code_kept, sampled
-from gsenv.solver import Options, Scene, World
+from gsenv.solver import Options, World
 from gsenv.solver.records.model import BodyKind
 
 AWAKE = Options(timestep=TIMESTEP, sleep=False)
@@ -53,7 +63,7 @@ class Profile:
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add no options of its own."""
+    add_source_options(parser)
 
 
 def stage_of(function: Sequence[str]) -> str:
@@ -66,8 +76,10 @@ def stage_of(function: Sequence[str]) -> str:
     return OTHER
 
 
-def profile(world: World, symbols: Symbols, from_start: bool, seconds: float) -> dict[str, float]:
-    """Step for so many seconds of CPU time; return the CPU time in us of each stage of a step."""
+def profile(
+    world: World, symbols: Symbols, from_start: bool, seconds: float, turns: Sequence[Rounds]
+) -> dict[str, float]:
+    """Step for so many seconds of CPU time, in turns with other engines; return us of CPU time of our stages."""
     times: list[float] = []
 
     def work() -> None:
@@ -75,6 +87,8 @@ def profile(world: World, symbols: Symbols, from_start: bool, seconds: float) ->
             if from_start:
                 world.reset()
             times.append(cpu_time(lambda: world.step(STEPS)))
+            for rounds in turns:
+                rounds.keep_up(sum(times))
 
     functions = [symbols.function_at(place) for place in sampled(work)]
     hits = Counter(stage_of(function) for function in functions if function != OUTSIDE)
@@ -84,21 +98,26 @@ def profile(world: World, symbols: Symbols, from_start: bool, seconds: float) ->
     return {stage: us * hits[stage] for stage in (*STAGES, OTHER)}
 
 
-def profiles_of(heap: str, scene: Scene, loaded: Mapping[int, bytes], seconds: float) -> list[Profile]:
-    """Sample the first steps of a heap, again and again from its start, and then steps at rest."""
-    world = World(scene, options=AWAKE)
+def profiles_of(
+    suite: Suite, heap: str, loaded: Mapping[int, bytes], seconds: float
+) -> tuple[list[Profile], list[PeerProfile]]:
+    """Sample the first steps of a heap, again and again from its start, and then steps at rest; of gsenv and peers."""
+    world = World(HEAPS[suite.dim][heap](), options=AWAKE)
     boxes = int((world.model.bodies["kind"] == BodyKind.DYNAMIC).sum())
     world.step()
     symbols = Symbols.of_steps(loaded)
-    out = []
-    for phase in ("settling", "at rest"):
-        from_start = phase == "settling"
+    out: list[Profile] = []
+    peers: list[PeerProfile] = []
+    for phase, before in (("settling", 0), ("at rest", REST - STEPS)):
+        from_start = before == 0
+        turns = rounds_of(suite, world.model, before)
         world.reset()
-        world.step(0 if from_start else REST - STEPS)
-        stages = {stage: us / boxes for stage, us in profile(world, symbols, from_start, seconds).items()}
+        world.step(before)
+        stages = {stage: us / boxes for stage, us in profile(world, symbols, from_start, seconds, turns).items()}
         sweeps = sweeps_of(world, from_start)
         out.append(Profile(heap, phase, stages, sum(sweeps) / len(sweeps)))
-    return out
+        peers += [rounds.profile(heap, phase, boxes) for rounds in turns]
+    return out, peers
 
 
 def sweeps_of(world: World, from_start: bool) -> list[float]:
@@ -114,13 +133,20 @@ def sweeps_of(world: World, from_start: bool) -> list[float]:
 
 def measure(run: Run) -> dict[str, Any]:
     seconds = QUICK_SECONDS if run.quick else SECONDS
+    sources = given_sources(run.options, run.dim)
+    suite = suite_of(run.dim, sources)
+    run.stamp["versions"] = run.stamp["versions"] | {engine: suite.version(engine) for engine in sources}
     found: list[Profile] = []
+    peers: list[PeerProfile] = []
     with progress_bar("", len(HEAPS[run.dim])) as bar, machine_code_kept() as loaded:
-        for heap, scene in HEAPS[run.dim].items():
+        for heap in HEAPS[run.dim]:
             bar.describe(heap)
-            found += profiles_of(heap, scene(), loaded, seconds)
+            ours, theirs = profiles_of(suite, heap, loaded, seconds)
+            found += ours
+            peers += theirs
             bar.advance()
-    return {"dim": run.dim, "profiles": packed(found)}
+    results = {"dim": run.dim, "profiles": packed(found)}
+    return results | {"peers": packed(peers)} if peers else results
 
 
 def report(results: Mapping[str, Any]) -> Report:
@@ -129,7 +155,12 @@ def report(results: Mapping[str, Any]) -> Report:
         f" the first {STEPS} steps from boxes that just touch; at rest: steps after {(REST - STEPS) * TIMESTEP:g} s."
         " 'Rows of contacts' writes them once in a step, refreshes them for each substep and stores their impulses."
     )
-    return Report(f"Stages of a step in {results['dim']}D", [text, table(unpacked(Profile, results["profiles"]))])
+    profiles = unpacked(Profile, results["profiles"])
+    parts: list[Part] = [text, table(profiles)]
+    if "peers" in results:
+        ours = {(p.heap, p.phase): p.stages for p in profiles}
+        parts += parts_of_page(ours, unpacked(PeerProfile, results["peers"]))
+    return Report(f"Stages of a step in {results['dim']}D", parts)
 
 
 def table(profiles: Sequence[Profile]) -> Table:

@@ -7,7 +7,7 @@ import os
 import shutil
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -17,6 +17,7 @@ from benchmarks import command, heaps
 from benchmarks.accuracy import cases, cases3d
 from benchmarks.accuracy.built import BUILT
 from benchmarks.accuracy.engines import Setting, Simulation, box2d_v3, box3d
+from benchmarks.accuracy.engines.peers import STAGES, WHOLE
 from benchmarks.accuracy.fronts import ENGINES, Points
 from benchmarks.accuracy.method import method
 from benchmarks.accuracy.page import limit_table
@@ -24,6 +25,7 @@ from benchmarks.accuracy.plot import COLORS
 from benchmarks.accuracy.points import Point, finite_error, record
 from benchmarks.accuracy.suites import suite_of
 from benchmarks.common.run import Unable
+from benchmarks.stages.peers import Profiled
 from gsenv.scenes import bouncing_balls, box_on_incline, pendulum, spring_mass, stack
 from gsenv.scenes.spatial import cart, cube_stack, roller_on_incline, spinning_box
 from gsenv.solver import Model, Scene
@@ -57,7 +59,7 @@ def fake(folder: Path, lists: str) -> Path:
 # ---------------------------------------------------------------- refusals
 
 
-@pytest.mark.parametrize("name", ["accuracy", "heaps"])
+@pytest.mark.parametrize("name", ["accuracy", "heaps", "stages"])
 def test_folder_of_the_other_dimension(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert command.main([name, "--quick", "--dim", "3", "--box2d-source", "."]) == 2
     assert capsys.readouterr().err == "benchmarks: --box2d-source: Box2D v3 is measured with --dim 2.\n"
@@ -68,7 +70,7 @@ def test_engine_without_its_folder(capsys: pytest.CaptureFixture[str]) -> None:
     assert "it is built from its sources; give --box3d-source FOLDER." in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("name", ["accuracy", "heaps"])
+@pytest.mark.parametrize("name", ["accuracy", "heaps", "stages"])
 def test_folder_without_sources(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert command.main([name, "--quick", "--box2d-source", str(tmp_path)]) == 1
     said = capsys.readouterr().err
@@ -216,6 +218,24 @@ def test_reads_what_was_given(name: str, scene: Scene) -> None:
 def test_versions_name_the_library() -> None:
     for name, module in MODULES.items():
         assert len(module.version(source_of(name)).split()) >= 2
+
+
+@pytest.mark.parametrize(("name", "dim"), [("Box2D v3", 2), ("Box3D", 3)])
+def test_profiled_steps_are_the_same_steps(name: str, dim: int) -> None:
+    scene = stack(5) if dim == 2 else cube_stack(5)
+    plain, profiled = built(name, scene), cast(Profiled, built(name, scene))
+    plain.step(50)
+    times = profiled.profile(50)
+    assert times.shape == (50, len(STAGES))
+    assert np.array_equal(plain.read(), profiled.read())
+    parts = [k for k, stage in enumerate(STAGES) if stage != WHOLE]
+    whole = times[:, STAGES.index(WHOLE)]
+    assert (times >= 0.0).all()
+    assert (whole > 0.0).all()
+    assert (times[:, parts].sum(axis=1) <= whole * 1.001).all()
+    for stage in ("pairs", "collide", "warmStart", "solveImpulses", "relaxImpulses", "transforms"):
+        assert times[:, STAGES.index(stage)].sum() > 0.0, stage
+    assert times[:, STAGES.index("sleepIslands")].sum() == 0.0
 
 
 def scene_of(dim: int, ground: Mapping[str, Any], body: Mapping[str, Any], height: float, speed: float) -> Scene:

@@ -63,6 +63,9 @@ class Simulation:
     def step(self, count: int) -> None:
         self.world.step(self.timestep, self.substeps, count)
 
+    def profile(self, count: int) -> Array:
+        return self.world.profile(self.timestep, self.substeps, count)
+
     def read(self) -> Array:
         """Return the states; angles go on from those of the last call, less than half a turn away."""
         out = self.world.read()

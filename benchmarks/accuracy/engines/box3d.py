@@ -54,6 +54,9 @@ class Simulation:
     def step(self, count: int) -> None:
         self.world.step(self.timestep, self.substeps, count)
 
+    def profile(self, count: int) -> Array:
+        return self.world.profile(self.timestep, self.substeps, count)
+
     def read(self) -> Array:
         return self.world.read()
 

@@ -2,7 +2,7 @@
 
 cmake compiles the engine and the shim, optimised, into one library in the user's cache. Its folder is named after the
 contents of the sources and of native/, so an edit or another commit makes another library. An engine runs on one
-thread. The library has the four functions of ``FUNCTIONS``; worlds, bodies, shapes and joints go in as rows of
+thread. The library has the five functions of ``FUNCTIONS``; worlds, bodies, shapes and joints go in as rows of
 doubles, whose meaning the shim says.
 """
 
@@ -34,9 +34,17 @@ DOUBLES, INTS = ctypes.POINTER(ctypes.c_double), ctypes.POINTER(ctypes.c_int)
 FUNCTIONS = {
     "peer_create": (ctypes.c_void_p, (DOUBLES, INTS, DOUBLES, DOUBLES, DOUBLES)),
     "peer_step": (None, (ctypes.c_void_p, ctypes.c_double, ctypes.c_int, ctypes.c_int)),
+    "peer_profile": (None, (ctypes.c_void_p, ctypes.c_double, ctypes.c_int, ctypes.c_int, DOUBLES)),
     "peer_read": (None, (ctypes.c_void_p, DOUBLES)),
     "peer_destroy": (None, (ctypes.c_void_p,)),
 }
+# What an engine's own clock tells of a step, as it names it: the whole, and parts that do not overlap.
+WHOLE = "step"
+STAGES = (
+    WHOLE, "pairs", "collide", "solverSetup", "prepareConstraints", "integrateVelocities", "warmStart", "solveImpulses",
+    "integratePositions", "relaxImpulses", "applyRestitution", "storeImpulses", "transforms", "jointEvents",
+    "hitEvents", "refit", "bullets", "sensorHits", "sleepIslands", "sensors",
+)  # fmt: skip
 PROJECT_VERSION = r"project\([^)]*VERSION\s+(\d[\w.]*)"
 LINES_OF_ERROR = 3  # of a compiler's message that go into the sentence
 
@@ -113,6 +121,12 @@ class World:
     def step(self, timestep: float, substeps: int, count: int) -> None:
         """Take ``count`` timesteps in one call."""
         self.library.peer_step(self.handle, timestep, substeps, count)
+
+    def profile(self, timestep: float, substeps: int, count: int) -> Array:
+        """Take ``count`` timesteps; return (step, STAGES), the wall time in s of each stage."""
+        out = np.empty((count, len(STAGES)))
+        self.library.peer_profile(self.handle, timestep, substeps, count, out.ctypes.data_as(DOUBLES))
+        return 1e-3 * out
 
     def read(self) -> Array:
         """Return a row for each body."""

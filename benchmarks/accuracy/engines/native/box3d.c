@@ -1,5 +1,6 @@
-// A world of Box3D from flat arrays of doubles: made, stepped any number of times in one call, read, destroyed.
-// The same four functions as in box2d_v3.c; ../peers.py declares them and says what the rows mean.
+// A world of Box3D from flat arrays of doubles: made, stepped any number of times in one call with or without a
+// profile, read, destroyed.
+// The same five functions as in box2d_v3.c; ../peers.py declares them and says what the rows mean.
 
 #include "box3d/box3d.h"
 
@@ -9,6 +10,7 @@ enum
 {
 	BODY_SIZE = 18,
 	SHAPE_SIZE = 14,
+	STAGE_COUNT = 20,
 	JOINT_SIZE = 8,
 	CYLINDER_SIDES = 32, // the most that b3CreateCylinder takes
 };
@@ -153,6 +155,26 @@ void peer_step( Peer* peer, double timestep, int substeps, int count )
 	for ( int k = 0; k < count; ++k )
 	{
 		b3World_Step( peer->world, (float)timestep, substeps );
+	}
+}
+
+// of each step the ms of its stages by the engine's own clock, in the order of STAGES in ../peers.py
+void peer_profile( Peer* peer, double timestep, int substeps, int count, double* out )
+{
+	for ( int k = 0; k < count; ++k )
+	{
+		b3World_Step( peer->world, (float)timestep, substeps );
+		b3Profile p = b3World_GetProfile( peer->world );
+		float stages[STAGE_COUNT] = {
+			p.step, p.pairs, p.collide, p.solverSetup, p.prepareConstraints,
+			p.integrateVelocities, p.warmStart, p.solveImpulses, p.integratePositions, p.relaxImpulses,
+			p.applyRestitution, p.storeImpulses, p.transforms, p.jointEvents, p.hitEvents,
+			p.refit, p.bullets, p.sensorHits, p.sleepIslands, p.sensors,
+		};
+		for ( int i = 0; i < STAGE_COUNT; ++i )
+		{
+			*out++ = stages[i];
+		}
 	}
 }
 
