@@ -3,7 +3,7 @@
 Few shapes are compared each with each.  Many are sorted along a space-filling curve, and an implicit
 tree holds the boxes of runs of them (node k has the children 2k and 2k+1, as in planar/vertices.py);
 each leaf then searches the tree for later leaves whose boxes overlap its own, and the pairs are
-sorted.  The tree is built again in each step: the result depends on the present state alone.
+sorted.  The tree is built again in each search: the result depends on the present state alone.
 Unbounded shapes are not in the tree, nor are shapes far from all awake ones.
 
 Source of the method: T. Karras, "Maximizing parallelism in the construction of BVHs" (2012), with

@@ -8,9 +8,9 @@ import numpy as np
 from numba import int64
 
 from ..jit import inline_njit, njit
-from .broadphase import find_pairs
 from .dispatch import by_dimension
 from .geometry import BASE_MARGIN, MovingShape, PlacedShape, linear_norm, update_geometry
+from .kept_pairs import find_all_pairs, find_near_pairs
 from .recycling import pair_form, recycle_pair
 from .secondary import MAX_LOOKS, any_wider, clear_widening, keep_secondary, widen_boxes
 from .status import MORE_CONTACTS, MORE_PAIRS, OK
@@ -53,7 +53,10 @@ def find_contacts(world: Any) -> tuple[int, int, int, int, bool]:
     count = int64(0)
     far_moving = False
     for look in range(MAX_LOOKS):
-        pair_count = find_pairs(scratch.geometry, models, world.model.exclusions, scratch.broadphase, scratch.pairs)
+        if look == 0:
+            pair_count = find_near_pairs(world, scratch.kept_boxes)
+        else:
+            pair_count = find_all_pairs(world)
         if pair_count > len(scratch.pairs):
             return MORE_PAIRS, pair_count, pair_count, count, False
         count = collide_pairs(world, pair_count)

@@ -17,7 +17,9 @@ from .model import CONTACT_ROWS, ROWS_PER_JOINT, Array, Model, contact_dtype, wo
 from .scratch_dtypes import (
     ISLAND_DTYPE,
     ISLAND_STEP_DTYPE,
+    KEPT_PAIR_DTYPE,
     PAIR_DTYPE,
+    kept_box_dtype,
     shape_geometry_dtype,
     start_pose_dtype,
     substep_body_dtype,
@@ -50,6 +52,7 @@ class Scratch:
         self.island_bodies = np.zeros(bodies, np.int32)
         self.island_joints = np.zeros(len(model.joints), np.int32)
         self.broadphase = broadphase_of(model, variant)
+        self.kept_boxes = None if self.broadphase is None else np.zeros(len(model.shapes), kept_box_dtype(dim))
         self.start_poses = np.zeros(bodies, start_pose_dtype(dim)) if variant.continuous else None
         self._narrowphase = dimension(dim).scratch.narrowphase_scratch(variant.fields, variant.convex)
         self._factor, self._joint_factor = (_factor_arrays(model) for _ in range(2))
@@ -59,6 +62,10 @@ class Scratch:
     def grow_pairs(self, capacity: int) -> None:
         """Make room for ``capacity`` pairs of shapes; earlier bundles are invalid afterwards."""
         self.pairs = np.zeros(capacity, PAIR_DTYPE)
+        self.kept_pairs = None
+        if self.kept_boxes is not None:
+            self.kept_pairs = np.zeros(capacity, KEPT_PAIR_DTYPE)
+            self.kept_boxes["pairs"] = 0
 
     def grow_contacts(self, capacity: int) -> None:
         """Make room for ``capacity`` contacts and their rows; earlier bundles are invalid afterwards."""
@@ -108,6 +115,8 @@ class Scratch:
             dim,
             geometry=self.geometry,
             broadphase=self.broadphase,
+            kept_boxes=self.kept_boxes,
+            kept_pairs=self.kept_pairs,
             pairs=self.pairs,
             narrowphase=narrowphase,
             found=self.found,

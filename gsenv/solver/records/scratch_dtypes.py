@@ -40,6 +40,22 @@ PAIR_DTYPE = np.dtype(
 )
 
 
+def kept_box_dtype(dim: int) -> np.dtype[Any]:
+    """Return the dtype of the boxes of core/kept_pairs.py, one for each shape."""
+    return np.dtype(
+        [
+            ("lower", "f8", (dim,)),  # m
+            ("upper", "f8", (dim,)),
+            ("flags", "i4"),
+            ("pairs", "i4"),  # of the first shape: 1 + number of kept pairs; 0: none are
+        ],
+        align=True,
+    )
+
+
+KEPT_PAIR_DTYPE = np.dtype([("shape_a", "i4"), ("shape_b", "i4")], align=True)
+
+
 SUBSTEP_BODY_FIELDS_3D: list[Any] = [
     # rows: principal axes half a substep ahead, or the world's axes where all moments are equal
     ("frame", "f8", (3, 3)),
