@@ -234,6 +234,39 @@ def test_aec_goes_through_the_same_states(env: tower_v0.TowerParallelEnv) -> Non
         assert turns.rewards == rewards
 
 
+@pytest.mark.parametrize(
+    ("action", "message"),
+    [
+        (None, "'gripper_0' must be 4 numbers, got None"),
+        ([0.0], r"'gripper_0' must have the shape \(4,\), got \(1,\)"),
+        (list("abcd"), "'gripper_0' must be numbers, got"),
+        ([0.0, 0.0, np.nan, 0.0], "'gripper_0' must be finite, got"),
+        (np.full(4, 1e300), "'gripper_0' must be finite, got"),
+    ],
+)
+def test_a_bad_action_is_refused_in_its_own_turn(action: Any, message: str) -> None:
+    turns = tower_v0.env(blocks=2)
+    turns.reset(seed=2)
+    with pytest.raises(ValueError, match=message):
+        turns.step(action)
+    assert turns.agent_selection == AGENTS[0]
+    for _ in range(4):
+        turns.step([0.0, 0.0, 0.0, -1.0])  # a list is an action, too
+    assert turns.unwrapped._elapsed == 2
+
+
+def test_turns_of_ended_agents_take_none_alone() -> None:
+    turns = tower_v0.env(max_cycles=1)
+    turns.reset(seed=2)
+    for _ in AGENTS:
+        turns.step(np.zeros(4, np.float32))
+    with pytest.raises(ValueError, match="the episode of 'gripper_0' is over, so its action must be None"):
+        turns.step(np.zeros(4, np.float32))
+    for _ in AGENTS:
+        turns.step(None)
+    assert turns.agents == []
+
+
 def test_a_last_step_that_succeeds_is_no_truncation(env: tower_v0.TowerParallelEnv) -> None:
     env.reset(seed=0, options={"blocks": 2, "success_time": 0.1})
     steps = 0
@@ -332,7 +365,7 @@ def test_unknown_argument() -> None:
         ({**IDLE_BOTH, "gripper_1": IDLE[:3]}, r"of 'gripper_1' must have the shape \(4,\), got \(3,\)"),
         ({**IDLE_BOTH, "gripper_0": IDLE * np.nan}, "actions must be finite"),
         ({**IDLE_BOTH, "gripper_0": ["a"] * 4}, "actions must be numbers"),
-        ({**IDLE_BOTH, "gripper_0": None}, r"must have the shape \(4,\), got \(\)"),
+        ({**IDLE_BOTH, "gripper_0": None}, "of 'gripper_0' must be 4 numbers, got None"),
     ],
 )
 def test_bad_actions_change_nothing(env: tower_v0.TowerParallelEnv, actions: Any, message: str) -> None:
