@@ -316,6 +316,25 @@ def test_frames_show_both_grippers() -> None:
         assert near.sum() > 20
 
 
+def test_blocks_that_wait_are_within_the_picture() -> None:
+    task = TowerTask(20)
+    task.reset(np.arange(20), np.random.default_rng(0).random((20, task.reset_draws)), task.check_options({}))
+    shapes = slice(scene.FIRST_BLOCK_SHAPE, scene.FIRST_BLOCK_SHAPE + 2)
+    bodies = slice(scene.FIRST_BLOCK, scene.FIRST_BLOCK + 2)
+    farthest = 0.0
+    for k in range(120):
+        turn = 1.0 if k < 60 else -1.0
+        task.step(np.broadcast_to(np.array([-1.0, 0.0, turn, -1.0]), (20, 2, 4)))  # outwards
+        state = task.world.state.bodies[:, bodies]
+        half = np.abs(state["rotation"]) * task.world.parameters.shapes["size"][:, shapes]
+        reach = np.abs(state["position"][..., 0]) + half.sum(axis=-1)
+        farthest = max(farthest, float(reach.max()))
+    corners = task.camera(0, 640, 480).to_pixel(np.array([[-farthest, 1.0], [farthest, 1.0]]), 640, 480)
+    assert farthest > 2.5
+    assert corners[0, 0] > 4.0
+    assert corners[1, 0] < 636.0
+
+
 def test_pixels_are_mirrored() -> None:
     env = tower_v0.parallel_env(observation="pixels")
     observations, _ = env.reset(seed=0)
