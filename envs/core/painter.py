@@ -65,7 +65,7 @@ class Painter:
         camera = task.camera(world, width, height)
         if camera is not None:
             renderer.camera = camera
-        frame: Frame = renderer.render(world, lines=task.lines(world))
+        frame: Frame = renderer.render(world, lines=task.lines(world), **task.decor(world))
         texts = checked_hud(task.captions(world))
         if texts:
             draw_hud(frame, texts, below=task.captions_below)

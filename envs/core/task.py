@@ -277,6 +277,10 @@ class Task(ABC):
         """Return lines (line, 2, dim) in m, from where to where, that frames of a world show; None: none."""
         return None
 
+    def decor(self, world: int) -> dict[str, Any]:
+        """Return further arguments of the renderer's `render`, what frames and pixels of a world show beside bodies."""
+        return {}
+
     def captions(self, world: int) -> Sequence[str]:
         """Return the lines of text in the upper left corner of the picture of a world, see `captions_below`."""
         return ()
