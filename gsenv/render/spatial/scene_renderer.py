@@ -24,6 +24,7 @@ from gsenv.render.spatial.primitives import (
     read_meshes,
 )
 from gsenv.render.spatial.renderer import PrimitiveRenderer, Quality
+from gsenv.render.spatial.stripes import Stripes
 from gsenv.render.spatial.style import DEFAULT_STYLE, Style
 from gsenv.render.spatial.world_view import (
     ShapeTable,
@@ -87,21 +88,28 @@ class SpatialRenderer:
         camera: SpatialCamera | None = None,
         lines: FloatArray | None = None,
         arrows: Sequence[Arrow] = (),
+        stripes: Stripes | None = None,
     ) -> NDArray[np.uint8]:
         """Return a new (height, width, 3) RGB picture of one world, seen by `camera` or the renderer's own.
 
         lines: (line, 2, 3) m, dark lines on the bodies
         arrows: which shine faintly through what hides them
+        stripes: painted on the heightfields
 
         Raises:
             ValueError: a bad argument or camera, or a body whose pose is not finite.
             RuntimeError: another thread is using the renderer or the World.
         """
         number, checked = checked_index(self.world, world_index), checked_lines(lines, 3)
-        return self._world_use.render(lambda: self._draw(number, camera, checked, arrows))
+        return self._world_use.render(lambda: self._draw(number, camera, checked, arrows, stripes))
 
     def _draw(
-        self, world_index: int, camera: SpatialCamera | None, lines: FloatArray | None, arrows: Sequence[Arrow]
+        self,
+        world_index: int,
+        camera: SpatialCamera | None,
+        lines: FloatArray | None,
+        arrows: Sequence[Arrow],
+        stripes: Stripes | None,
     ) -> NDArray[np.uint8]:
         check_finite(self.world, world_index)
         primitives = read_primitives(self.world, world_index, self._table)
@@ -114,9 +122,9 @@ class SpatialRenderer:
         if lines is not None:
             primitives = with_lines(primitives, lines)
         if not arrows:
-            return self._renderer.draw(camera, primitives, vertices)
+            return self._renderer.draw(camera, primitives, vertices, stripes)
         first = int(primitives.enabled.sum())
-        image = self._renderer.draw(camera, *with_arrows(primitives, vertices, arrows))
+        image = self._renderer.draw(camera, *with_arrows(primitives, vertices, arrows), stripes)
         for k, arrow in enumerate(arrow for arrow in arrows if has_length(arrow)):
             own = first + PARTS * k
             hidden = (self._renderer.ids < own) | (self._renderer.ids >= own + PARTS)
@@ -143,10 +151,11 @@ class SpatialRenderer:
         hud: Sequence[str] = (),
         lines: FloatArray | None = None,
         arrows: Sequence[Arrow] = (),
+        stripes: Stripes | None = None,
     ) -> NDArray[np.uint8]:
         """Return a picture as `frame` does, by the renderer's own camera, with the `hud` lines at the top left."""
         texts = checked_hud(hud)
-        image: NDArray[np.uint8] = self.frame(world_index, lines=lines, arrows=arrows)
+        image: NDArray[np.uint8] = self.frame(world_index, lines=lines, arrows=arrows, stripes=stripes)
         if texts:
             draw_hud(image, texts)
         return image
