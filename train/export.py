@@ -25,7 +25,8 @@ from gsenv.train.checkpoint import NORMALIZE
 if TYPE_CHECKING:
     from stable_baselines3.common.base_class import BaseAlgorithm
 
-PICKLE = "normalize.pkl"  # what Stable-Baselines3 itself writes
+PICKLES = ("*norm*.pkl", "*norm*.pickle")  # usual names of what Stable-Baselines3's VecNormalize.save writes
+ACTIVATIONS = {"torch.nn.modules.activation.Tanh": "tanh", "torch.nn.modules.activation.ReLU": "relu"}
 
 _BROKEN = (AssertionError, AttributeError, EOFError, IndexError, KeyError, RuntimeError, TypeError, ValueError)
 
@@ -149,7 +150,9 @@ def restore(model: BaseAlgorithm, path: Path) -> None:
 def export(model: BaseAlgorithm, normalize: VecNormalize | None, notes: dict[str, Any] | None = None) -> MlpPolicy:
     """Return the mean-action network of a PPO or SAC "MlpPolicy", including its observation normalisation."""
     statistics = None if normalize is None else statistics_of(normalize)
-    return _from_weights(model.policy.state_dict(), statistics, notes or {})
+    function: Any = model.policy.activation_fn
+    activation = _known_activation(f"{function.__module__}.{function.__qualname__}")
+    return _from_weights(model.policy.state_dict(), statistics, notes or {}, activation)
 
 
 def load_zip(path: Path) -> MlpPolicy:
@@ -163,19 +166,46 @@ def load_zip(path: Path) -> MlpPolicy:
     refuse_pickle(path.parent)
     beside = path.with_name(NORMALIZE)
     statistics = read_normalize(beside) if beside.is_file() else None
+    policy = dict(weights.get("policy", {}))
+    strange = [name for name in policy if name.startswith("features_extractor")]
+    if strange or not ({"action_net.weight", "actor.mu.weight"} & set(policy)):
+        raise ValueError(
+            f"{path} is not an MlpPolicy of Stable-Baselines3's PPO or SAC, and gsenv reads no others; score it with "
+            "stable_baselines3.common.evaluation.evaluate_policy instead."
+        )
     try:
-        return _from_weights(weights["policy"], statistics, {})
+        return _from_weights(policy, statistics, {}, _activation_of_zip(path))
     except _BROKEN as error:
         raise ValueError(f"{path} is not an MlpPolicy of PPO or SAC: {_first_line(error)}") from error
 
 
 def refuse_pickle(folder: Path) -> None:
     """Raise ValueError where a folder has the normalisation only as a pickle, which could run any code."""
-    if (folder / PICKLE).is_file() and not (folder / NORMALIZE).is_file():
+    found = sorted(path for pattern in PICKLES for path in folder.glob(pattern))
+    if found and not (folder / NORMALIZE).is_file():
         raise ValueError(
-            f"{folder / PICKLE} is a pickle, which can run any code when it is read: if you trust it, load it with "
-            f"VecNormalize.load and write {NORMALIZE} with gsenv.train.export.save_normalize(statistics_of(...))."
+            f"{found[0]} is a pickle, which gsenv does not read because it can run any code: if you trust it, run "
+            f"""`python -c "from gsenv.train.export import convert_pickle; convert_pickle(r'{found[0]}')"` once, """
+            f"which writes {NORMALIZE} beside it; if it is not of this policy, move it away."
         )
+
+
+def convert_pickle(file: str | Path) -> Path:
+    """Write normalize.npz beside a trusted file of Stable-Baselines3's VecNormalize.save, and return its path.
+
+    This runs whatever code is in the file; nothing else in gsenv calls it.
+
+    Raises:
+        OSError: a file cannot be read or written.
+        TypeError: it holds something else.
+    """
+    with open(file, "rb") as opened:
+        normalize = pickle.load(opened)
+    if not isinstance(normalize, VecNormalize):
+        raise TypeError(f"{file} holds a {type(normalize).__name__}, not a VecNormalize.")
+    path = Path(file).with_name(NORMALIZE)
+    save_normalize(statistics_of(normalize), path)
+    return path
 
 
 def _read_zip(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -184,28 +214,61 @@ def _read_zip(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
         raise FileNotFoundError(2, "there is no such file", str(path))
     try:
         _, weights, variables = load_from_zip_file(path, device="cpu", load_data=False)
-    except (*_BROKEN, pickle.UnpicklingError) as error:  # of torch, for anything but tensors
+    except pickle.UnpicklingError as error:  # of torch, for anything but tensors
+        raise ValueError(
+            f"{path} is not an MlpPolicy of Stable-Baselines3's PPO or SAC: where such a file has tensors it has "
+            "pickled objects, which gsenv does not read because they can run any code."
+        ) from error
+    except _BROKEN as error:
         raise ValueError(
             f"{path} is not an MlpPolicy of Stable-Baselines3's PPO or SAC: {_first_line(error)}"
         ) from error
     return dict(weights), dict(variables or {})
 
 
-def _steps_of_zip(path: Path) -> int | None:
-    """Return how many steps a saved model has trained, or None if the file does not say; the pickles stay unread."""
+def _data_of_zip(path: Path) -> dict[str, Any]:
+    """Return what a saved model says about itself as JSON; the pickles in that stay unread, as text."""
     try:
         with zipfile.ZipFile(path) as archive:
-            steps = json.loads(archive.read("data"))["num_timesteps"]
-    except (KeyError, TypeError, ValueError):
-        return None
+            data = json.loads(archive.read("data"))
+    except (KeyError, ValueError):
+        return {}
+    return data if isinstance(data, dict) else {}
+
+
+def _steps_of_zip(path: Path) -> int | None:
+    """Return how many steps a saved model has trained, or None if the file does not say."""
+    steps = _data_of_zip(path).get("num_timesteps")
     return steps if isinstance(steps, int) else None
+
+
+def _activation_of_zip(path: Path) -> str | None:
+    """Return "tanh" or "relu" where the policy was made with an `activation_fn`; None: the algorithm's own.
+
+    Raises:
+        ValueError: another function.
+    """
+    arguments = _data_of_zip(path).get("policy_kwargs")
+    written = arguments.get("activation_fn") if isinstance(arguments, dict) else None
+    if written is None:
+        return None
+    return _known_activation(str(written).removeprefix("<class '").removesuffix("'>"))
+
+
+def _known_activation(name: str) -> str:
+    """Return "tanh" or "relu" for the full name of a class of torch; raises ValueError for another one."""
+    if name not in ACTIVATIONS:
+        raise ValueError(f"its activation function is {name}, and gsenv's policies have Tanh or ReLU.")
+    return ACTIVATIONS[name]
 
 
 def _first_line(error: BaseException) -> str:
     return str(error).strip().partition("\n")[0]
 
 
-def _from_weights(weights: Any, statistics: Statistics | None, notes: dict[str, Any]) -> MlpPolicy:
+def _from_weights(
+    weights: Any, statistics: Statistics | None, notes: dict[str, Any], activation: str | None
+) -> MlpPolicy:
     arrays = {name: tensor.detach().cpu().numpy().astype(np.float32) for name, tensor in weights.items()}
     is_sac = "actor.mu.weight" in arrays
     body, head = ("actor.latent_pi", "actor.mu") if is_sac else ("mlp_extractor.policy_net", "action_net")
@@ -218,4 +281,4 @@ def _from_weights(weights: Any, statistics: Statistics | None, notes: dict[str, 
     count = layers[0][0].shape[1]
     mean = np.zeros(count, np.float32) if statistics is None else statistics.observation_mean.astype(np.float32)
     scale = np.ones(count, np.float32) if statistics is None else statistics.scale.astype(np.float32)
-    return MlpPolicy(mean, scale, tuple(layers), "relu" if is_sac else "tanh", is_sac, notes)
+    return MlpPolicy(mean, scale, tuple(layers), activation or ("relu" if is_sac else "tanh"), is_sac, notes)

@@ -30,7 +30,8 @@ def build_scene() -> Scene:
         ("road", n.STRIPS, n.STRIP_HALF, n.ROAD_HALF, ASPHALT),
         ("dashes", n.DASHES, 0.6, 0.07, PAINT),
     ):
-        scene.add_body(name, "static", [_decor(half_x, half_y, 0.01) for _ in range(count)], color=color)
+        pieces = [_decor(half_x, half_y, 0.01) for _ in range(count)]
+        scene.add_body(name, "static", pieces, color=color, enabled=False)  # pictures show road_paint.py's road
     _add_finish(scene)
     _add_gates(scene)
     _add_obstacles(scene)

@@ -150,6 +150,10 @@ class Car3DTask(Task):
         Quantity("gravity", "gravity", scene.GRAVITY, 0.5, 30.0, "m/s^2"),
     )
 
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+        self._paint: Any = None
+
     def build_scene(self) -> Scene:
         return build_scene()
 
@@ -176,6 +180,14 @@ class Car3DTask(Task):
         target = np.array(gaze) + 2.2 * ahead + np.array([0.0, 0.0, 0.5])
         eye = np.array(gaze) - 5.4 * ahead + 1.6 * side + np.array([0.0, 0.0, 3.3])
         return SpatialCamera(eye, target, fov=0.95, width=width, height=height)
+
+    def decor(self, world: int) -> dict[str, Any]:
+        """Return the road, which is painted on the ground."""
+        from gsenv.envs.car3d.road_paint import RoadPaint
+
+        if self._paint is None:
+            self._paint = RoadPaint()
+        return {"stripes": self._paint.stripes(world, self.task_state["path"][world])}
 
     def captions(self, world: int) -> Sequence[str]:
         velocity = self.world.state.bodies["velocity"][world, scene.CHASSIS_BODY, :3]

@@ -131,6 +131,10 @@ class TaskSimulation:
         """Return lines (line, 2, dim) in m to draw."""
         return self.task.lines(world)
 
+    def decor(self, world: int) -> dict[str, Any]:
+        """Return further arguments of the renderer's `render`."""
+        return self.task.decor(world)
+
     def captions(self, world: int) -> Sequence[str]:
         """Return the task's lines of text."""
         return self.task.captions(world)

@@ -18,6 +18,7 @@ from gsenv.files import write_bytes
 Array = NDArray[np.float32]
 
 _CLIP = 10.0  # normalised observations stay within this
+_MOST = float(np.finfo(np.float32).max)
 MOST_BYTES = 2**28  # that an .npz file may unpack to; a few of them are bombs
 
 
@@ -63,6 +64,20 @@ class MlpPolicy:
             if weight.shape != (len(bias), width):
                 raise ValueError(f"layer {k} must have the shape ({len(bias)}, {width}), got {weight.shape}.")
             width = len(bias)
+        self._check_range()
+
+    def _check_range(self) -> None:
+        """Raise ValueError where some observation could make numbers that float32 does not hold."""
+        most = np.full(len(self.mean), _CLIP)
+        for k, (weight, bias) in enumerate(self.layers):
+            sums = np.abs(weight).astype(np.float64) @ most + np.abs(bias)
+            if not (sums < _MOST).all():
+                largest = max(float(np.abs(weight).max()), float(np.abs(bias).max()))
+                raise ValueError(
+                    f"layer {k} has numbers of up to {largest:.2g}, with which its outputs can exceed what float32 "
+                    f"holds ({_MOST:.2g}); such a policy has not learned anything, so train it again."
+                )
+            most = np.ones(len(bias)) if self.activation == "tanh" else sums
 
     @property
     def observation_count(self) -> int:
@@ -105,7 +120,8 @@ class MlpPolicy:
 
         Raises:
             OSError: it cannot be read.
-            ValueError: it is no such policy: layers or shapes that do not fit, or numbers that are not finite.
+            ValueError: it is no such policy: layers or shapes that do not fit, or numbers that are not finite or too
+                large to compute with.
         """
         try:
             arrays = read_arrays(Path(file) if isinstance(file, str) else file)

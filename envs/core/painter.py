@@ -55,6 +55,8 @@ class Painter:
     def paint(self, task: Task, world: int, size: Size | None = None) -> Frame:
         """Return a frame (height, width, 3) of a world."""
         from gsenv.render import make_renderer
+        from gsenv.render.checks import checked_hud
+        from gsenv.render.hud import draw_hud
 
         width, height = size or (self.width, self.height)
         renderer = self._renderer
@@ -63,7 +65,10 @@ class Painter:
         camera = task.camera(world, width, height)
         if camera is not None:
             renderer.camera = camera
-        frame: Frame = renderer.render(world, hud=task.captions(world), lines=task.lines(world))
+        frame: Frame = renderer.render(world, lines=task.lines(world), **task.decor(world))
+        texts = checked_hud(task.captions(world))
+        if texts:
+            draw_hud(frame, texts, below=task.captions_below)
         return frame
 
     def render(self, task: Task) -> tuple[Frame, ...] | None:

@@ -39,6 +39,15 @@ class ParallelSnapshot:
 Step = tuple[dict[str, Any], dict[str, float], dict[str, bool], dict[str, bool], dict[str, dict[str, Any]]]
 
 
+def check_action(action: Any, agent: str, count: int) -> Array:
+    """Return the action of an agent as an array; raises ValueError for anything but `count` numbers."""
+    if action is None:
+        raise ValueError(f"step: the action of {agent!r} must be {count} numbers, got None, which is for ended agents.")
+    if np.shape(action) != (count,):
+        raise ValueError(f"step: the action of {agent!r} must have the shape {(count,)}, got {np.shape(action)}.")
+    return np.asarray(action)
+
+
 class TaskParallelEnv(ParallelEnv):
     """One world whose agents act at once. Pickles and deep-copies with its state.
 
@@ -169,13 +178,7 @@ class TaskParallelEnv(ParallelEnv):
         if not isinstance(actions, Mapping) or set(actions) != set(self.agents):
             given = list(actions) if isinstance(actions, Mapping) else actions
             raise ValueError(f"step: actions must be of exactly the agents {self.agents}, got {given!r}.")
-        shape = (len(self.task.actions),)
-        for agent in self.agents:
-            if np.shape(actions[agent]) != shape:
-                raise ValueError(
-                    f"step: the action of {agent!r} must have the shape {shape}, got {np.shape(actions[agent])}."
-                )
-        return [actions[agent] for agent in self.agents]
+        return [check_action(actions[agent], agent, len(self.task.actions)) for agent in self.agents]
 
     def _observe(self) -> dict[str, Any]:
         return dict(zip(self.possible_agents, self._observer.observe_agents(self.task), strict=True))

@@ -93,7 +93,7 @@ class Observer:
         camera = task.camera(world, self.width, self.height)
         if camera is not None:
             self._renderer.camera = camera
-        picture: Array = self._renderer.render(world)
+        picture: Array = self._renderer.render(world, **task.decor(world))
         return np.stack([picture, picture[:, ::-1]]) if self._agents else picture
 
     def __getstate__(self) -> dict[str, Any]:

@@ -106,6 +106,7 @@ class Task(ABC):
     quantities: ClassVar[tuple[Quantity, ...]] = ()
     ranges: ClassVar[Mapping[str, tuple[float, float]]] = {}  # of quantities, where `randomize` is None
     controls: ClassVar[Sequence[Sequence[Control]]] = ()  # keys of each agent in `gsenv play`; none: two for each entry
+    captions_below: ClassVar[bool] = False  # whether captions are in the lower left corner instead of the upper one
     max_episode_steps: ClassVar[int | None] = None  # after which a VectorEnv or ParallelEnv truncates; None: never
 
     def __init__(
@@ -276,8 +277,12 @@ class Task(ABC):
         """Return lines (line, 2, dim) in m, from where to where, that frames of a world show; None: none."""
         return None
 
+    def decor(self, world: int) -> dict[str, Any]:
+        """Return further arguments of the renderer's `render`, what frames and pixels of a world show beside bodies."""
+        return {}
+
     def captions(self, world: int) -> Sequence[str]:
-        """Return the lines of text in the corner of the picture of a world."""
+        """Return the lines of text in the upper left corner of the picture of a world, see `captions_below`."""
         return ()
 
     # ------------------------------------------------- stepping

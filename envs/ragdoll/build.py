@@ -13,7 +13,7 @@ from gsenv.solver import Scene
 from gsenv.solver.records.model import Model
 from gsenv.solver.spatial import Capsule
 
-_BARB_ANGLE = 0.7  # rad, between a barb of the arrow's head and its shaft
+_ALONG_X = (math.sqrt(0.5), 0.0, math.sqrt(0.5), 0.0)  # of a capsule
 
 
 def build_scene() -> tuple[Scene, Names]:
@@ -24,26 +24,11 @@ def build_scene() -> tuple[Scene, Names]:
 
 
 def _add_arrow(scene: Scene) -> None:
-    """Add the arrow that shows a push, with its tip at the origin of its frame and its shaft along -x."""
+    """Add the mark of a push, with its tip at the origin of its frame; pictures show the arrow of push_arrow.py."""
     n = numbers
     half = 0.5 * n.ARROW_LENGTH
-    shaft = Capsule(
-        half, n.ARROW_RADIUS, position=(-half, 0.0, 0.0), orientation=_across(0.0), mask=0, name="arrow_shaft"
-    )
-    barbs = []
-    for side in (-1.0, 1.0):
-        c, s = math.cos(_BARB_ANGLE), side * math.sin(_BARB_ANGLE)
-        middle = (-c * n.ARROW_BARB, 0.0, -s * n.ARROW_BARB)
-        barbs.append(
-            Capsule(n.ARROW_BARB, n.ARROW_RADIUS, position=middle, orientation=_across(side * _BARB_ANGLE), mask=0)
-        )
-    scene.add_body("arrow", "static", [shaft, *barbs], position=n.PARKED, color=ARROW)
-
-
-def _across(angle: float) -> tuple[float, float, float, float]:
-    """Return the quaternion that lays a capsule along x and then lifts it by an angle in rad towards z."""
-    half = 0.5 * (0.5 * math.pi - angle)
-    return math.cos(half), 0.0, math.sin(half), 0.0
+    shaft = Capsule(half, n.ARROW_RADIUS, position=(-half, 0.0, 0.0), orientation=_ALONG_X, mask=0, name="arrow_shaft")
+    scene.add_body("arrow", "static", [shaft], position=n.PARKED, color=ARROW, enabled=False)
 
 
 def paint(model: Model) -> None:

@@ -152,6 +152,15 @@ class RagdollTask(BalanceTask):
         eye = (x + EYE[0], y + EYE[1], self.shown_height + EYE[2])
         return SpatialCamera(eye, (x, y, self.shown_height), width=width, height=height)
 
+    def decor(self, world: int) -> dict[str, Any]:
+        """Return the arrow of a push, which has no length while there is none."""
+        from gsenv.envs.ragdoll.push_arrow import find_arrow
+
+        if self.getting_up:
+            return {}
+        figure: Any = self.figure
+        return {"arrows": [find_arrow(self.world, world, figure.parts, float(self.task_state["push"][world]))]}
+
 
 class RagdollHardcoreTask(RagdollTask):
     """The same with harder pushes."""

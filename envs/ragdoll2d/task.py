@@ -99,7 +99,7 @@ ARGUMENTS = """{argument_table}
 
     {diagnostics_table}
 
-    In frames an arrow shows each push; its length is proportional to the change of velocity."""
+    In frames an arrow shows each push; the length of its shaft is proportional to the change of velocity."""
 
 
 OF_ONE_OF_TASKS = """\

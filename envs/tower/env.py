@@ -26,6 +26,7 @@ REWARD_WEIGHTS = {
     "time": -0.002, "effort": -0.002,
 }  # fmt: skip
 _WEIGHTS = REWARD_WEIGHTS
+SEEN_BEYOND = 0.7  # m, beyond the grippers' reach: the width of the largest block that hangs off its middle
 
 
 def check_blocks(blocks: Any) -> int:
@@ -143,7 +144,7 @@ class TowerTask(BlocksTask):
         return build_scene()
 
     def camera(self, world: int, width: int, height: int) -> Any:
-        return self.front_camera(world, width, height, 0.35 - scene.REACH_X[0])
+        return self.front_camera(world, width, height, SEEN_BEYOND - scene.REACH_X[0])
 
 
 class TowerVectorEnv(TaskVectorEnv, VectorEnv[Any, Any, Any]):

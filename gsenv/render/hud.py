@@ -14,8 +14,8 @@ PADDING = 0.6  # in heights of a capital letter
 CORNER = 0.5  # radius of the panel's corners, in heights of a capital letter
 
 
-def draw_hud(image: NDArray[np.uint8], lines: tuple[str, ...]) -> None:
-    """Write lines of text into the top left corner of an image (height, width, 3), in place."""
+def draw_hud(image: NDArray[np.uint8], lines: tuple[str, ...], below: bool = False) -> None:
+    """Write lines of text into the top left corner of an image (height, width, 3), or the one below it, in place."""
     height, width = image.shape[:2]
     cap = max(CAP_SHARE * height, CAP_MIN)
     padding = round(PADDING * cap)
@@ -29,7 +29,8 @@ def draw_hud(image: NDArray[np.uint8], lines: tuple[str, ...]) -> None:
     # A line is higher than its letters, so vertical padding is smaller.
     ink = np.pad(ink, ((padding // 3, padding // 3), (padding, padding)))[: height - edge]
     panel = panel_coverage(*ink.shape, CORNER * cap)
-    view = image[edge : edge + ink.shape[0], edge : edge + ink.shape[1]]
+    top = height - edge - ink.shape[0] if below else edge
+    view = image[top : top + ink.shape[0], edge : edge + ink.shape[1]]
     mixed = view + (np.array(PANEL_COLOR, np.float32) - view) * (PANEL_ALPHA * panel)[..., None]
     mixed += (np.array(INK_COLOR, np.float32) - mixed) * ink[..., None]
     view[...] = np.rint(mixed)

@@ -190,7 +190,8 @@ class Screen:
         renderer = self._renderer(quality)
         renderer.camera = camera
         began = time.perf_counter()
-        frame: Frame = renderer.render(shown.world, lines=self._simulation.lines(shown.world))
+        simulation, world = self._simulation, shown.world
+        frame: Frame = renderer.render(world, lines=simulation.lines(world), **simulation.decor(world))
         if self._simulation.world.model.dim == 3:
             self._taken[quality] = time.perf_counter() - began
             if not still:

@@ -71,6 +71,9 @@ class Simulation(Protocol):
     def lines(self, world: int) -> FloatArray | None:
         """Return lines (line, 2, dim) in m to draw."""
 
+    def decor(self, world: int) -> dict[str, Any]:
+        """Return further arguments of the renderer's `render`: what there is to draw beside the bodies."""
+
     def captions(self, world: int) -> Sequence[str]:
         """Return the lines of text at the upper left."""
 
@@ -128,6 +131,9 @@ class SceneSimulation:
 
     def lines(self, world: int) -> FloatArray | None:
         return None
+
+    def decor(self, world: int) -> dict[str, Any]:
+        return {}
 
     def captions(self, world: int) -> Sequence[str]:
         return ()

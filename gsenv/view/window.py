@@ -33,7 +33,10 @@ Frame = NDArray[np.uint8]
 Size = tuple[int, int]
 
 NO_PYGAME = "a window needs pygame-ce: pip install 'gsenv[human]'"
-NO_DISPLAY = "there is no display to open a window on; `gsenv record` and render_mode='rgb_array' need none"
+NO_DISPLAY = (
+    "there is no display to open a window on; `gsenv record` and render_mode='rgb_array' need none, and the "
+    "environment variable SDL_VIDEODRIVER=dummy is one that nobody sees, for checkers and tests"
+)
 LINUX_DISPLAYS = ("DISPLAY", "WAYLAND_DISPLAY", "SDL_VIDEODRIVER")  # variables that name one
 BUTTONS = {1: "left", 2: "middle", 3: "right"}
 PAD_AXES = ("left_x", "left_y", "right_x", "right_y", "left_trigger", "right_trigger")  # SDL's numbers

@@ -234,6 +234,39 @@ def test_aec_goes_through_the_same_states(env: tower_v0.TowerParallelEnv) -> Non
         assert turns.rewards == rewards
 
 
+@pytest.mark.parametrize(
+    ("action", "message"),
+    [
+        (None, "'gripper_0' must be 4 numbers, got None"),
+        ([0.0], r"'gripper_0' must have the shape \(4,\), got \(1,\)"),
+        (list("abcd"), "'gripper_0' must be numbers, got"),
+        ([0.0, 0.0, np.nan, 0.0], "'gripper_0' must be finite, got"),
+        (np.full(4, 1e300), "'gripper_0' must be finite, got"),
+    ],
+)
+def test_a_bad_action_is_refused_in_its_own_turn(action: Any, message: str) -> None:
+    turns = tower_v0.env(blocks=2)
+    turns.reset(seed=2)
+    with pytest.raises(ValueError, match=message):
+        turns.step(action)
+    assert turns.agent_selection == AGENTS[0]
+    for _ in range(4):
+        turns.step([0.0, 0.0, 0.0, -1.0])  # a list is an action, too
+    assert turns.unwrapped._elapsed == 2
+
+
+def test_turns_of_ended_agents_take_none_alone() -> None:
+    turns = tower_v0.env(max_cycles=1)
+    turns.reset(seed=2)
+    for _ in AGENTS:
+        turns.step(np.zeros(4, np.float32))
+    with pytest.raises(ValueError, match="the episode of 'gripper_0' is over, so its action must be None"):
+        turns.step(np.zeros(4, np.float32))
+    for _ in AGENTS:
+        turns.step(None)
+    assert turns.agents == []
+
+
 def test_a_last_step_that_succeeds_is_no_truncation(env: tower_v0.TowerParallelEnv) -> None:
     env.reset(seed=0, options={"blocks": 2, "success_time": 0.1})
     steps = 0
@@ -281,6 +314,25 @@ def test_frames_show_both_grippers() -> None:
     for color, half in zip(scene.GRIPPER_COLORS, (frame[:, :160], frame[:, 160:]), strict=True):
         near = np.abs(half.astype(int) - np.array(color)).max(axis=2) < 30
         assert near.sum() > 20
+
+
+def test_blocks_that_wait_are_within_the_picture() -> None:
+    task = TowerTask(20)
+    task.reset(np.arange(20), np.random.default_rng(0).random((20, task.reset_draws)), task.check_options({}))
+    shapes = slice(scene.FIRST_BLOCK_SHAPE, scene.FIRST_BLOCK_SHAPE + 2)
+    bodies = slice(scene.FIRST_BLOCK, scene.FIRST_BLOCK + 2)
+    farthest = 0.0
+    for k in range(120):
+        turn = 1.0 if k < 60 else -1.0
+        task.step(np.broadcast_to(np.array([-1.0, 0.0, turn, -1.0]), (20, 2, 4)))  # outwards
+        state = task.world.state.bodies[:, bodies]
+        half = np.abs(state["rotation"]) * task.world.parameters.shapes["size"][:, shapes]
+        reach = np.abs(state["position"][..., 0]) + half.sum(axis=-1)
+        farthest = max(farthest, float(reach.max()))
+    corners = task.camera(0, 640, 480).to_pixel(np.array([[-farthest, 1.0], [farthest, 1.0]]), 640, 480)
+    assert farthest > 2.5
+    assert corners[0, 0] > 4.0
+    assert corners[1, 0] < 636.0
 
 
 def test_pixels_are_mirrored() -> None:
@@ -332,7 +384,7 @@ def test_unknown_argument() -> None:
         ({**IDLE_BOTH, "gripper_1": IDLE[:3]}, r"of 'gripper_1' must have the shape \(4,\), got \(3,\)"),
         ({**IDLE_BOTH, "gripper_0": IDLE * np.nan}, "actions must be finite"),
         ({**IDLE_BOTH, "gripper_0": ["a"] * 4}, "actions must be numbers"),
-        ({**IDLE_BOTH, "gripper_0": None}, r"must have the shape \(4,\), got \(\)"),
+        ({**IDLE_BOTH, "gripper_0": None}, "of 'gripper_0' must be 4 numbers, got None"),
     ],
 )
 def test_bad_actions_change_nothing(env: tower_v0.TowerParallelEnv, actions: Any, message: str) -> None:

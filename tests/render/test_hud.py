@@ -63,6 +63,17 @@ def test_text_is_dark_on_light_and_stays_in_its_corner() -> None:
     assert np.median(panel) > 180
 
 
+def test_text_in_the_lower_corner_is_that_of_the_upper_one() -> None:
+    texts = ("t = 3.2 s", "reward -1.5")
+    upper, lower = np.full((480, 640, 3), 128, np.uint8), np.full((480, 640, 3), 128, np.uint8)
+    draw_hud(upper, texts)
+    draw_hud(lower, texts, below=True)
+    rows = np.flatnonzero((upper != 128).any(axis=(1, 2)))
+    moved = np.flatnonzero((lower != 128).any(axis=(1, 2)))
+    assert rows[0] + moved[-1] == 479  # equal distances to the edge
+    np.testing.assert_array_equal(lower[moved[0] : moved[-1] + 1], upper[rows[0] : rows[-1] + 1])
+
+
 @pytest.mark.parametrize("shape", [(84, 84), (16, 16), (4, 4), (1, 1)])
 def test_small_pictures_do_not_fail(shape: tuple[int, int]) -> None:
     image = np.zeros((*shape, 3), np.uint8)

@@ -5,11 +5,13 @@ from __future__ import annotations
 import json
 import os
 import pickle
+import re
 import zipfile
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import gymnasium
 import numpy as np
 import pytest
 
@@ -68,6 +70,63 @@ def test_a_pickle_beside_a_policy_is_not_read(trained: Path, capsys: pytest.Capt
     assert cli.main(["evaluate", "GStack-v0", "--policy", str(trained / "policy.zip"), "--episodes", "1"]) == 1
     assert "is a pickle" in capsys.readouterr().err
     assert not trap.exists()
+
+
+@pytest.mark.parametrize("name", ["normalize.pkl", "vecnormalize.pkl", "vec_normalize.pkl"])
+def test_what_the_sentence_about_a_pickle_says_works(name: str, trained: Path) -> None:
+    stable_baselines3 = pytest.importorskip("stable_baselines3")
+    from stable_baselines3.common.vec_env import DummyVecEnv, VecNormalize
+
+    envs = VecNormalize(DummyVecEnv([lambda: gymnasium.make("gsenv:GStack-v0")]))
+    model = stable_baselines3.PPO("MlpPolicy", envs, n_steps=32, batch_size=32).learn(32)
+    folder = trained / "plain"
+    folder.mkdir()
+    model.save(folder / "PPO.zip")
+    envs.save(str(folder / name))
+    (command,) = re.findall(r"`python -c \"(.*)\"`", complaint(folder / "PPO.zip"))
+    exec(command, {})
+    actor = make_actor(str(folder / "PPO.zip"), "GStack-v0")
+    envs.training = False
+    observation: Any = envs.reset()
+    seen: Any = envs.get_original_obs()
+    expected = np.clip(model.predict(observation, deterministic=True)[0], -1.0, 1.0)
+    np.testing.assert_allclose(actor(seen), expected, atol=1e-5)
+
+
+def test_only_a_normalisation_is_converted(tmp_path: Path) -> None:
+    pytest.importorskip("stable_baselines3")
+    from gsenv.train.export import convert_pickle
+
+    (tmp_path / "normalize.pkl").write_bytes(pickle.dumps([1.0]))
+    with pytest.raises(TypeError, match="holds a list, not a VecNormalize"):
+        convert_pickle(tmp_path / "normalize.pkl")
+
+
+def test_a_plain_policy_acts_with_its_own_activation_or_is_refused(tmp_path: Path) -> None:
+    stable_baselines3 = pytest.importorskip("stable_baselines3")
+    import torch
+
+    env = gymnasium.make("gsenv:GStack-v0")
+    observations = np.random.default_rng(0).standard_normal((20, COUNT)).astype(np.float32)
+    for activation in (torch.nn.ReLU, torch.nn.Tanh, torch.nn.ELU):
+        model = stable_baselines3.PPO("MlpPolicy", env, policy_kwargs={"activation_fn": activation})
+        with torch.no_grad():
+            model.policy.action_net.weight.mul_(20.0)
+        model.save(tmp_path / "PPO.zip")
+        if activation is torch.nn.ELU:
+            assert "its activation function is torch.nn.modules.activation.ELU" in complaint(tmp_path / "PPO.zip")
+        else:
+            expected = np.clip(model.predict(observations, deterministic=True)[0], -1.0, 1.0)
+            np.testing.assert_allclose(
+                make_actor(str(tmp_path / "PPO.zip"), "GStack-v0")(observations), expected, atol=1e-4
+            )
+
+
+def test_other_algorithms_are_told_where_to_be_scored(tmp_path: Path) -> None:
+    stable_baselines3 = pytest.importorskip("stable_baselines3")
+    model = stable_baselines3.TD3("MlpPolicy", gymnasium.make("gsenv:GStack-v0"), buffer_size=10)
+    model.save(tmp_path / "TD3.zip")
+    assert "gsenv reads no others; score it with" in complaint(tmp_path / "TD3.zip")
 
 
 def test_resuming_reads_no_pickle_either(trained: Path) -> None:

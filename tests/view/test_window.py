@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import pickle
+import re
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -434,6 +435,16 @@ def test_an_environment_without_a_display_says_so() -> None:
         "try:\n    env.reset(seed=0)\nexcept WindowError as error:\n    print(error)\n"
     )
     assert python(code).stdout == NO_DISPLAY + "\n"
+
+
+def test_the_way_out_that_the_sentence_names_works_for_the_checker() -> None:
+    (way,) = re.findall(r"SDL_VIDEODRIVER=(\w+)", NO_DISPLAY)
+    code = (
+        "import gymnasium as gym\n"
+        "from gymnasium.utils.env_checker import check_env\n"
+        "check_env(gym.make('gsenv:GStack-v0', render_mode='rgb_array', width=64, height=48).unwrapped)\n"
+    )
+    assert python(code, SDL_VIDEODRIVER=way).returncode == 0
 
 
 def test_an_environment_with_a_window_can_be_pickled() -> None:

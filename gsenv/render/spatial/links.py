@@ -50,7 +50,7 @@ def _with_capsules(
     added = Primitives(
         kind=np.full(n, CAPSULE, np.int32),
         position=0.5 * (start + end),
-        rotation=_rotations_along(span, length),
+        rotation=rotations_along(span, length),
         size=size,
         radius=radius,
         color=color,
@@ -68,7 +68,7 @@ def find_colors(table: LinkTable) -> NDArray[np.uint8]:
     return np.where(table.has_spring[:, None], SPRING_COLOR, stiff).astype(np.uint8)
 
 
-def _rotations_along(span: FloatArray, length: FloatArray) -> FloatArray:
+def rotations_along(span: FloatArray, length: FloatArray) -> FloatArray:
     """Return unit quaternions (link, 4) that rotate the z axis to the direction of `span` (link, 3)."""
     d = np.divide(span, length[:, None], out=np.zeros_like(span), where=length[:, None] > 0.0)
     turns = np.stack([1.0 + d[:, 2], -d[:, 1], d[:, 0], np.zeros(len(d))], axis=-1)

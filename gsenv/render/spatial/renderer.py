@@ -31,6 +31,7 @@ from gsenv.render.spatial.records import (
 )
 from gsenv.render.spatial.setup import prepare
 from gsenv.render.spatial.shadow import shade_band
+from gsenv.render.spatial.stripes import Stripes, stripe_band
 from gsenv.render.spatial.style import DEFAULT_STYLE, Style
 from gsenv.render.spatial.surface import paint_band
 from gsenv.solver.records.plain import as_records
@@ -72,12 +73,17 @@ class PrimitiveRenderer:
         self._view, self._look = as_records(np.zeros(1, VIEW)), as_records(np.zeros(1, LOOK))
 
     def draw(
-        self, camera: SpatialCamera, primitives: Primitives, vertices: NDArray[np.void] | None = None
+        self,
+        camera: SpatialCamera,
+        primitives: Primitives,
+        vertices: NDArray[np.void] | None = None,
+        stripes: Stripes | None = None,
     ) -> NDArray[np.uint8]:
         """Return a new (height, width, 3) RGB picture; `ids` then holds the item that each pixel shows (-1: sky).
 
         camera: its width and height are replaced by the renderer's
         vertices: `vertex_dtype` entries of hulls and heightfields
+        stripes: painted on the heightfields
 
         Raises ValueError for bad primitives or a bad camera.
         """
@@ -96,6 +102,8 @@ class PrimitiveRenderer:
             rows = (self._band, *band)
             trace_band(*rows, self._items, count, self._look, faces, points, ZERO, ZERO, DEPTH, ID)
             paint_band(*rows, self._items, count, self._look, faces, points, self._spans)
+            if stripes is not None:
+                stripe_band(*rows, self._items, count, self._look, stripes, self._spans)
             shade_band(*rows, self._items, shadows, self._look, faces, self._spans)
             if self._colors is not None:
                 occlude_band(*rows, self._items, contacts, self._look, faces, self._spans)

@@ -10,6 +10,7 @@ from gsenv.render.checks import WorldUse, check_finite, checked_hud, checked_ind
 from gsenv.render.growing_box import GrowingBox
 from gsenv.render.hud import draw_hud
 from gsenv.render.sizes import check_size
+from gsenv.render.spatial.arrows import PARTS, Arrow, has_length, shine_through, with_arrows
 from gsenv.render.spatial.camera import SpatialCamera
 from gsenv.render.spatial.links import with_lines, with_links
 from gsenv.render.spatial.primitives import (
@@ -23,6 +24,7 @@ from gsenv.render.spatial.primitives import (
     read_meshes,
 )
 from gsenv.render.spatial.renderer import PrimitiveRenderer, Quality
+from gsenv.render.spatial.stripes import Stripes
 from gsenv.render.spatial.style import DEFAULT_STYLE, Style
 from gsenv.render.spatial.world_view import (
     ShapeTable,
@@ -81,20 +83,34 @@ class SpatialRenderer:
 
     @one_thread("SpatialRenderer")
     def frame(
-        self, world_index: int = 0, camera: SpatialCamera | None = None, lines: FloatArray | None = None
+        self,
+        world_index: int = 0,
+        camera: SpatialCamera | None = None,
+        lines: FloatArray | None = None,
+        arrows: Sequence[Arrow] = (),
+        stripes: Stripes | None = None,
     ) -> NDArray[np.uint8]:
         """Return a new (height, width, 3) RGB picture of one world, seen by `camera` or the renderer's own.
 
         lines: (line, 2, 3) m, dark lines on the bodies
+        arrows: which shine faintly through what hides them
+        stripes: painted on the heightfields
 
         Raises:
             ValueError: a bad argument or camera, or a body whose pose is not finite.
             RuntimeError: another thread is using the renderer or the World.
         """
         number, checked = checked_index(self.world, world_index), checked_lines(lines, 3)
-        return self._world_use.render(lambda: self._draw(number, camera, checked))
+        return self._world_use.render(lambda: self._draw(number, camera, checked, arrows, stripes))
 
-    def _draw(self, world_index: int, camera: SpatialCamera | None, lines: FloatArray | None) -> NDArray[np.uint8]:
+    def _draw(
+        self,
+        world_index: int,
+        camera: SpatialCamera | None,
+        lines: FloatArray | None,
+        arrows: Sequence[Arrow],
+        stripes: Stripes | None,
+    ) -> NDArray[np.uint8]:
         check_finite(self.world, world_index)
         primitives = read_primitives(self.world, world_index, self._table)
         vertices = read_vertices(self.world, world_index)
@@ -105,7 +121,15 @@ class SpatialRenderer:
         primitives = with_links(primitives, self._links, read_links(self.world, world_index, self._links))
         if lines is not None:
             primitives = with_lines(primitives, lines)
-        return self._renderer.draw(camera, primitives, vertices)
+        if not arrows:
+            return self._renderer.draw(camera, primitives, vertices, stripes)
+        first = int(primitives.enabled.sum())
+        image = self._renderer.draw(camera, *with_arrows(primitives, vertices, arrows), stripes)
+        for k, arrow in enumerate(arrow for arrow in arrows if has_length(arrow)):
+            own = first + PARTS * k
+            hidden = (self._renderer.ids < own) | (self._renderer.ids >= own + PARTS)
+            shine_through(image, hidden, camera._replace(width=self.width, height=self.height), arrow)
+        return image
 
     def _aim(self, primitives: Primitives, vertices: NDArray[np.void] | None) -> SpatialCamera:
         """Return the renderer's camera; without one, fit the moving bodies, and change the view where they leave it."""
@@ -122,11 +146,16 @@ class SpatialRenderer:
 
     @one_thread("SpatialRenderer")
     def render(
-        self, world_index: int = 0, hud: Sequence[str] = (), lines: FloatArray | None = None
+        self,
+        world_index: int = 0,
+        hud: Sequence[str] = (),
+        lines: FloatArray | None = None,
+        arrows: Sequence[Arrow] = (),
+        stripes: Stripes | None = None,
     ) -> NDArray[np.uint8]:
         """Return a picture as `frame` does, by the renderer's own camera, with the `hud` lines at the top left."""
         texts = checked_hud(hud)
-        image: NDArray[np.uint8] = self.frame(world_index, lines=lines)
+        image: NDArray[np.uint8] = self.frame(world_index, lines=lines, arrows=arrows, stripes=stripes)
         if texts:
             draw_hud(image, texts)
         return image

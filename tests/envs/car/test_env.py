@@ -202,6 +202,51 @@ def test_scripted_driver_of_a_single_env_gives_legal_actions(env: CarEnv) -> Non
         env.step(action)
 
 
+def test_captions_are_where_no_gate_is() -> None:
+    env = CarEnv(difficulty=1.0, render_mode="rgb_array")
+    env.reset(seed=3)
+    env.task.task_state["gaze"][0] = (21.69, 2.91)  # on the way down from a bridge: its gate is high up on the left
+    frame: Any = env.render()
+    assert env._painter._renderer is not None
+    plain = env._painter._renderer.render(0)
+    written = (frame != plain).any(axis=2)
+    bar = (plain[..., 0] > 150) & (plain[..., 1] < 80) & (plain[..., 2] < 80)
+    assert written.sum() > 1000
+    assert bar[:60, :60].any()
+    assert not (written & bar).any()
+
+
+def ground_of(env: CarEnv) -> Any:
+    """Return the vertices (vertex, 2) of the ground, m."""
+    return env.task.world.parameters.vertices["position"][0, : scene.VERTICES]
+
+
+@pytest.mark.parametrize("difficulty", [0.3, 1.0])
+def test_wedges_stand_on_the_ground_below_their_hinges(difficulty: float) -> None:
+    env = CarEnv(difficulty=difficulty)
+    found = 0
+    for seed in range(6):
+        env.reset(seed=seed)
+        world = env.task.world
+        shapes, bodies, parameters = world.model.shapes, world.state.bodies, world.parameters
+        for k in range(scene.SEESAWS):
+            body = scene.FIRST_FULCRUM + k
+            if not parameters.bodies["enabled"][0, body]:
+                continue
+            found += 1
+            (shape,) = np.flatnonzero(shapes["body"] == body)
+            first = shapes["vertex_first"][shape]
+            corners = parameters.vertices["position"][0, first : first + 3]
+            corners = corners + bodies["position"][0, body] - parameters.bodies["center"][0, body]
+            low, high = np.sort(corners[:, 1])[[1, 2]]
+            ground = np.interp(corners[:, 0], *ground_of(env).T)
+            assert np.sort(corners[:, 1] - ground)[:2] == pytest.approx(0.0, abs=1e-9)
+            assert 0.3 < high - low < 1.0
+            width = np.ptp(corners[:, 0])
+            assert width == pytest.approx(0.6 * (high - low))  # the sides are as steep as ever
+    assert found >= 3
+
+
 def test_render() -> None:
     env = gymnasium.make("GCar-v0", render_mode="rgb_array", width=320, height=240)
     env.reset(seed=0)

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import io
+import json
 from pathlib import Path
 
 import numpy as np
@@ -72,3 +73,28 @@ def test_layers_must_fit() -> None:
         MlpPolicy(policy.mean, policy.scale, (policy.layers[0], policy.layers[0]))
     with pytest.raises(ValueError, match="activation must be one of"):
         MlpPolicy(policy.mean, policy.scale, policy.layers, "gelu")
+
+
+@pytest.mark.parametrize("activation", ["tanh", "relu"])
+def test_weights_that_overflow_are_refused(activation: str, tmp_path: Path) -> None:
+    policy = make(activation)
+    huge = np.full_like(policy.layers[0][0], 3e38)
+    arrays = {"mean": policy.mean, "scale": policy.scale, "weight_0": huge, "bias_0": policy.layers[0][1]}
+    arrays |= {"weight_1": policy.layers[1][0], "bias_1": policy.layers[1][1]}
+    head = json.dumps({"activation": activation, "squash": False, "notes": {}})
+    np.savez(tmp_path / "huge.npz", allow_pickle=False, head=np.array(head), **arrays)
+    with pytest.raises(ValueError, match=r"huge\.npz is not .*layer 0 has numbers of up to 3e\+38") as caught:
+        MlpPolicy.load(tmp_path / "huge.npz")
+    assert str(caught.value).count(". ") == 0  # one sentence
+
+
+def test_overflow_over_several_layers_is_refused_only_where_it_can_happen() -> None:
+    policy = make("relu")
+    large = tuple((np.float32(1e15) * np.abs(weight), bias) for weight, bias in policy.layers)
+    wide = MlpPolicy(policy.mean, policy.scale, large, "relu")
+    assert np.isfinite(wide(np.full(3, 1e30))).all()
+    larger = tuple((np.float32(1e20) * np.abs(weight), bias) for weight, bias in policy.layers)
+    with pytest.raises(ValueError, match="layer 1 has numbers"):
+        MlpPolicy(policy.mean, policy.scale, larger, "relu")
+    bounded = MlpPolicy(policy.mean, policy.scale, larger, "tanh")  # whose hidden layer ends at 1
+    assert np.isfinite(bounded(np.full(3, -1e30))).all()

@@ -12,11 +12,13 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode
+from numpy.testing import assert_allclose
 
 from gsenv.envs.ragdoll import figure, scene
 from gsenv.envs.ragdoll.env import RagdollEnv, RagdollTask, RagdollVectorEnv
 from gsenv.envs.ragdoll.policy import balance
 from gsenv.envs.ragdoll2d import shared_rules as shared
+from gsenv.render.spatial.world_view import multiply, rotate
 from tests.envs.registered import terms_of
 from tests.envs.single_worlds import SingleWorlds, assert_info
 from tests.envs.stack.worlds import assert_equal
@@ -173,3 +175,38 @@ def test_an_arrow_shows_a_push_in_its_direction() -> None:
     assert frame.shape == (240, 320, 3)
     red = (frame[..., 0] > 120) & (frame[..., 1] < 70) & (frame[..., 2] < 80)
     assert red.sum() > 30
+
+
+@pytest.mark.parametrize("heading", [0.4, 1.9, 3.0, 4.6])  # rad
+@pytest.mark.parametrize("size", [0.1, 0.9])  # m/s
+def test_the_arrow_touches_the_hips_and_its_shaft_shows_the_push(heading: float, size: float) -> None:
+    env = RagdollEnv(push=1.0, render_mode="rgb_array", width=320, height=240)
+    env.reset(seed=0)
+    task: Any = env.task
+    task.task_state["headings"] = heading
+    task.task_state["pushes"] = size
+    (arrow,) = task.decor(0)["arrows"]
+    assert_allclose(arrow.tip, arrow.tail)
+    while task.task_state["pushed"][0] > 1:
+        task.step(np.zeros((1, 21)))
+    (arrow,) = task.decor(0)["arrows"]
+    span = arrow.tip - arrow.tail
+    length = np.linalg.norm(span)
+    assert_allclose(span / length, [np.cos(heading), np.sin(heading), 0.0], atol=1e-9)
+    assert length - arrow.head[0] == pytest.approx(0.9 * size)
+    assert arrow.head[0] < 0.7 * length
+    pelvis = task.world.state.bodies[0, task.figure.parts["pelvis"]]
+    shape = task.world.model.shape_names.index("seat")
+    parameters = task.world.parameters
+    local = parameters.shapes["local_position"][0, shape] - parameters.bodies["center"][0, task.figure.parts["pelvis"]]
+    middle = pelvis["position"] + rotate(pelvis["rotation"], local)
+    turn = multiply(pelvis["rotation"], parameters.shapes["local_rotation"][0, shape])
+    axis, half = rotate(turn, np.array([0.0, 0.0, 1.0])), parameters.shapes["size"][0, shape, 2]
+    to = arrow.tip - middle
+    gap = np.linalg.norm(to - np.clip(to @ axis, -half, half) * axis) - parameters.shapes["radius"][0, shape]
+    assert abs(gap) < 1e-3
+    plain = env._painter.paint(task, 0)
+    task.decor = lambda world: {}
+    without = env._painter.paint(task, 0)
+    redder = (plain[..., 0].astype(int) - plain[..., 2]) - (without[..., 0].astype(int) - without[..., 2]) > 20
+    assert redder.sum() > 60  # px, from all sides, also from behind
