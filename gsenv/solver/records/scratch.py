@@ -52,7 +52,8 @@ class Scratch:
         self.island_bodies = np.zeros(bodies, np.int32)
         self.island_joints = np.zeros(len(model.joints), np.int32)
         self.broadphase = broadphase_of(model, variant)
-        self.kept_boxes = None if self.broadphase is None else np.zeros(len(model.shapes), kept_box_dtype(dim))
+        entries = max(len(model.shapes), 1)  # the first one has the number of kept pairs
+        self.kept_boxes = None if self.broadphase is None else np.zeros(entries, kept_box_dtype(dim))
         self.start_poses = np.zeros(bodies, start_pose_dtype(dim)) if variant.continuous else None
         self._narrowphase = dimension(dim).scratch.narrowphase_scratch(variant.fields, variant.convex)
         self._factor, self._joint_factor = (_factor_arrays(model) for _ in range(2))

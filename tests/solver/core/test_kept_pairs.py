@@ -10,6 +10,8 @@ import pytest
 
 from gsenv.solver import Options, Scene, World, planar, spatial
 from gsenv.solver.core.broadphase import BRUTE_FORCE_COUNT
+from gsenv.solver.records.kernel_variants import ONE_KERNEL, kernel_variant_of
+from gsenv.solver.records.scratch import Scratch
 from tests.solver.bits import bits
 
 COUNT = BRUTE_FORCE_COUNT + 20  # bodies: fewer have no tree
@@ -124,3 +126,15 @@ def test_more_pairs_than_there_is_room_for(dim: int) -> None:
             world.set_pose(f"box_{k}", position=at(dim, 0.01 * k, 20.0))
     step_both(keeping, searching, 3)
     assert keeping._scratches[0].pairs.shape[0] > 16 + 4 * (COUNT + 2)
+
+
+@DIMS
+def test_a_scene_without_shapes(dim: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The kernel of all scenes has the tree for each of them, and the number of kept pairs needs a place."""
+    monkeypatch.setenv(ONE_KERNEL, str(dim))
+    scene = Scene(dim=dim)
+    scene.add_body("dot", mass=1.0, inertia=1.0 if dim == 2 else (1.0, 1.0, 1.0))
+    model = scene.compile()
+    scratch = Scratch(model, kernel_variant_of(model), 16)
+    assert scratch.kept_boxes is not None
+    assert len(scratch.kept_boxes) == 1
