@@ -38,7 +38,7 @@ AWAKE = Options(timestep=TIMESTEP, sleep=False)
 SECONDS, QUICK_SECONDS = 5.0, 0.5  # of CPU time in which a phase is sampled
 OTHER = "the rest"
 STAGES: dict[str, tuple[str, ...]] = {  # by modules, or functions of modules; the first that fits
-    "collision": ("broadphase", "narrowphase", "detection", "recycling", "geometry", "secondary"),
+    "collision": ("broadphase", "kept_pairs", "narrowphase", "detection", "recycling", "geometry", "secondary"),
     "matching with the last step": ("contact_cache",),
     "islands and sleep": ("islands", "sleep", "step"),
     "rows of contacts": ("contact_rows", "substep"),

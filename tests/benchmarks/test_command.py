@@ -202,7 +202,7 @@ def test_numbers_are_checked(name: str, option: str, capsys: pytest.CaptureFixtu
     assert "'-1' is not a" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("name", ["tiers", "baselines", "throughput"])
+@pytest.mark.parametrize("name", ["tiers", "baselines", "throughput", "devices"])
 def test_unknown_environments_are_refused(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit, match="2"):
         command.main([name, "--env", "GStack-v9"])

@@ -25,6 +25,7 @@ def test_names_of_symbols() -> None:
 def test_the_first_stage_that_fits_counts() -> None:
     core = ("gsenv", "solver", "core")
     assert stage_of((*core, "broadphase", "find_pairs")) == "collision"
+    assert stage_of((*core, "kept_pairs", "all_inside")) == "collision"
     assert stage_of((*core, "energy", "apply_warm_start")) == "warm start"
     assert stage_of((*core, "energy", "natural_residual")) == "residual"
     assert stage_of(("gsenv", "solver", "spatial", "narrowphase", "clip", "cut")) == "collision"
