@@ -40,6 +40,7 @@ from gsenv.envs.car.scene import (
     TORQUE,
     TRAVEL,
     VERTICES,
+    WEDGE_HALF,
     WHEEL_INERTIA,
     WHEEL_MASS,
     WHEELBASE,
@@ -121,7 +122,7 @@ def _add_seesaws(scene: Scene) -> None:
             mass=4.0 * BOARD_MASS, enabled=False, color=WOOD[0],
         )  # fmt: skip
     for k in range(SEESAWS):
-        wedge = Polygon(vertices=[(-0.3, 0.0), (0.3, 0.0), (0.0, 1.0)], mask=NOTHING)
+        wedge = Polygon(vertices=[(-WEDGE_HALF, 0.0), (WEDGE_HALF, 0.0), (0.0, 1.0)], mask=NOTHING)
         where = (8.0 * k, PARKED_Y - 11.0)
         scene.add_body(f"fulcrum_{k}", "static", [wedge], position=where, enabled=False, color=STEEL)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from gsenv.envs.car import scene
-from gsenv.envs.core.kernels import active_contacts, smooth
+from gsenv.envs.core.kernels import active_contacts, smooth, within
 from gsenv.solver.core.edit import enable_body, enable_joint, place_body, set_box, set_inertia, set_mass, sleep_body
 from gsenv.solver.core.trig import sin_cos
 from gsenv.solver.jit import njit
@@ -48,7 +48,7 @@ _GROUP = scene.GROUP_BOXES
 _BOX_DENSITY = scene.BOX_DENSITY
 _PLANK_BODY = scene.FIRST_PLANK
 _BOARD_BODY = scene.FIRST_BOARD
-_FULCRUM_BODY = scene.FIRST_FULCRUM
+_FULCRUM_BODY, _WEDGE_HALF = scene.FIRST_FULCRUM, scene.WEDGE_HALF
 _BOX_BODY = scene.FIRST_BOX
 _FLAG_BODY = scene.FLAG_BODY
 _SHAPE_OFFSET = scene.FIRST_OBSTACLE_SHAPE - scene.FIRST_PLANK
@@ -108,7 +108,7 @@ def _shape_terrain(difficulty, draws, kinds, vertices):  # type: ignore[no-untyp
 @njit
 def height_at(x, vertices):  # type: ignore[no-untyped-def]
     """Return the height in m of the terrain at x, interpolated between its vertices."""
-    place = min(max((x - _FIRST_X) / _SPACING, 0.0), _VERTICES - 1.001)
+    place = within((x - _FIRST_X) / _SPACING, _VERTICES - 1.001)
     i = int(place)
     low = vertices[i].position[1]
     return low + (place - i) * (vertices[i + 1].position[1] - low)
@@ -196,8 +196,24 @@ def _build_seesaw(world, k, slot, difficulty, draws):  # type: ignore[no-untyped
     y = ground + height - sine * _BOARD_OFFSET + cosine * _THICK
     place_thing(world, board, x, y, sine)
     place_thing(world, fulcrum, middle, ground + height - 1.0, 0.0)
+    _cut_wedge(world, fulcrum, height)
     enable_joint(world.parameters.joints[_PIVOT + k], bodies[fulcrum], bodies[board])
     sleep_body(bodies[board])
+
+
+@njit
+def _cut_wedge(world, b, height):  # type: ignore[no-untyped-def]
+    """Move the lower corners of fulcrum b, a wedge of 1 m, along its sides up to the ground, `height` below its top.
+
+    It touches nothing, so only pictures depend on it.
+    """
+    first = world.model.shapes[_SHAPE_OFFSET + b].vertex_first
+    cut = min(max(1.0 - height, 0.0), 0.9)
+    for i in range(first, first + 3):
+        place = world.parameters.vertices[i].position
+        if place[1] < 1.0:
+            place[0] = (1.0 - cut) * math.copysign(_WEDGE_HALF, place[0])
+            place[1] = cut
 
 
 @njit

@@ -11,7 +11,6 @@ from gymnasium.vector import VectorEnv
 from gsenv.envs import time_limit
 from gsenv.envs.car import rules, scene
 from gsenv.envs.car.build import build_scene
-from gsenv.envs.car.wedges import stand_on_ground
 from gsenv.envs.core.arguments import Quantity, Setting, number_within
 from gsenv.envs.core.env import TaskEnv
 from gsenv.envs.core.spec_tables import Entry, RewardTerm
@@ -124,7 +123,6 @@ class CarTask(Task):
 
     def initialize_episode(self, worlds: Array, draws: Array, options: Mapping[str, Any]) -> None:
         rules.initialize_worlds(self.kernel_world, worlds, options["difficulty"], draws)
-        stand_on_ground(self.world, worlds)
 
     def apply_action(self, actions: Array) -> int:
         return rules.apply_actions(self.kernel_world, actions)

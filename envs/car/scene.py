@@ -43,6 +43,7 @@ BRIDGE_BEND = 0.25  # rad, at each end of a bridge that hangs at rest
 GAP_DEPTH = 2.5  # m
 SEESAWS = 2
 BOARD_THICKNESS = 0.06  # m, half
+WEDGE_HALF = 0.3  # m, half width of the wedge of 1 m below a see-saw
 BOARD_MASS = 10.0  # kg/m
 BOARD_OFFSET = 0.08  # m, of its middle from the hinge, towards the start
 BOX_GROUPS = 2

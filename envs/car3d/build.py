@@ -24,14 +24,6 @@ def build_scene() -> Scene:
     scene = Scene(dim=3)
     field = Heightfield(heights=np.zeros((n.ROWS, n.COLUMNS)), size=(n.LAST_X - n.FIRST_X, 2.0 * n.HALF_DEPTH))
     scene.add_body("ground", "static", [field], position=(0.5 * (n.FIRST_X + n.LAST_X), 0.0, 0.0), color=GRASS)
-    for name, count, half_x, half_y, color in (
-        ("edges", n.STRIPS, n.STRIP_HALF, n.ROAD_HALF + n.EDGE, PAINT),
-        ("kerbs", n.KERBS, 0.5 * n.STRIP, n.ROAD_HALF + n.KERB, RED),
-        ("road", n.STRIPS, n.STRIP_HALF, n.ROAD_HALF, ASPHALT),
-        ("dashes", n.DASHES, 0.6, 0.07, PAINT),
-    ):
-        pieces = [_decor(half_x, half_y, 0.01) for _ in range(count)]
-        scene.add_body(name, "static", pieces, color=color, enabled=False)  # pictures show road_paint.py's road
     _add_finish(scene)
     _add_gates(scene)
     _add_obstacles(scene)

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from gsenv.envs.car3d import scene as n
 from gsenv.envs.car3d.road import (
-    HEADING,
     ROAD_DRAWS,
     lay_path,
-    path_slope,
     raise_ground,
     road_point,
     road_turn,
@@ -28,10 +26,6 @@ FAR = 1e9  # m, place of slots without an obstacle
 _SLOTS, _FIRST_SLOT, _SLOT_SPACING = n.SLOTS, n.FIRST_SLOT, n.SLOT_SPACING
 _RAMPS, _BUMPS = n.RAMPS, n.BUMPS
 _GATE_AHEAD = n.GATE_AHEAD
-_STRIPS, _STRIP, _FIRST_STRIP, _DASH_SPACING, _LIFT = n.STRIPS, n.STRIP, n.FIRST_STRIP, n.DASH_SPACING, n.LIFT
-_KERBS, _KERB_BEND = n.KERBS, n.KERB_BEND
-_EDGE_SHAPE, _KERB_SHAPE, _STRIP_SHAPE = n.FIRST_EDGE_SHAPE, n.FIRST_KERB_SHAPE, n.FIRST_STRIP_SHAPE
-_DASH_SHAPE = n.FIRST_DASH_SHAPE
 _ARCH, _RED, _RAMP_BODY, _BUMP_BODY, _BALL_BODY = n.FIRST_ARCH, n.FIRST_RED, n.FIRST_RAMP, n.FIRST_BUMPS, n.FIRST_BALL
 _FINISH_BODY, _FINISH = n.FINISH_BODY, n.FINISH
 _GROUP, _BALL_RADIUS, _PARKED = n.GROUP_BALLS, n.BALL_RADIUS, n.PARKED_Z
@@ -58,31 +52,6 @@ def place_thing(world, b, at, turn):  # type: ignore[no-untyped-def]
     still = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     place_body(b, world.state.bodies, parameters, active_contacts(world), at, turn, still)
     enable_body(parameters[b])
-
-
-@njit
-def _write_shape(shape, at, lift, turn):  # type: ignore[no-untyped-def]
-    shape.local_position[0], shape.local_position[1], shape.local_position[2] = at[0], at[1], at[2] + lift
-    for d in range(4):
-        shape.local_rotation[d] = turn[d]
-
-
-@njit
-def _paint_road(shapes, path):  # type: ignore[no-untyped-def]
-    """Place what is only drawn along the centre line: edge lines, kerbs, asphalt and dashes, one upon the other."""
-    kerbs = 0
-    for k in range(_STRIPS):
-        s = _FIRST_STRIP + _STRIP * k
-        at, turn = road_point(path, s), road_turn(path, s)
-        _write_shape(shapes[_EDGE_SHAPE + k], at, _LIFT, turn)
-        _write_shape(shapes[_STRIP_SHAPE + k], at, _LIFT + 0.012, turn)
-        if k % _DASH_SPACING == 0:
-            _write_shape(shapes[_DASH_SHAPE + k // _DASH_SPACING], at, _LIFT + 0.018, turn)
-        if k % 2 == 0 and kerbs < _KERBS and abs(path_slope(path, s, HEADING)) > _KERB_BEND:
-            _write_shape(shapes[_KERB_SHAPE + kerbs], at, _LIFT + 0.006, turn)
-            kerbs += 1
-    for k in range(kerbs, _KERBS):
-        _write_shape(shapes[_KERB_SHAPE + k], (0.0, 0.0, 0.0), _PARKED, (1.0, 0.0, 0.0, 0.0))
 
 
 @njit
@@ -139,7 +108,6 @@ def build_course(world, difficulty, draws):  # type: ignore[no-untyped-def]
     _deal(difficulty, own, task)
     lay_path(difficulty, draws, task.places, task.path)
     raise_ground(difficulty, draws[ROAD_DRAWS - 2 :], task.path, world.parameters.vertices)
-    _paint_road(world.parameters.shapes, task.path)
     for slot in range(_SLOTS):
         if task.kinds[slot] >= 0:
             _build_obstacle(world, slot, own[2 * KINDS + SLOT_DRAWS * slot + 1 :])

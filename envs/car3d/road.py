@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 
 from gsenv.envs.car3d import scene as n
-from gsenv.envs.core.kernels import between, smooth
+from gsenv.envs.core.kernels import between, smooth, within
 from gsenv.solver.core.trig import atan2, sin_cos
 from gsenv.solver.jit import njit
 from gsenv.solver.spatial.math import multiply, turn_about
@@ -57,7 +57,7 @@ _LEFT = (0.0, 1.0, 0.0)
 @njit
 def path_at(path, s, column):  # type: ignore[no-untyped-def]
     """Return a column of the centre line at s, interpolated between nodes."""
-    place = min(max((s - _S0) / _STEP, 0.0), _NODES - 1.001)
+    place = within((s - _S0) / _STEP, _NODES - 1.001)
     i = int(place)
     low = path[i, column]
     return low + (place - i) * (path[i + 1, column] - low)
@@ -212,8 +212,8 @@ def raise_ground(difficulty, draws, path, vertices):  # type: ignore[no-untyped-
 @njit
 def ground_at(vertices, x, y):  # type: ignore[no-untyped-def]
     """Return the height in m of the field at (x, y), bilinear between its samples."""
-    u = min(max((x - _X0) / _CELL, 0.0), _COLUMNS - 1.001)
-    v = min(max((y - _Y0) / _CELL, 0.0), _ROWS - 1.001)
+    u = within((x - _X0) / _CELL, _COLUMNS - 1.001)
+    v = within((y - _Y0) / _CELL, _ROWS - 1.001)
     i, j = int(u), int(v)
     u, v = u - i, v - j
     k = j * _COLUMNS + i

@@ -23,16 +23,11 @@ SHOULDER = 3.2  # m from the centre line, up to where the ground is level across
 VERGE = 5.0  # m beyond that, over which it turns into hills
 OFF_ROAD = ROAD_HALF  # m from the centre line, where the ride ends: the middle of the car is beside the road
 FIRST_STRIP = -4.0  # m, where the drawn road begins
-STRIP = 1.25  # m, length of a drawn strip of the road
-STRIP_HALF = 0.95  # m, half of its length, so that no gaps show at the outside of bends
-STRIPS = round((FINISH + 8.0 - FIRST_STRIP) / STRIP)
+STRIP = 1.25  # m, length of a mark of the kerbs
 EDGE = 0.16  # m, width of the lines along the road
-DASH_SPACING = 4  # strips
-DASHES = -(-STRIPS // DASH_SPACING)
-KERBS = 32  # red strips below every other strip of sharp bends
+DASH_SPACING = 4  # marks
 KERB_BEND = 0.08  # 1/m, curvature from which on there are kerbs
 KERB = 0.4  # m, their width
-LIFT = 0.035  # m, of the drawn road over the ground
 
 # Car
 CHASSIS_MASS = 160.0  # kg
@@ -84,8 +79,7 @@ FINISH_HEIGHT = 3.4  # m
 FINISH_REACH = 2.9  # m, of its posts
 CHECK = 0.28  # m, half, of the banner's fields
 
-ROAD_BODIES = 4  # edge lines, kerbs, asphalt, dashes; the ground is body 0
-FINISH_BODY = 1 + ROAD_BODIES  # posts, dark and light fields
+FINISH_BODY = 1  # posts, dark and light fields; the ground is body 0
 FIRST_ARCH = FINISH_BODY + 3
 FIRST_RED = FIRST_ARCH + SLOTS
 FIRST_GREEN = FIRST_RED + SLOTS
@@ -96,10 +90,6 @@ FIRST_WHEEL = CHASSIS_BODY + 1  # rear left, rear right, front left, front right
 CABIN_BODY = FIRST_WHEEL + 4
 FIRST_BALL = CABIN_BODY + 1
 LAST_BODY = FIRST_BALL + BALL_GROUPS * GROUP_BALLS
-FIRST_EDGE_SHAPE = 1
-FIRST_KERB_SHAPE = FIRST_EDGE_SHAPE + STRIPS
-FIRST_STRIP_SHAPE = FIRST_KERB_SHAPE + KERBS
-FIRST_DASH_SHAPE = FIRST_STRIP_SHAPE + STRIPS
 AXLE_JOINTS = (0, 2, 4, 7)  # of the suspensions; the spins and steerings lie between
 FIRST_STEERING = 4  # of the controls
 

@@ -21,6 +21,12 @@ def smooth(x):  # type: ignore[no-untyped-def]
 
 
 @njit
+def within(x, high):  # type: ignore[no-untyped-def]
+    """Return x, but at least 0 and at most `high`; 0 for NaN, which would be any index."""
+    return min(x, high) if x > 0.0 else 0.0
+
+
+@njit
 def clip(out, low, high):  # type: ignore[no-untyped-def]
     """Clip numbers (entry,) to their bounds, in place."""
     for i in range(len(out)):

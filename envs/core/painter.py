@@ -21,6 +21,7 @@ RENDER_MODES = ("human", "rgb_array")
 SIZE = (640, 480)  # px, width and height of a frame by default
 LEAST_SIDE, MOST_SIDE = 16, 8192  # px
 MOST_SHOWN = 16  # worlds in the window
+LOST, PLAIN = ("numbers of this world overflowed",), 64  # text and grey of the frame of a world that is lost
 
 
 def check_size(width: int | None, height: int | None, default: Size) -> Size:
@@ -59,13 +60,17 @@ class Painter:
         from gsenv.render.hud import draw_hud
 
         width, height = size or (self.width, self.height)
+        if task.is_lost(world):
+            frame: Frame = np.full((height, width, 3), PLAIN, np.uint8)
+            draw_hud(frame, LOST)
+            return frame
         renderer = self._renderer
         if renderer is None or renderer.world is not task.world or (renderer.width, renderer.height) != (width, height):
             self._renderer = renderer = make_renderer(task.world, width, height)
         camera = task.camera(world, width, height)
         if camera is not None:
             renderer.camera = camera
-        frame: Frame = renderer.render(world, lines=task.lines(world), **task.decor(world))
+        frame = renderer.render(world, lines=task.lines(world), **task.decor(world))
         texts = checked_hud(task.captions(world))
         if texts:
             draw_hud(frame, texts, below=task.captions_below)

@@ -86,6 +86,13 @@ class Observer:
         return [take(world, a) for a in range(len(self._agents))]
 
     def _draw(self, task: Task, world: int) -> Array:
+        if task.is_lost(world):
+            picture: Array = np.zeros((self.height, self.width, 3), np.uint8)
+        else:
+            picture = self._render(task, world)
+        return np.stack([picture, picture[:, ::-1]]) if self._agents else picture
+
+    def _render(self, task: Task, world: int) -> Array:
         from gsenv.render import make_renderer
 
         if self._renderer is None or self._renderer.world is not task.world:
@@ -94,7 +101,7 @@ class Observer:
         if camera is not None:
             self._renderer.camera = camera
         picture: Array = self._renderer.render(world, **task.decor(world))
-        return np.stack([picture, picture[:, ::-1]]) if self._agents else picture
+        return picture
 
     def __getstate__(self) -> dict[str, Any]:
         return {**self.__dict__, "_renderer": None}

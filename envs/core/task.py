@@ -333,6 +333,11 @@ class Task(ABC):
         if self.world.lost is not None:
             self._end_lost(self.world.lost)
 
+    def is_lost(self, world: int) -> bool:
+        """Whether the numbers of a world are not finite, so that nothing of it can be drawn."""
+        lost = self.world.lost
+        return lost is not None and bool(lost[world])
+
     def _end_lost(self, lost: Array) -> None:
         """End the episodes of worlds, bool (world,), whose numbers are not finite: one NaN would spoil a learner."""
         self.terminated[lost] = True

@@ -52,7 +52,7 @@ def find_place(stripes: Stripes, x: Any, y: Any) -> tuple[Any, Any, Any, Any, An
     grid, places = stripes.grid, stripes.places
     u, v = (x - grid[0]) * grid[2], (y - grid[1]) * grid[2]
     rows, columns = places.shape[0], places.shape[1]
-    if u < ZERO or v < ZERO or u >= f4(columns - 1) or v >= f4(rows - 1):
+    if not (u >= ZERO and v >= ZERO and u < f4(columns - 1) and v < f4(rows - 1)):  # NaN is nowhere
         return ZERO, ZERO, ZERO, ZERO, ZERO, False
     i, j = np.int64(u), np.int64(v)
     u, v = u - f4(i), v - f4(j)

@@ -22,12 +22,13 @@ class RangeWarnings:
     """Warns once of each range that is exceeded, and of each world whose numbers are not finite any more.
 
     Attributes:
-        lost: (world,) bool, the worlds whose numbers are not finite, of which it has warned; None where there is none.
+        lost: (world,) bool, the worlds whose numbers are not finite; None where there is none.
     """
 
     def __init__(self) -> None:
         self._told: set[str] = set()
         self.lost: Array | None = None
+        self._told_lost: Array | None = None  # (world,) bool, the lost ones of which it has warned
 
     def check_timestep(self, timestep: float, level: int) -> None:
         """Warn of a long timestep, s; ``level``: number of calls between the user's line and this one."""
@@ -51,14 +52,16 @@ class RangeWarnings:
 
     def check_finite(self, model: Model, state: State) -> None:
         """Warn of worlds with a body whose position or velocity has become NaN or infinite."""
-        finite = finite_bodies(state)
-        lost: Array = ~np.all(finite, axis=1)
-        new = lost if self.lost is None else lost & ~self.lost
-        self.lost = lost if lost.any() else None
+        self.look(state, np.arange(len(state.bodies)))
+        told = self._told_lost
+        self._told_lost = None if self.lost is None else self.lost.copy()
+        if self.lost is None:
+            return
+        new = self.lost if told is None else self.lost & ~told
         if not new.any():
             return
         world = int(np.argmax(new))
-        name = model.body_names[int(np.argmin(finite[world]))]
+        name = model.body_names[int(np.argmin(finite_bodies(state.bodies[world])))]
         others = int(new.sum()) - 1
         more = f" and bodies in {others} other world{'s' if others > 1 else ''}" if others else ""
         warnings.warn(
@@ -69,8 +72,19 @@ class RangeWarnings:
             stacklevel=_level_of_user(),
         )
 
+    def look(self, state: State, chosen: Array) -> None:
+        """Set ``lost`` of the chosen worlds, indices, without a warning."""
+        now: Array = ~np.all(finite_bodies(state.bodies[chosen]), axis=1)
+        if self.lost is None and not now.any():
+            return
+        lost: Array = np.zeros(len(state.bodies), np.bool_) if self.lost is None else self.lost
+        lost[chosen] = now
+        self.lost = lost if lost.any() else None
+
     def forget(self, chosen: Array) -> None:
-        """Tell of these worlds again: they were reset or restored."""
+        """Take these worlds as not lost, and warn of them again: they are reset."""
+        if self._told_lost is not None:
+            self._told_lost[chosen] = False
         if self.lost is not None:
             self.lost[chosen] = False
             if not self.lost.any():

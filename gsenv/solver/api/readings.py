@@ -98,7 +98,8 @@ class Readings:
     @property
     def lost(self) -> Array | None:
         """(world,) bool, worlds whose numbers overflowed, which rest until reset or restored; None where none did."""
-        return None if self._ranges.lost is None else self._ranges.lost.copy()
+        lost = self._ranges.lost
+        return None if lost is None else lost.copy()
 
     @of_world
     def contacts(self, world: int = 0) -> Contacts:

@@ -340,4 +340,5 @@ class World(Actions, Readings):
             self._grow_contacts(snapshot.contact_capacity)
         snapshot.write(self.parameters, self.state, chosen)
         self._ranges.forget(chosen)
+        self._ranges.look(self.state, chosen)
         self._choose_kernel()

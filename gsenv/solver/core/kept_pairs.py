@@ -1,8 +1,8 @@
 """Pairs of near shapes that are kept for several steps, while all shapes stay within somewhat wider boxes.
 
-Where little moves, the pairs of the wider boxes are searched once; in later steps only these are tested.  The result
-is always that of find_pairs, whatever was kept and of whichever world, so nothing here belongs to the state of a world.
-Box2D and Bullet widen the boxes of their trees in the same way.
+Where little moves, the pairs of the wider boxes are searched once; in later steps only these are tested.  One body that
+moves much ends this for all.  The result is always that of find_pairs, whatever was kept and of whichever world, so
+nothing here belongs to the state of a world.  Box2D and Bullet widen boxes too, and search those again that were left.
 """
 
 from __future__ import annotations
@@ -18,8 +18,10 @@ from .broadphase import find_pairs, is_near, put_pair
 
 Array = NDArray[Any]
 
+LEAST_SHAPES = 48  # of a scene that keeps pairs: the kernels of others do without
 WIDER = 0.1  # of a body's extent: how much wider the boxes are
 SLOW = 0.25  # of that: a motion in one step up to which the search for wider boxes is worth its time
+LONGEST = 63  # twice the searches without a try where much moves, so that tries cost nothing there
 
 
 @njit
@@ -39,15 +41,24 @@ def find_all_pairs(world: Any) -> int:
 
 @njit
 def pairs_from_kept(world: Any, boxes: Array) -> int:
-    """Do the same for many shapes."""
+    """Do the same where pairs may be kept."""
     geometry = world.scratch.geometry
-    inside = all_inside(geometry, boxes)
-    if inside and boxes[0].pairs > 0:
-        return near_of_kept(world, boxes)
-    boxes[0].pairs = 0
-    if not inside:
-        keep_boxes(geometry, boxes)
+    first = boxes[0]
+    if first.wait > 0:
+        first.wait -= 1
+        if first.wait == 0:
+            keep_boxes(geometry, boxes)
         return find_all_pairs(world)
+    if first.pairs > 0 and all_inside(geometry, boxes, np.inf):
+        return near_of_kept(world, boxes)
+    if first.pairs > 0 or not all_inside(geometry, boxes, SLOW * WIDER):
+        first.pause = 0 if first.pairs > 0 else min(2 * first.pause + 1, LONGEST)
+        first.wait = first.pause // 2
+        first.pairs = 0
+        if first.wait == 0:
+            keep_boxes(geometry, boxes)
+        return find_all_pairs(world)
+    first.pause = 0
     exchange_boxes(geometry, boxes, WIDER)
     count = find_all_pairs(world)
     exchange_boxes(geometry, boxes, 0.0)
@@ -58,13 +69,17 @@ def pairs_from_kept(world: Any, boxes: Array) -> int:
     for i in range(count):
         kept[i].shape_a = pairs[i].shape_a
         kept[i].shape_b = pairs[i].shape_b
-    boxes[0].pairs = count + 1
+    first.pairs = count + 1
     return near_of_kept(world, boxes)
 
 
 @njit
-def all_inside(geometry: Array, boxes: Array) -> bool:
-    """Whether each active shape lies in its kept box, and all are active, dynamic and awake as they were then."""
+def all_inside(geometry: Array, boxes: Array, share: float) -> bool:
+    """Whether each active shape lies in its kept box, and all are active, dynamic and awake as they were then.
+
+    With a finite ``share`` of the extent, by which the kept boxes are wider than those of their step, the present ones
+    may not be smaller than these by more: the boxes of a shorter step are, however fast their shapes.
+    """
     for k in range(len(geometry)):
         entry = geometry[k]
         box = boxes[k]
@@ -72,8 +87,11 @@ def all_inside(geometry: Array, boxes: Array) -> bool:
             return False
         if entry.active == 0:
             continue
+        most = 2.0 * margin_of(entry, share) if share < np.inf else np.inf
         for axis in range(len(entry.lower)):
             if not (box.lower[axis] <= entry.lower[axis] and entry.upper[axis] <= box.upper[axis]):
+                return False
+            if entry.lower[axis] > box.lower[axis] + most or entry.upper[axis] < box.upper[axis] - most:
                 return False
     return True
 
@@ -91,7 +109,7 @@ def keep_boxes(geometry: Array, boxes: Array) -> None:
         entry = geometry[k]
         box = boxes[k]
         box.flags = flags_of(entry)
-        margin = SLOW * margin_of(entry, WIDER)
+        margin = margin_of(entry, SLOW * WIDER)
         for axis in range(len(entry.lower)):
             box.lower[axis] = entry.lower[axis] - margin
             box.upper[axis] = entry.upper[axis] + margin

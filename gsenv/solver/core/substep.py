@@ -352,7 +352,7 @@ def solve(world: Any, island: Any, joint_factor: Any, soft: Any, newton: Any) ->
 def guard_stiff_springs(world: Any, island: Any, joint_factor: Any) -> None:
     """Limit the energy that an unfinished solve may have added by stiff springs."""
     if joint_factor is not None:
-        unfinished = island.residual > world.options.tolerance
+        unfinished = not island.residual <= world.options.tolerance
         if island.has_springs and not island.driven and joint_factor.plan.size > 0 and unfinished:
             guard_springs(world, island, joint_factor)
 
@@ -373,7 +373,7 @@ def store_joints(world: Any, island: Any, joints: Any) -> None:
     if joints is None:
         return
     store_joint_impulses(world, island, joints)
-    if island.residual > CONTRADICTED:
+    if not island.residual <= CONTRADICTED:  # NaN, too
         forget_joint_impulses(world.scratch.rows, island.joint_rows, joints)
     island_joints = part(world.scratch.island_joints, island.joint_first, island.joint_count)
     move_targets(island_joints, world.model.joints, joints, island.h)
@@ -383,5 +383,5 @@ def store_joints(world: Any, island: Any, joints: Any) -> None:
 def store_contacts(world: Any, island: Any, last: Any) -> None:
     """Store the impulses of contacts that the next substep or step starts from."""
     store_contact_impulses(world, island, last)
-    if island.activity == KINEMATIC_CONTACT and island.residual > world.options.tolerance:
+    if island.activity == KINEMATIC_CONTACT and not island.residual <= world.options.tolerance:
         forget_contact_impulses(world, island)

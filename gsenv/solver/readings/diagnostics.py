@@ -135,7 +135,7 @@ def diagnose(model: Model, parameters: ParameterArrays, state: State, overlaps: 
     potential = -(weight * state.bodies["position"]).sum((-1, -2))
     penetration, sunk = overlaps.measure()
     joints = read_joints(model, parameters, state, TORN)
-    finite: Array = np.all(finite_bodies(state), axis=1)
+    finite: Array = np.all(finite_bodies(state.bodies), axis=1)
     return Diagnostics(
         residual=np.where(finite, worlds["natural_residual"], np.nan),
         penetration=np.where(finite, penetration, np.nan),
@@ -159,9 +159,8 @@ def diagnose(model: Model, parameters: ParameterArrays, state: State, overlaps: 
     )
 
 
-def finite_bodies(state: State) -> Array:
-    """Return (world, body) bool: whether the pose and the velocity of each body are finite."""
-    bodies = state.bodies
+def finite_bodies(bodies: Array) -> Array:
+    """Return bool of the shape of ``bodies``, such as (world, body): whether pose and velocity of each are finite."""
     turn = np.square(bodies["rotation"]).sum(-1)  # 1; an angle that overflows gives NaN or 0
     finite: Array = (turn > 0.5) & (turn < 2.0)
     for name in ("position", "velocity"):

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..core.broadphase import BRUTE_FORCE_COUNT, broadphase_scratch
+from ..core.kept_pairs import LEAST_SHAPES
 from ..core.rows import row_dtype, solver_body_dtype
 from ..dimension import dimension
 from ..methods.cholesky import BLOCKS_PER_BODY, PLAN_DTYPE, block_dtype, factor_dtype
@@ -52,8 +53,9 @@ class Scratch:
         self.island_bodies = np.zeros(bodies, np.int32)
         self.island_joints = np.zeros(len(model.joints), np.int32)
         self.broadphase = broadphase_of(model, variant)
+        keeps = self.broadphase is not None or len(model.shapes) >= LEAST_SHAPES
         entries = max(len(model.shapes), 1)  # the first one has the number of kept pairs
-        self.kept_boxes = None if self.broadphase is None else np.zeros(entries, kept_box_dtype(dim))
+        self.kept_boxes = np.zeros(entries, kept_box_dtype(dim)) if keeps else None
         self.start_poses = np.zeros(bodies, start_pose_dtype(dim)) if variant.continuous else None
         self._narrowphase = dimension(dim).scratch.narrowphase_scratch(variant.fields, variant.convex)
         self._factor, self._joint_factor = (_factor_arrays(model) for _ in range(2))

@@ -47,7 +47,10 @@ def kept_box_dtype(dim: int) -> np.dtype[Any]:
             ("lower", "f8", (dim,)),  # m
             ("upper", "f8", (dim,)),
             ("flags", "i4"),
-            ("pairs", "i4"),  # of the first shape: 1 + number of kept pairs; 0: none are
+            # of the first shape:
+            ("pairs", "i4"),  # 1 + number of kept pairs; 0: none are
+            ("wait", "i4"),  # searches until it is tried again
+            ("pause", "i4"),  # twice the length of the last wait, or 0, 1
         ],
         align=True,
     )

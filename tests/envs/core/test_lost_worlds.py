@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
 import warnings
 from typing import Any
 
@@ -16,9 +18,13 @@ from tests.envs.registered import EACH_TASK, make, make_vector, random_actions
 COUNT, LOST = 4, 2
 
 
-def spoil(world: Any, number: int) -> None:
-    """Give all bodies of a world velocities that overflowed."""
-    world.state.bodies["velocity"][number] = np.inf
+WAYS = {"velocity": np.inf, "fast": 1e200, "position": np.nan}  # what spoils a world
+
+
+def spoil(world: Any, number: int, way: str = "velocity") -> None:
+    """Give all bodies of a world velocities or positions that overflowed, or do so in the next step."""
+    field = "position" if way == "position" else "velocity"
+    world.state.bodies[field][number] = WAYS[way]
 
 
 def under_way(env_id: str, mode: AutoresetMode) -> TaskVectorEnv:
@@ -30,12 +36,13 @@ def under_way(env_id: str, mode: AutoresetMode) -> TaskVectorEnv:
 
 
 @pytest.mark.filterwarnings("ignore:World. by step:RuntimeWarning")
+@pytest.mark.parametrize("way", WAYS)
 @pytest.mark.parametrize("mode", [AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP])
 @pytest.mark.parametrize("env_id", EACH_TASK)
-def test_a_batch(env_id: str, mode: AutoresetMode) -> None:
+def test_a_batch(env_id: str, mode: AutoresetMode, way: str) -> None:
     vector, whole = under_way(env_id, mode), under_way(env_id, mode)
     others = np.arange(COUNT) != LOST
-    spoil(vector.task.world, LOST)
+    spoil(vector.task.world, LOST, way)
     actions = random_actions(env_id, 4, 4, COUNT)
     observation, reward, terminated, truncated, infos = vector.step(actions[0])
     expected = whole.step(actions[0])
@@ -52,7 +59,9 @@ def test_a_batch(env_id: str, mode: AutoresetMode) -> None:
         if np.asarray(values).dtype.kind == "f":
             assert np.isfinite(values).all()
     with warnings.catch_warnings():
-        warnings.simplefilter("error")  # the episode that begins anew is as any other
+        warnings.simplefilter(
+            "error"
+        )  # the episode that begins anew is as any other
         for action in actions[1:]:
             observation, reward, terminated, _, _ = vector.step(action)
             expected = whole.step(action)
@@ -78,6 +87,52 @@ def test_a_single_environment(env_id: str) -> None:
     observation, reward, terminated, _, info = env.step(random_actions(env_id, 3, 1)[0])
     assert not terminated
     assert np.isfinite(info["diagnostic_penetration"])
+
+
+@pytest.mark.filterwarnings("ignore:World. by step:RuntimeWarning")
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("mode", [AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP])
+def test_pixels_and_frames(mode: AutoresetMode, way: str) -> None:
+    arguments: dict[str, Any] = {"observation": "pixels", "render_mode": "rgb_array", "autoreset_mode": mode}
+    vector, whole = (make_vector("GStack-v0", COUNT, **arguments) for _ in range(2))
+    others = np.arange(COUNT) != LOST
+    for one in (vector, whole):
+        one.reset(seed=3)
+    spoil(vector.task.world, LOST, way)
+    action = random_actions("GStack-v0", 4, 1, COUNT)[0]
+    observation, _, terminated, _, infos = vector.step(action)
+    np.testing.assert_array_equal(terminated, ~others)
+    last = infos["final_obs"][LOST] if mode == AutoresetMode.SAME_STEP else observation[LOST]
+    assert not last.any()
+    np.testing.assert_array_equal(observation[others], whole.step(action)[0][others])
+    frames, expected = vector.render(), whole.render()
+    assert frames is not None
+    assert expected is not None
+    for k in np.flatnonzero(others):
+        np.testing.assert_array_equal(frames[k], expected[k])
+    assert vector.step(action)[0][LOST].any()
+    if mode == AutoresetMode.NEXT_STEP:
+        assert (frames[LOST][-1] == 64).all()  # plain, with a line of text
+        assert (frames[LOST] != 64).any()
+
+
+@pytest.mark.filterwarnings("ignore:World. by step:RuntimeWarning")
+@pytest.mark.parametrize("way", ["deepcopy", "pickle", "save"])
+def test_copies_know_that_they_are_lost(way: str) -> None:
+    env = make("GStack-v0", render_mode="rgb_array")
+    env.reset(seed=3)
+    base: Any = env.unwrapped
+    spoil(base.task.world, 0)
+    env.step(random_actions("GStack-v0", 3, 1)[0])
+    if way == "save":
+        saved = base.save()
+        base.reset(seed=4)
+        assert base.task.world.lost is None
+        base.restore(saved)
+    other = {"deepcopy": copy.deepcopy, "pickle": lambda one: pickle.loads(pickle.dumps(one)), "save": lambda one: one}
+    copied: Any = other[way](env)
+    np.testing.assert_array_equal(copied.unwrapped.task.world.lost, [True])
+    assert copied.render().shape == (480, 640, 3)
 
 
 def test_agents() -> None:

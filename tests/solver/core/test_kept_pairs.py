@@ -72,7 +72,7 @@ def step_both(keeping: World, searching: World, steps: int) -> int:
 @DIMS
 def test_what_rests_and_what_flies_into_it(dim: int) -> None:
     keeping, searching = both(dim)
-    assert step_both(keeping, searching, 60) > 40
+    assert step_both(keeping, searching, 60) > 25
     for world in (keeping, searching):
         world.set_velocity("ball", linear=at(dim, 25.0, 0.0))
     assert 0 < step_both(keeping, searching, 60) < 60
@@ -138,3 +138,19 @@ def test_a_scene_without_shapes(dim: int, monkeypatch: pytest.MonkeyPatch) -> No
     scratch = Scratch(model, kernel_variant_of(model), 16)
     assert scratch.kept_boxes is not None
     assert len(scratch.kept_boxes) == 1
+
+
+@DIMS
+def test_where_much_moves_it_is_seldom_tried(dim: int) -> None:
+    keeping, searching = both(dim, sleep=False)
+    for world in (keeping, searching):
+        world.set_velocity("ball", linear=at(dim, -5.0, 0.0))  # away from all, for ever
+    boxes = keeping._scratches
+    tries = 0
+    for _ in range(200):
+        step_both(keeping, searching, 1)
+        tries += int(boxes[0].kept_boxes["wait"][0] == 0)
+    assert 3 <= tries < 30
+    for world in (keeping, searching):
+        world.set_velocity("ball", linear=at(dim, 0.0, 0.0))
+    assert step_both(keeping, searching, 100) > 30

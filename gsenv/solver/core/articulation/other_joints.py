@@ -193,7 +193,7 @@ def store_other_impulses(world: Any, island: Any, joints: Any, others: Any) -> N
     island.joint_rows = island.other_rows
     store_joint_impulses(world, island, joints)
     island.joint_rows = all_rows
-    if island.residual > CONTRADICTED:
+    if not island.residual <= CONTRADICTED:  # NaN, too
         forget_joint_impulses(rows, island.other_rows, joints)
     island_joints = part(world.scratch.island_joints, island.joint_first, island.joint_count)
     move_targets(island_joints, world.model.joints, joints, island.h)

@@ -174,7 +174,7 @@ def _find_rates(world: Any, island: Any, last: Any, joints: Any, articulation: A
         turn = SLOW_TURN if fast else largest_turn(world, island, articulation)
         island.touched = _correct(world, island, articulation)
         if island.other_rows > 0:
-            island.apart = island.residual > CONTRADICTED or is_apart(world, island, articulation.others)
+            island.apart = not island.residual <= CONTRADICTED or is_apart(world, island, articulation.others)
     elif island.rows > 0:
         add_servo_rows(world, island, articulation, joints)
     if not island.touched:
@@ -417,7 +417,7 @@ def _store(world: Any, island: Any, last: Any, joints: Any, articulation: Any) -
     store_reactions(world, island, articulation, joints)
     store_other_impulses(world, island, joints, articulation.others)
     store_contact_impulses(world, island, last)
-    if island.activity == KINEMATIC_CONTACT and island.residual > world.options.tolerance:
+    if island.activity == KINEMATIC_CONTACT and not island.residual <= world.options.tolerance:
         forget_contact_impulses(world, island)
     if island.servos:
         store_servo_impulses(world, island, articulation, joints)
