@@ -184,7 +184,9 @@ def measure(run: Run) -> dict[str, Any]:
     counts = [(env_id, threads) for env_id in run.options.env for threads in thread_counts()]
     stepped = [step(env_id, threads, seconds) for env_id, threads in track(counts, "stepping", len(counts))]
     run.stamp["versions"].update({name: version_of(name) for name in LIBRARIES})
-    return {"gpu": gpu(), "system": platform.machine(), "learned": packed(learned), "stepped": packed(stepped)}
+    machine = {"gpu": gpu(), "system": platform.machine(), "cores": len(os.sched_getaffinity(0))}
+    how = {"rollouts": rollouts, "learners": packed(LEARNERS)}
+    return machine | how | {"learned": packed(learned), "stepped": packed(stepped)}
 
 
 def gpu() -> str:
@@ -197,14 +199,33 @@ def gpu() -> str:
 def report(results: Mapping[str, Any]) -> Report:
     learned, stepped = unpacked(Learned, results["learned"]), unpacked(Stepped, results["stepped"])
     parts: list[Part] = [
-        f"Wall time. GPU: {results['gpu'] or 'none'}. The worlds always step on the CPU, in one thread. Acting: the "
-        "worlds step and the network chooses their actions; learning: PPO's passes over the rollout.",
+        f"Wall time. {machine_text(results)} The worlds always step on the CPU, in one thread. Acting: the worlds step "
+        f"and the network chooses their actions; learning: PPO's passes over the rollout. {rollouts_text(results)}",
         learned_table(learned),
         f"{WORLDS} worlds that step with random actions, without a network:",
         stepped_table(stepped),
         *(f"{one.env}, {one.learner}, {one.place}: {one.reason}" for one in learned if one.reason),
     ]
     return Report("Learning on a CPU and on a GPU", parts)
+
+
+def machine_text(results: Mapping[str, Any]) -> str:
+    """Return sentences on the machine; older results lack the number of cores."""
+    cores = f"Cores: {results['cores']}. " if "cores" in results else ""
+    return f"{cores}GPU: {results['gpu'] or 'none'}. The load average after the run counts its own threads, too."
+
+
+def rollouts_text(results: Mapping[str, Any]) -> str:
+    """Return sentences on what is measured; older results lack the sizes, which were the present ones."""
+    learners = unpacked(Learner, results["learners"]) if "learners" in results else LEARNERS
+    rollouts = results.get("rollouts", ROLLOUTS)
+    of = f"the median of {rollouts} rollouts" if rollouts > 1 else "of one rollout"
+    sizes = "; ".join(
+        f"from the {one.observation}, {one.worlds} worlds take {one.steps} steps each, and PPO learns from"
+        f" them in batches of {one.batch} for {one.epochs} epochs"
+        for one in learners
+    ).replace("from the pixels", "from pixels")
+    return f"Each time is {of} after a first that does not count. In a rollout {sizes}."
 
 
 def learned_table(learned: Sequence[Learned]) -> Table:
@@ -215,8 +236,8 @@ def learned_table(learned: Sequence[Learned]) -> Table:
             per = 1e5 / one.steps
             cells = [f"{per * one.acting:.2f}", f"{per * one.learning:.2f}", f"{one.rate:,.0f}"]
         rows.append([one.env, one.learner, one.place, *cells])
-    header = ["environment", "observation, network", "network on", "acting, s / 100,000 steps", "learning", "steps/s"]
-    return Table(header, rows, 3)
+    times = ["acting, s / 100,000 steps", "learning, s / 100,000 steps"]
+    return Table(["environment", "observation, network", "network on", *times, "steps/s"], rows, 3)
 
 
 def stepped_table(stepped: Sequence[Stepped]) -> Table:

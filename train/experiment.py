@@ -195,7 +195,7 @@ def prepare(experiment: Experiment, settings: Settings, folder: Path, resume: bo
     from gsenv.train.export import load_normalize, refuse_pickle, restore
 
     if resume:
-        refuse_pickle(folder)
+        refuse_pickle(folder / "policy.zip")
     saved = check_folder(folder, asdict(settings), resume)
     envs = make_envs(settings)
     rows: list[dict[str, Any]] = []

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import json
 import pickle
+import re
+import shlex
 import zipfile
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -25,7 +27,8 @@ from gsenv.train.checkpoint import NORMALIZE
 if TYPE_CHECKING:
     from stable_baselines3.common.base_class import BaseAlgorithm
 
-PICKLES = ("*norm*.pkl", "*norm*.pickle")  # usual names of what Stable-Baselines3's VecNormalize.save writes
+PICKLES = re.compile(r".*norm.*\.(pkl|pickle)", re.IGNORECASE)  # usual names of what SB3's VecNormalize.save writes
+STEPS = re.compile(r"(\d+)_steps")  # in the names of files of Stable-Baselines3's CheckpointCallback
 ACTIVATIONS = {"torch.nn.modules.activation.Tanh": "tanh", "torch.nn.modules.activation.ReLU": "relu"}
 
 _BROKEN = (AssertionError, AttributeError, EOFError, IndexError, KeyError, RuntimeError, TypeError, ValueError)
@@ -160,14 +163,16 @@ def load_zip(path: Path) -> MlpPolicy:
 
     Raises:
         OSError: a file cannot be read.
-        ValueError: the file is not an "MlpPolicy" of PPO or SAC, or its normalisation is a pickle, which is not read.
+        ValueError: the file is not an "MlpPolicy" of PPO or SAC, or acts in a way that gsenv's policies do not, or its
+            normalisation is a pickle, which is not read.
     """
     weights, _ = _read_zip(path)
-    refuse_pickle(path.parent)
+    refuse_pickle(path)
     beside = path.with_name(NORMALIZE)
     statistics = read_normalize(beside) if beside.is_file() else None
     policy = dict(weights.get("policy", {}))
-    strange = [name for name in policy if name.startswith("features_extractor")]
+    _refuse_other_actions(path, is_sac="actor.latent_pi.0.weight" in policy)
+    strange = [name for name in policy if "features_extractor." in name]  # a CnnPolicy's
     if strange or not ({"action_net.weight", "actor.mu.weight"} & set(policy)):
         raise ValueError(
             f"{path} is not an MlpPolicy of Stable-Baselines3's PPO or SAC, and gsenv reads no others; score it with "
@@ -179,15 +184,37 @@ def load_zip(path: Path) -> MlpPolicy:
         raise ValueError(f"{path} is not an MlpPolicy of PPO or SAC: {_first_line(error)}") from error
 
 
-def refuse_pickle(folder: Path) -> None:
-    """Raise ValueError where a folder has the normalisation only as a pickle, which could run any code."""
-    found = sorted(path for pattern in PICKLES for path in folder.glob(pattern))
-    if found and not (folder / NORMALIZE).is_file():
-        raise ValueError(
-            f"{found[0]} is a pickle, which gsenv does not read because it can run any code: if you trust it, run "
-            f"""`python -c "from gsenv.train.export import convert_pickle; convert_pickle(r'{found[0]}')"` once, """
-            f"which writes {NORMALIZE} beside it; if it is not of this policy, move it away."
-        )
+def refuse_pickle(policy: Path) -> None:
+    """Raise ValueError where a folder has the normalisation of a policy only as a pickle, which could run any code."""
+    found = _pickles_of(policy)
+    if not found or policy.with_name(NORMALIZE).is_file():
+        return
+    if len(found) == 1:
+        what, which, file = f"{found[0]} is a pickle", "it", shlex.quote(str(found[0]))
+        otherwise = "if it is not of this policy, move it away"
+    else:
+        names = ", ".join(path.name for path in found)
+        what, which, file = f"{policy.parent} has {len(found)} pickles ({names})", "the one of this policy", "FILE"
+        otherwise = "if none is of this policy, move them away"
+    raise ValueError(
+        f"{what}, which gsenv does not read because a pickle can run any code: if you trust {which}, run `python -c "
+        f'"import sys; from gsenv.train.export import convert_pickle; convert_pickle(sys.argv[1])" {file}` once, '
+        f"which writes {NORMALIZE} beside it; {otherwise}."
+    )
+
+
+def _pickles_of(policy: Path) -> list[Path]:
+    """Return the normalisations beside a policy: those of its number of steps if names tell of one, else all."""
+    beside = policy.parent.iterdir() if policy.parent.is_dir() else ()
+    found = sorted(path for path in beside if PICKLES.fullmatch(path.name))
+    trained = _steps_in(policy)
+    return [path for path in found if trained is not None and _steps_in(path) == trained] or found
+
+
+def _steps_in(path: Path) -> int | None:
+    """Return the number of steps in the name of a checkpoint, such as rl_model_10000_steps.zip."""
+    match = STEPS.search(path.name)
+    return int(match[1]) if match else None
 
 
 def convert_pickle(file: str | Path) -> Path:
@@ -240,6 +267,20 @@ def _steps_of_zip(path: Path) -> int | None:
     """Return how many steps a saved model has trained, or None if the file does not say."""
     steps = _data_of_zip(path).get("num_timesteps")
     return steps if isinstance(steps, int) else None
+
+
+def _refuse_other_actions(path: Path, is_sac: bool) -> None:
+    """Raise ValueError where a saved model makes actions of its network's output in a way that gsenv's policies do not.
+
+    The mean action of PPO with gSDE (`use_sde`) is that without; SAC's is clipped before its tanh.
+    """
+    data = _data_of_zip(path)
+    arguments = data.get("policy_kwargs")
+    arguments = arguments if isinstance(arguments, dict) else {}
+    if is_sac and (data.get("use_sde") or arguments.get("use_sde")):
+        raise ValueError(f"{path} is of SAC with gSDE (use_sde=True), whose mean actions gsenv cannot compute.")
+    if not is_sac and arguments.get("squash_output"):
+        raise ValueError(f"{path} has squash_output=True, and gsenv squashes the actions of SAC alone.")
 
 
 def _activation_of_zip(path: Path) -> str | None:

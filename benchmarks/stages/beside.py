@@ -25,6 +25,7 @@ GROUPS: dict[str, tuple[str, ...]] = {  # of the stages that the engines name
     "events": ("jointEvents", "hitEvents", "bullets", "sensorHits", "sensors"),
     "the rest": (NOWHERE,),
 }
+SURPLUS = "outside its clock"  # the row of an engine's CPU time that its stages do not have
 COMMON: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {  # stages of gsenv; groups of the engines
     "detection": (("collision", "matching with the last step"), ("pairs", "collide")),
     "preparing rows": (("rows of contacts",), ("solver setup", "prepare", "store")),
@@ -44,7 +45,7 @@ EXPLAINED = (
     " 'Integrate' moves velocities and positions on in each substep; 'transforms' writes poses and bounds at the end of"
     " the step. 'Sleep' puts islands to sleep, 'events' are those of joints, hits, bullets and sensors, and 'the rest'"
     " lies between the stages. The sum is a step's time by the same clock; the last row is the CPU time of whole steps,"
-    " measured from outside in rounds without a profile."
+    " as a mean, measured from outside in rounds without a profile."
 )
 
 
@@ -80,8 +81,10 @@ def parts_of_page(ours: Mapping[tuple[str, str], Mapping[str, float]], theirs: S
     )
     between = (
         f"## gsenv beside {engine}\n\nCPU us per box and step in common groups; ratios are those of the sums, gsenv"
-        f" over {engine}. The sampling slows the steps of both by about a tenth. Medians leave most of this out, so the"
-        f" stages of {engine} are scaled here: their sum is its CPU time from outside. Groups differ in part: gsenv"
+        f" over {engine}. Sums are CPU time from outside, of calls of {STEPS} steps, while perf samples. gsenv's"
+        " groups are its time in proportion to the samples that hit the kernel, so they contain all of it. Those of"
+        f" {engine} are the medians above, and '{SURPLUS}' is what its CPU time has beyond them: the cost of the"
+        " calls, and what holds up single steps, such as samples and other processes. Groups differ in part: gsenv"
         f" computes bounds of boxes within detection and finds islands anew in each step; {engine} computes bounds"
         " within positions and joins islands within detection."
     )
@@ -105,9 +108,10 @@ def stage_table(profiles: Sequence[PeerProfile]) -> Table:
 
 def beside_table(place: str, stages: Mapping[str, float], theirs: Sequence[PeerProfile]) -> Table:
     """Return gsenv and all builds of an engine in one phase of a heap."""
-    ours, others = common_of_ours(stages), [common_of_theirs(p.scaled) for p in theirs]
+    ours, others = common_of_ours(stages), [common_of_theirs(p.stages) for p in theirs]
     rows = [[group, *cells(ours[group], [other[group] for other in others], "{:.3f}")] for group in COMMON]
-    total, totals = sum(ours.values()), [sum(other.values()) for other in others]
+    rows.append([SURPLUS, "", *(f"{us:.3f}" for p in theirs for us in (p.surplus, -p.surplus))])
+    total, totals = sum(ours.values()), [p.outside for p in theirs]
     rows.append(["**sum**", *cells(total, totals, "**{:.3f}**")])
     rows.append(["ratio", "", *(cell for other in totals for cell in (f"{total / other:.2f}", ""))])
     return Table([place, "gsenv", *(word for p in theirs for word in (p.name, "difference"))], rows)

@@ -57,10 +57,9 @@ class PeerProfile:
         return f"{self.engine}, {self.setting}"
 
     @property
-    def scaled(self) -> dict[str, float]:
-        """Return the us of the stages as shares of the CPU time."""
-        scale = self.outside / sum(self.stages.values())
-        return {name: scale * us for name, us in self.stages.items()}
+    def surplus(self) -> float:
+        """The us from outside that the stages do not have."""
+        return self.outside - sum(self.stages.values())
 
 
 @dataclass

@@ -75,7 +75,7 @@ class MlpPolicy:
                 largest = max(float(np.abs(weight).max()), float(np.abs(bias).max()))
                 raise ValueError(
                     f"layer {k} has numbers of up to {largest:.2g}, with which its outputs can exceed what float32 "
-                    f"holds ({_MOST:.2g}); such a policy has not learned anything, so train it again."
+                    f"holds ({_MOST:.2g}); its actions could be NaN."
                 )
             most = np.ones(len(bias)) if self.activation == "tanh" else sums
 

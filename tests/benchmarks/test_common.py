@@ -118,6 +118,7 @@ def test_stamp_says_what_was_run_where_and_when() -> None:
     assert "Load average 0.1 and 0.2" in text
     assert "Other processes" not in text
     assert "Other processes were running" in describe(stamp | {"load": [2.0, 2.0]})
+    assert "Other processes" not in describe(stamp | {"load": [0.1, 16.0]})  # these are the benchmark's own threads
     assert describe({"date": "2026-01-02"}) == "Measured on 2026-01-02."
 
 

@@ -6,6 +6,7 @@ import json
 import os
 import pickle
 import re
+import shlex
 import zipfile
 from dataclasses import replace
 from pathlib import Path
@@ -72,25 +73,62 @@ def test_a_pickle_beside_a_policy_is_not_read(trained: Path, capsys: pytest.Capt
     assert not trap.exists()
 
 
-@pytest.mark.parametrize("name", ["normalize.pkl", "vecnormalize.pkl", "vec_normalize.pkl"])
-def test_what_the_sentence_about_a_pickle_says_works(name: str, trained: Path) -> None:
+@pytest.mark.parametrize(
+    ("name", "place"),
+    [("normalize.pkl", "plain"), ("vecnormalize.pkl", "it's $HOME"), ("VecNormalize.pkl", 'a "b" `c`')],
+)
+def test_what_the_sentence_about_a_pickle_says_works(
+    name: str, place: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     stable_baselines3 = pytest.importorskip("stable_baselines3")
     from stable_baselines3.common.vec_env import DummyVecEnv, VecNormalize
 
     envs = VecNormalize(DummyVecEnv([lambda: gymnasium.make("gsenv:GStack-v0")]))
     model = stable_baselines3.PPO("MlpPolicy", envs, n_steps=32, batch_size=32).learn(32)
-    folder = trained / "plain"
+    folder = tmp_path / place
     folder.mkdir()
     model.save(folder / "PPO.zip")
     envs.save(str(folder / name))
-    (command,) = re.findall(r"`python -c \"(.*)\"`", complaint(folder / "PPO.zip"))
-    exec(command, {})
+    (command,) = re.findall(r"run `(.*)` once", complaint(folder / "PPO.zip"))
+    program, option, code, *arguments = shlex.split(command)
+    assert (program, option, arguments) == ("python", "-c", [str(folder / name)])
+    assert not {"$", "'", "`"} & set(code)  # it stands between double quotes
+    monkeypatch.setattr("sys.argv", [option, *arguments])
+    exec(code, {})
     actor = make_actor(str(folder / "PPO.zip"), "GStack-v0")
     envs.training = False
     observation: Any = envs.reset()
     seen: Any = envs.get_original_obs()
     expected = np.clip(model.predict(observation, deterministic=True)[0], -1.0, 1.0)
     np.testing.assert_allclose(actor(seen), expected, atol=1e-5)
+
+
+def refused_pickles(folder: Path, policy: str) -> str:
+    pytest.importorskip("stable_baselines3")
+    from gsenv.train.export import refuse_pickle
+
+    with pytest.raises(ValueError, match="pickle") as error:
+        refuse_pickle(folder / policy)
+    return one_sentence(error.value)
+
+
+def test_of_several_pickles_that_of_the_same_steps_is_named(tmp_path: Path) -> None:
+    for steps in (10000, 20000, 110000):
+        (tmp_path / f"rl_model_vecnormalize_{steps}_steps.pkl").touch()
+    named = refused_pickles(tmp_path, "rl_model_20000_steps.zip")
+    assert f"{tmp_path}/rl_model_vecnormalize_20000_steps.pkl is a pickle" in named
+    assert "10000_steps" not in named
+    assert "rl_model_vecnormalize_10000_steps.pkl is a pickle" in refused_pickles(tmp_path, "rl_model_10000_steps.zip")
+
+
+def test_pickles_of_which_none_stands_out_are_all_named(tmp_path: Path) -> None:
+    names = ["a_vecnormalize_10_steps.pkl", "b_VecNormalize_10_steps.PKL", "vecnormalize_20_steps.pickle"]
+    for name in names:
+        (tmp_path / name).touch()
+    (tmp_path / "notes.pkl").touch()
+    assert f"has 3 pickles ({', '.join(names)})" in refused_pickles(tmp_path, "final.zip")
+    assert f"has 3 pickles ({', '.join(names)})" in refused_pickles(tmp_path, "a_30_steps.zip")
+    assert f"has 2 pickles ({', '.join(names[:2])})" in refused_pickles(tmp_path, "a_10_steps.zip")
 
 
 def test_only_a_normalisation_is_converted(tmp_path: Path) -> None:
@@ -120,6 +158,45 @@ def test_a_plain_policy_acts_with_its_own_activation_or_is_refused(tmp_path: Pat
             np.testing.assert_allclose(
                 make_actor(str(tmp_path / "PPO.zip"), "GStack-v0")(observations), expected, atol=1e-4
             )
+
+
+@pytest.mark.parametrize(
+    ("algorithm", "arguments", "message"),
+    [
+        ("SAC", {"use_sde": True, "buffer_size": 10}, "is of SAC with gSDE (use_sde=True)"),
+        ("PPO", {"use_sde": True, "policy_kwargs": {"squash_output": True}}, "has squash_output=True"),
+    ],
+)
+def test_policies_that_act_in_other_ways_are_refused(
+    algorithm: str, arguments: dict[str, Any], message: str, tmp_path: Path
+) -> None:
+    stable_baselines3 = pytest.importorskip("stable_baselines3")
+    model = getattr(stable_baselines3, algorithm)("MlpPolicy", gymnasium.make("gsenv:GStack-v0"), **arguments)
+    model.save(tmp_path / "policy.zip")
+    assert message in complaint(tmp_path / "policy.zip")
+
+
+def test_ppo_with_gsde_acts_with_its_mean(tmp_path: Path) -> None:
+    stable_baselines3 = pytest.importorskip("stable_baselines3")
+    model = stable_baselines3.PPO("MlpPolicy", gymnasium.make("gsenv:GStack-v0"), use_sde=True)
+    for tensor in model.policy.action_net.parameters():
+        tensor.data.mul_(100.0)
+    model.save(tmp_path / "PPO.zip")
+    observations = np.random.default_rng(0).standard_normal((20, COUNT)).astype(np.float32)
+    expected = np.clip(model.predict(observations, deterministic=True)[0], -1.0, 1.0)
+    assert np.abs(expected).max() > 0.5
+    np.testing.assert_allclose(make_actor(str(tmp_path / "PPO.zip"), "GStack-v0")(observations), expected, atol=1e-4)
+
+
+@pytest.mark.parametrize("algorithm", ["PPO", "SAC"])
+def test_policies_of_pixels_are_refused(algorithm: str, tmp_path: Path) -> None:
+    stable_baselines3 = pytest.importorskip("stable_baselines3")
+    arguments = {"buffer_size": 10} if algorithm == "SAC" else {}
+    env = gymnasium.make("gsenv:GStack-v0", observation="pixels")
+    getattr(stable_baselines3, algorithm)("CnnPolicy", env, **arguments).save(tmp_path / "pixels.zip")
+    assert "is not an MlpPolicy of Stable-Baselines3's PPO or SAC, and gsenv reads no others" in complaint(
+        tmp_path / "pixels.zip"
+    )
 
 
 def test_other_algorithms_are_told_where_to_be_scored(tmp_path: Path) -> None:

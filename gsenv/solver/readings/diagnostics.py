@@ -89,8 +89,8 @@ class Diagnostics:
         contacts, pairs, rows, islands, awake, impacts: counts of the last step.
         finite: bool, whether all poses and velocities are. Forces, speeds, masses or sizes of extreme magnitude can
             make a NaN or an infinity of them. The bodies of such a world stay as they are until it is reset or
-            restored, while its time goes on; its residual and errors are NaN, and it counts as unconverged. Its
-            contacts are those of the step in which it was lost, and rays pass its bodies.
+            restored, while its time goes on; its residual and errors are NaN, and it counts as unconverged. From
+            the step after that in which it was lost, it has no contacts; rays pass its bodies.
     """
 
     residual: Array

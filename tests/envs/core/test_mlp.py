@@ -86,6 +86,7 @@ def test_weights_that_overflow_are_refused(activation: str, tmp_path: Path) -> N
     with pytest.raises(ValueError, match=r"huge\.npz is not .*layer 0 has numbers of up to 3e\+38") as caught:
         MlpPolicy.load(tmp_path / "huge.npz")
     assert str(caught.value).count(". ") == 0  # one sentence
+    assert str(caught.value).endswith("its actions could be NaN.")  # the bound does not show that they are
 
 
 def test_overflow_over_several_layers_is_refused_only_where_it_can_happen() -> None:
