@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from gsenv.render.spatial.silhouette import coverage, find_hull, measure
 
 SIDE = 240  # px
-X: NDArray[np.float64] = np.arange(SIDE)[None, :] + 0.5
-Y: NDArray[np.float64] = np.arange(SIDE)[:, None] + 0.5
+X, Y = np.arange(0.5, SIDE)[None, :], np.arange(0.5, SIDE)[:, None]
 
 
 def strip(angle: float, length: float, width: float) -> NDArray[np.float64]:
