@@ -19,7 +19,8 @@ SPACING = 0.5  # m, of the points for which the place beside the road is compute
 REACH = 3.4  # m from the centre line, up to which it is
 DASH, DASH_HALF = 1.2, 0.07  # m, length and half width
 KERB_PERIOD = 2.0 * n.STRIP  # m, of a red and a white mark of the kerbs; the red one is in its middle
-KERB_TAPER = 0.75  # m, over which the white ends of kerbs lose their width: none is left where a red mark would follow
+KERB_TAPER = 1.3  # m, over which the white ends of kerbs lose their width, for none to be left at a next red mark
+KERB_REST = 0.15  # m, beside a red mark, where they keep it
 HIDDEN = 0.1  # m below the asphalt, where kerbs without width end
 LEAST = -4.0  # share of a kerb's width far from one: there it is only below the middle of the road
 MOST_KEPT = 64  # roads of worlds, of 0.3 MB each
@@ -79,7 +80,9 @@ def find_places(path: Array) -> NDArray[np.float32]:
     heading, _, dx, dy = _at(path, nodes, bends, s, x, y)
     places[rows, columns, 0] = np.cos(heading) * dy - np.sin(heading) * dx
     places[rows, columns, 1] = s
-    away = np.abs(s[:, None] - find_kerbs(path)).min(axis=1, initial=np.inf) - 0.5 * KERB_PERIOD
+    red = find_kerbs(path)
+    white = 0.5 * (red[:-1] + red[1:])[np.diff(red) < 1.5 * KERB_PERIOD]
+    away = np.abs(s[:, None] - np.append(red, white)).min(axis=1, initial=np.inf) - 0.5 * n.STRIP - KERB_REST
     places[rows, columns, 2] = np.clip(1.0 - away / KERB_TAPER, LEAST, 1.0)
     return places
 

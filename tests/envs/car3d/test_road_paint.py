@@ -102,7 +102,7 @@ def test_marks_are_whole_red_and_white_and_no_kerb_shows_on_straights(env: Car3D
                 assert is_red(beside(env, renderer, s, side * (scene.ROAD_HALF + scene.KERB - 0.06)))
                 assert not is_red(beside(env, renderer, s, side * far))
                 assert not is_red(beside(env, renderer, s, side * (scene.ROAD_HALF - 0.06)))
-            for s in (mark - 1.25, mark + 1.25):
+            for s in (mark - 0.75, mark + 0.75):
                 assert is_white(beside(env, renderer, s, side * middle))
             for s in (mark - 2.75, mark - 2.25, mark + 2.25, mark + 2.75):  # of the next mark, or none
                 expected = np.abs(reds - s).min() < 0.5 * scene.STRIP
