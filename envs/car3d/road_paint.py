@@ -18,13 +18,18 @@ Array = NDArray[Any]
 SPACING = 0.5  # m, of the points for which the place beside the road is computed
 REACH = 3.4  # m from the centre line, up to which it is
 DASH, DASH_HALF = 1.2, 0.07  # m, length and half width
-KERB_SOFTNESS = 0.04  # 1/m, over which kerbs get their width
+KERB_PERIOD = 2.0 * n.STRIP  # m, of a red and a white mark of the kerbs; the red one is in its middle
+KERB_TAPER = 1.3  # m, over which the white ends of kerbs lose their width, for none to be left at a next red mark
+KERB_REST = 0.15  # m, beside a red mark, where they keep it
+HIDDEN = 0.1  # m below the asphalt, where kerbs without width end
+LEAST = -4.0  # share of a kerb's width far from one: there it is only below the middle of the road
 MOST_KEPT = 64  # roads of worlds, of 0.3 MB each
 
 BANDS = np.array(
     [
         band(n.ROAD_HALF + n.EDGE, PAINT),
-        band(0.0, RED, widening=n.ROAD_HALF + n.KERB, period=2.0 * n.STRIP, mark=n.STRIP),
+        band(n.ROAD_HALF - HIDDEN, PAINT, widening=HIDDEN + n.KERB),
+        band(n.ROAD_HALF - HIDDEN, RED, widening=HIDDEN + n.KERB, period=KERB_PERIOD, mark=n.STRIP),
         band(n.ROAD_HALF, ASPHALT),
         band(DASH_HALF, PAINT, period=n.DASH_SPACING * n.STRIP, mark=DASH),
     ],
@@ -58,7 +63,10 @@ class RoadPaint:
 
 
 def find_places(path: Array) -> NDArray[np.float32]:
-    """Return (row, column, 3): metres to the left of the centre line, along it, and the share of the kerbs' width."""
+    """Return (row, column, 3): metres to the left of the centre line, along it, and the share of the kerbs' width.
+
+    The share, LEAST to 1, is at most 0 where no kerb is.
+    """
     places = np.full((len(Y_POINTS), len(X_POINTS), 3), (UNKNOWN, 0.0, 0.0), np.float32)
     nearest = _nearest_nodes(path)
     rows, columns = np.nonzero(nearest >= 0)
@@ -69,11 +77,22 @@ def find_places(path: Array) -> NDArray[np.float32]:
         heading, bend, dx, dy = _at(path, nodes, bends, s, x, y)
         off, aside = np.cos(heading) * dx + np.sin(heading) * dy, np.cos(heading) * dy - np.sin(heading) * dx
         s = s + np.clip(off / np.maximum(1.0 - bend * aside, 0.3), -1.0, 1.0)
-    heading, bend, dx, dy = _at(path, nodes, bends, s, x, y)
+    heading, _, dx, dy = _at(path, nodes, bends, s, x, y)
     places[rows, columns, 0] = np.cos(heading) * dy - np.sin(heading) * dx
     places[rows, columns, 1] = s
-    places[rows, columns, 2] = np.clip((np.abs(bend) - n.KERB_BEND) / KERB_SOFTNESS, 0.0, 1.0)
+    red = find_kerbs(path)
+    white = 0.5 * (red[:-1] + red[1:])[np.diff(red) < 1.5 * KERB_PERIOD]
+    away = np.abs(s[:, None] - np.append(red, white)).min(axis=1, initial=np.inf) - 0.5 * n.STRIP - KERB_REST
+    places[rows, columns, 2] = np.clip(1.0 - away / KERB_TAPER, LEAST, 1.0)
     return places
+
+
+def find_kerbs(path: Array) -> NDArray[np.float64]:
+    """Return the middles of the kerbs' red marks in m along the centre line: those in bends, which are whole."""
+    nodes = n.FIRST_X + n.STEP * np.arange(n.NODES)
+    middles = KERB_PERIOD * (np.arange(n.FIRST_STRIP // KERB_PERIOD, n.LAST_X // KERB_PERIOD) + 0.5)
+    bends = np.abs(np.interp(middles, nodes, np.gradient(path[:, HEADING], n.STEP)))
+    return np.asarray(middles[bends > n.KERB_BEND])
 
 
 def _at(path: Array, nodes: Array, bends: Array, s: Array, x: Array, y: Array) -> tuple[Array, Array, Array, Array]:

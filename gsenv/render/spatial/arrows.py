@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from gsenv.render.spatial.camera import SpatialCamera, cross, unit
 from gsenv.render.spatial.links import rotations_along
 from gsenv.render.spatial.primitives import CYLINDER, HULL, PLAIN, Primitives
+from gsenv.render.spatial.silhouette import coverage, measure
 from gsenv.render.theme import Rgb
 from gsenv.solver.spatial.vertices import vertex_dtype
 
@@ -20,6 +21,8 @@ SIDES = 16  # of the cone
 HEAD_SHARE = 0.6  # largest length of the head over that of the arrow
 SHAFT_SHARE = 0.36  # radius of the shaft over that of the head
 GHOST = 0.42  # how much of its colour an arrow has where something hides it
+LINE_GHOST, LINE_SHADE = 0.7, 0.4  # the same of its outline there, and the outline's brightness over the arrow's
+OUTLINE = 1.0 / 300.0  # of the picture's height, thickness of the outline
 UP = np.array([0.0, 0.0, 1.0])  # m
 PARTS = 2  # shaft and head, in this order
 
@@ -82,22 +85,79 @@ def _primitives(arrow: Arrow, form: _Form, first: int, enabled: bool) -> Primiti
     )
 
 
-def shine_through(image: NDArray[np.uint8], hidden: NDArray[np.bool_], camera: SpatialCamera, arrow: Arrow) -> None:
-    """Blend an arrow faintly over the pixels `hidden` (height, width) in which something is before it, in place.
+def shine_through(
+    image: NDArray[np.uint8],
+    other: NDArray[np.bool_],
+    depths: NDArray[np.float32],
+    camera: SpatialCamera,
+    arrow: Arrow,
+) -> None:
+    """Blend an arrow faintly, with a darker outline, over what is before it, in place.
 
+    other: (height, width), where the picture shows something else than the arrow
+    depths: (height, width) of what it shows, m along the camera's view
     camera: of the picture's size; an arrow that reaches behind the eye is left out
     """
     form = _form(arrow)
     ring = _ring(arrow, form)
     thin = SHAFT_SHARE * (ring - form.neck)
-    cover = np.zeros(hidden.shape, np.float32)
-    for points in (np.concatenate([ring, arrow.tip[None]]), np.concatenate([arrow.tail + thin, form.neck + thin])):
-        pixels = camera.to_pixel(points)
-        if not np.isfinite(pixels).all():
-            return
-        np.maximum(cover, _coverage(pixels, *hidden.shape), out=cover)
-    share = (GHOST * np.where(hidden, cover, 0.0))[..., None]
-    image[...] = np.rint(image + share * (np.array(arrow.color, np.float32) - image))
+    shaft, head = (
+        camera.to_pixel(points)
+        for points in (np.concatenate([arrow.tail + thin, form.neck + thin]), np.concatenate([ring, arrow.tip[None]]))
+    )
+    window = _window(np.concatenate([shaft, head]), *other.shape)
+    if window is None:
+        return
+    y, x = (at + 0.5 for at in np.ogrid[window])
+    hidden = other[window] & (depths[window] < _find_depths(camera, arrow, x, y))
+    if not hidden.any():
+        return
+    towards_eye = float((arrow.tip - arrow.tail) @ (np.asarray(camera.eye, float) - form.neck)) > 0.0
+    cover, line = _draw_parts((shaft, head) if towards_eye else (head, shaft), x, y, OUTLINE * camera.height)
+    for share, shade in ((GHOST * cover, 1.0), (LINE_GHOST * line, LINE_SHADE)):
+        part = np.where(hidden, share, 0.0)[..., None]
+        color = shade * np.array(arrow.color, float)
+        image[window] = np.rint(image[window] + part * (color - image[window]))
+
+
+def _window(pixels: FloatArray, height: int, width: int) -> tuple[slice, slice] | None:
+    """Return the rows and columns around places (k, 2) in px, or None where there is nothing to see."""
+    if not np.isfinite(pixels).all():
+        return None
+    left, top = np.clip(np.floor(pixels.min(axis=0)) - 1.0, 0, (width, height)).astype(int).tolist()
+    right, bottom = np.clip(np.ceil(pixels.max(axis=0)) + 1.0, 0, (width, height)).astype(int).tolist()
+    return (slice(top, bottom), slice(left, right)) if left < right and top < bottom else None
+
+
+def _draw_parts(
+    parts: Sequence[FloatArray], x: FloatArray, y: FloatArray, thickness: float
+) -> tuple[FloatArray, FloatArray]:
+    """Return the shares of the pixels x, y that parts cover, each before those before it, and that outlines cover."""
+    cover = line = np.zeros(np.broadcast_shapes(x.shape, y.shape))
+    for points in parts:
+        outside, width = measure(points, x, y)
+        whole, inner = coverage(outside, width), coverage(outside + thickness, max(width - 2.0 * thickness, 0.0))
+        cover = np.maximum(cover, whole)
+        line = (1.0 - whole) * line + whole - inner
+    return cover, line
+
+
+def _find_depths(camera: SpatialCamera, arrow: Arrow, x: FloatArray, y: FloatArray) -> FloatArray:
+    """Return how deep in the picture, in m, the place of an arrow's axis is that the ray of each pixel passes closest.
+
+    With the ray r, of depth 1, and the axis a + u d from the eye: the least distance is at the u returned by setting
+    the derivative of |a + u d|^2 - (r . (a + u d))^2 / r^2 to zero.
+    """
+    right, up, forward = camera.axes()
+    step = 2.0 * np.tan(0.5 * camera.fov) / camera.height
+    ray_x, ray_y = step * (x - 0.5 * camera.width), step * (0.5 * camera.height - y)
+    axes = np.array([right, up, forward])
+    a, d = axes @ (arrow.tail - np.asarray(camera.eye, float)), axes @ (arrow.tip - arrow.tail)
+    square = ray_x**2 + ray_y**2 + 1.0
+    along_a, along_d = (ray_x * v[0] + ray_y * v[1] + v[2] for v in (a, d))
+    across = np.maximum(d @ d - along_d**2 / square, 1e-12)
+    u = np.clip((along_a * along_d / square - a @ d) / across, 0.0, 1.0)
+    return np.asarray(a[2] + u * d[2])
 
 
 def _form(arrow: Arrow) -> _Form:
@@ -128,19 +188,3 @@ def _cone(arrow: Arrow, form: _Form) -> NDArray[np.void]:
     mesh["offset"] = (mesh["normal"] * np.concatenate([ring[:1], ring])).sum(axis=-1)
     mesh["vertex_count"][0] = mesh["face_count"][0] = SIDES + 1
     return mesh
-
-
-def _coverage(points: FloatArray, height: int, width: int) -> NDArray[np.float32]:
-    """Return the share (height, width) of each pixel that the convex hull of points (k, 2) in px covers."""
-    cover = np.zeros((height, width), np.float32)
-    left, top = np.clip(np.floor(points.min(axis=0)).astype(int) - 1, 0, (width, height))
-    right, bottom = np.clip(np.ceil(points.max(axis=0)).astype(int) + 1, 0, (width, height))
-    if left >= right or top >= bottom:
-        return cover
-    x, y = np.meshgrid(np.arange(left, right) + 0.5, np.arange(top, bottom) + 0.5)
-    outside = np.full(x.shape, -np.inf)
-    for angle in np.pi / 24.0 * np.arange(48):  # between tangents in 48 directions lies the hull, to a hundredth of it
-        c, s = np.cos(angle), np.sin(angle)
-        np.maximum(outside, c * x + s * y - (points @ (c, s)).max(), out=outside)
-    cover[top:bottom, left:right] = np.clip(0.5 - outside, 0.0, 1.0)
-    return cover

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from gsenv.render.spatial.ambient_occlusion import occlude_band
 from gsenv.render.spatial.camera import SpatialCamera
+from gsenv.render.spatial.checks import check_stripes
 from gsenv.render.spatial.depth import measure_cells, trace_band
 from gsenv.render.spatial.edges import SAMPLE_X, SAMPLE_Y, blend_band
 from gsenv.render.spatial.light import light_band
@@ -78,15 +79,18 @@ class PrimitiveRenderer:
         primitives: Primitives,
         vertices: NDArray[np.void] | None = None,
         stripes: Stripes | None = None,
+        depths: NDArray[np.float32] | None = None,
     ) -> NDArray[np.uint8]:
         """Return a new (height, width, 3) RGB picture; `ids` then holds the item that each pixel shows (-1: sky).
 
         camera: its width and height are replaced by the renderer's
         vertices: `vertex_dtype` entries of hulls and heightfields
         stripes: painted on the heightfields
+        depths: (height, width), gets the depth of what each pixel shows, in m along the view
 
-        Raises ValueError for bad primitives or a bad camera.
+        Raises ValueError for bad primitives, a bad camera or bad stripes.
         """
+        check_stripes(stripes)
         meshed = (primitives.kind == HULL) | (primitives.kind == HEIGHTFIELD)
         meshes = read_meshes(vertices) if meshed.any() else NO_MESHES
         check_primitives(primitives, len(meshes.point))
@@ -101,6 +105,8 @@ class PrimitiveRenderer:
         for band in self._bands:
             rows = (self._band, *band)
             trace_band(*rows, self._items, count, self._look, faces, points, ZERO, ZERO, DEPTH, ID)
+            if depths is not None:
+                depths[slice(*band)] = self._band[: band[1] - band[0], DEPTH, : self.width]
             paint_band(*rows, self._items, count, self._look, faces, points, self._spans)
             if stripes is not None:
                 stripe_band(*rows, self._items, count, self._look, stripes, self._spans)

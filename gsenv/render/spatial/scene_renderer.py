@@ -12,6 +12,7 @@ from gsenv.render.hud import draw_hud
 from gsenv.render.sizes import check_size
 from gsenv.render.spatial.arrows import PARTS, Arrow, has_length, shine_through, with_arrows
 from gsenv.render.spatial.camera import SpatialCamera
+from gsenv.render.spatial.checks import checked_arrows
 from gsenv.render.spatial.links import with_lines, with_links
 from gsenv.render.spatial.primitives import (
     BOX,
@@ -101,6 +102,7 @@ class SpatialRenderer:
             RuntimeError: another thread is using the renderer or the World.
         """
         number, checked = checked_index(self.world, world_index), checked_lines(lines, 3)
+        arrows = checked_arrows(arrows)
         return self._world_use.render(lambda: self._draw(number, camera, checked, arrows, stripes))
 
     def _draw(
@@ -124,11 +126,13 @@ class SpatialRenderer:
         if not arrows:
             return self._renderer.draw(camera, primitives, vertices, stripes)
         first = int(primitives.enabled.sum())
-        image = self._renderer.draw(camera, *with_arrows(primitives, vertices, arrows), stripes)
+        depths = np.empty((self.height, self.width), np.float32)
+        image = self._renderer.draw(camera, *with_arrows(primitives, vertices, arrows), stripes, depths)
+        sized = camera._replace(width=self.width, height=self.height)
         for k, arrow in enumerate(arrow for arrow in arrows if has_length(arrow)):
             own = first + PARTS * k
-            hidden = (self._renderer.ids < own) | (self._renderer.ids >= own + PARTS)
-            shine_through(image, hidden, camera._replace(width=self.width, height=self.height), arrow)
+            other = (self._renderer.ids < own) | (self._renderer.ids >= own + PARTS)
+            shine_through(image, other, depths, sized, arrow)
         return image
 
     def _aim(self, primitives: Primitives, vertices: NDArray[np.void] | None) -> SpatialCamera:

@@ -8,11 +8,21 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from gsenv.envs.car3d import scene
 from gsenv.envs.car3d.env import Car3DEnv
-from gsenv.envs.car3d.road import nearest
-from gsenv.envs.car3d.road_paint import MOST_KEPT, SPACING, X_POINTS, Y_POINTS, RoadPaint, find_places
+from gsenv.envs.car3d.road import HEADING, nearest
+from gsenv.envs.car3d.road_paint import (
+    KERB_PERIOD,
+    MOST_KEPT,
+    SPACING,
+    X_POINTS,
+    Y_POINTS,
+    RoadPaint,
+    find_kerbs,
+    find_places,
+)
 from gsenv.render.spatial.camera import SpatialCamera
 from gsenv.render.spatial.scene_renderer import SpatialRenderer
 
@@ -51,6 +61,56 @@ def test_the_road_has_one_even_colour_from_edge_to_edge(env: Car3DEnv) -> None:
         for strip in strips:  # to either side of the dashes
             assert np.abs(np.diff(strip, axis=0)).max() < 8
             assert np.ptp(strip, axis=1).max() < 30  # grey
+
+
+def test_kerbs_begin_where_the_road_bends_as_much_as_they_say(env: Car3DEnv) -> None:
+    path = env.task.task_state["path"][0]
+    marks = find_kerbs(path)
+    nodes = scene.FIRST_X + scene.STEP * np.arange(scene.NODES)
+    bends = np.abs(np.gradient(path[:, HEADING], scene.STEP))
+    assert (np.interp(marks, nodes, bends) > scene.KERB_BEND).all()
+    for s in nodes[(bends > scene.KERB_BEND) & (nodes > 0.0) & (nodes < scene.FINISH)]:
+        assert np.abs(marks - s).min() < KERB_PERIOD
+    assert (marks % KERB_PERIOD == 0.5 * KERB_PERIOD).all()  # where `Stripes` has the middle of a mark
+
+
+def beside(env: Car3DEnv, renderer: SpatialRenderer, s: float, aside: float) -> NDArray[np.int64]:
+    """Return the mean colour of 4 x 4 cm of the ground at a length along the road and to its left, from above."""
+    x, y, z, heading = env.task.task_state["path"][0][round((s - scene.FIRST_X) / scene.STEP)]
+    place = np.array([x - aside * np.sin(heading), y + aside * np.cos(heading), z])
+    camera = SpatialCamera(place + np.array([0.0, 0.0, 3.0]), place, (1.0, 0.0, 0.0), fov=0.5, width=60, height=60)
+    color: NDArray[np.int64] = renderer.frame(camera=camera, **env.task.decor(0))[28:33, 28:33].mean((0, 1)).astype(int)
+    return color
+
+
+def is_red(color: NDArray[np.int64]) -> bool:
+    return bool(color[0] > color[1] + 80)
+
+
+def is_white(color: NDArray[np.int64]) -> bool:
+    return bool(color.min() > 170)
+
+
+def test_marks_are_whole_red_and_white_and_no_kerb_shows_on_straights(env: Car3DEnv) -> None:
+    renderer = SpatialRenderer(env.task.world, 60, 60, quality="fast")
+    reds = find_kerbs(env.task.task_state["path"][0])
+    middle, far = scene.ROAD_HALF + 0.5 * scene.KERB, scene.ROAD_HALF + scene.KERB + 0.08
+    for mark in reds[reds < 40.0]:
+        for side in (-1.0, 1.0):
+            for s in (mark - 0.25, mark + 0.25):  # nodes of the centre line
+                assert is_red(beside(env, renderer, s, side * (scene.ROAD_HALF + 0.06)))
+                assert is_red(beside(env, renderer, s, side * (scene.ROAD_HALF + scene.KERB - 0.06)))
+                assert not is_red(beside(env, renderer, s, side * far))
+                assert not is_red(beside(env, renderer, s, side * (scene.ROAD_HALF - 0.06)))
+            for s in (mark - 0.75, mark + 0.75):
+                assert is_white(beside(env, renderer, s, side * middle))
+            for s in (mark - 2.75, mark - 2.25, mark + 2.25, mark + 2.75):  # of the next mark, or none
+                expected = np.abs(reds - s).min() < 0.5 * scene.STRIP
+                assert is_red(beside(env, renderer, s, side * (scene.ROAD_HALF + 0.06))) == expected
+    for s in np.arange(3.0, 8.5, 0.5):
+        for aside in (0.0, 1.0, scene.ROAD_HALF - 0.05, scene.ROAD_HALF + 0.08, middle + 0.05):
+            assert not is_red(beside(env, renderer, s, aside))
+        assert not is_white(beside(env, renderer, s, middle + 0.05))
 
 
 def test_roads_are_computed_once_an_episode_and_few_are_kept(env: Car3DEnv) -> None:

@@ -84,3 +84,42 @@ def test_nothing_is_painted_where_the_place_is_unknown(renderer: SpatialRenderer
 def test_quality_fast_paints_too(renderer: SpatialRenderer) -> None:
     fast = SpatialRenderer(renderer.world, SIDE, SIDE, ABOVE, "fast")
     assert painted(fast, along_x(band(0.6, RED))).sum() > 0.9 * 1.2 * SCALE * SIDE
+
+
+def spoilt(name: str, array: Any) -> Stripes:
+    """Stripes of which one array is another."""
+    return along_x(band(0.6, RED))._replace(**{name: array})
+
+
+def filled(shape: tuple[int, ...], value: float) -> NDArray[np.float32]:
+    return np.full(shape, value, np.float32)
+
+
+@pytest.mark.parametrize(
+    ("stripes", "said"),
+    [
+        ("road", "a Stripes or None, got str"),
+        (spoilt("bands", filled((1, 6), 0.1)), r"the bands of stripes must be \(band, 7\), got \(1, 6\)"),
+        (spoilt("bands", filled((7,), 0.1)), r"the bands of stripes must be \(band, 7\), got \(7,\)"),
+        (spoilt("bands", filled((1, 7), np.inf)), "the bands of stripes must be finite"),
+        (spoilt("bands", filled((1, 7), -0.1)), "must be at least 0 m"),
+        (spoilt("bands", np.zeros((1, 7))), "float32, got float64"),
+        (spoilt("bands", [[0.1] * 7]), "float32, got list"),
+        (spoilt("grid", filled((4,), 1.0)), r"the grid of stripes must be \(5,\), got \(4,\)"),
+        (spoilt("grid", filled((5,), np.nan)), "the grid of stripes must be finite"),
+        (spoilt("grid", filled((5,), 0.0)), "more than 0 points per m"),
+        (spoilt("places", filled((1, 17, 3), 0.0)), "at least two rows and columns, got"),
+        (spoilt("places", filled((17, 17, 2), 0.0)), r"\(row, column, 3\)"),
+        (spoilt("places", filled((17, 17, 3), np.nan)), "the places of stripes must be finite"),
+        (spoilt("places", filled((17, 17, 6), 0.0)[..., ::2]), "a C-contiguous array"),
+    ],
+)
+def test_what_kernels_would_read_out_of_bounds_is_refused(renderer: SpatialRenderer, stripes: Any, said: str) -> None:
+    with pytest.raises(ValueError, match=said):
+        renderer.render(stripes=stripes)
+    with pytest.raises(ValueError, match=said):
+        renderer.frame(stripes=stripes)
+
+
+def test_no_bands_paint_nothing(renderer: SpatialRenderer) -> None:
+    np.testing.assert_array_equal(renderer.render(stripes=spoilt("bands", filled((0, 7), 0.0))), renderer.render())
