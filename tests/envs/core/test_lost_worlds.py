@@ -59,9 +59,7 @@ def test_a_batch(env_id: str, mode: AutoresetMode, way: str) -> None:
         if np.asarray(values).dtype.kind == "f":
             assert np.isfinite(values).all()
     with warnings.catch_warnings():
-        warnings.simplefilter(
-            "error"
-        )  # the episode that begins anew is as any other
+        warnings.simplefilter("error")  # the episode that begins anew is as any other
         for action in actions[1:]:
             observation, reward, terminated, _, _ = vector.step(action)
             expected = whole.step(action)
