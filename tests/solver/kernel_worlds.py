@@ -71,6 +71,7 @@ def kernel_world(
             geometry=arrays.geometry,
             broadphase=broadphase_scratch(len(arrays.shape_models), dim),
             pairs=np.zeros(pairs, scratch_dtypes.PAIR_DTYPE) if isinstance(pairs, int) else pairs,
+            kept_boxes=None,
             found=np.zeros(found, records.contact_dtype(dim)) if isinstance(found, int) else found,
             narrowphase=narrowphase_bundle(dim),
             start_poses=np.zeros(body_count, scratch_dtypes.start_pose_dtype(dim)),

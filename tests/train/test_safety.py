@@ -49,7 +49,7 @@ def trained(tmp_path: Path) -> Path:
 def one_sentence(error: BaseException) -> str:
     message = str(error)
     assert "\n" not in message
-    assert len(message) < 500
+    assert len(re.sub(r"/\S*/", "", message)) < 500  # however long the folder's name is
     return message
 
 
