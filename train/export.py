@@ -134,13 +134,7 @@ def restore(model: BaseAlgorithm, path: Path) -> None:
         ValueError: it is of another network or algorithm, or the two are of different checkpoints.
     """
     weights, variables = _read_zip(path)
-    steps = int(read_normalize(path.with_name(NORMALIZE)).steps)
-    trained = _steps_of_zip(path)
-    if steps and trained not in (None, steps):  # 0: `statistics_of` was not told
-        raise ValueError(
-            f"{path} is of {trained} steps and {NORMALIZE} beside it of {steps}, so they are of two checkpoints and "
-            "cannot be continued; policy.npz is whole."
-        )
+    steps = _checked_steps(path, read_normalize(path.with_name(NORMALIZE)), "cannot be continued; policy.npz is whole")
     model.num_timesteps = steps
     try:
         model.set_parameters(weights, device="cpu")
@@ -164,12 +158,14 @@ def load_zip(path: Path) -> MlpPolicy:
     Raises:
         OSError: a file cannot be read.
         ValueError: the file is not an "MlpPolicy" of PPO or SAC, or acts in a way that gsenv's policies do not, or its
-            normalisation is a pickle, which is not read.
+            normalisation is a pickle, which is not read, or that of another checkpoint.
     """
     weights, _ = _read_zip(path)
     refuse_pickle(path)
     beside = path.with_name(NORMALIZE)
     statistics = read_normalize(beside) if beside.is_file() else None
+    if statistics is not None:
+        _checked_steps(path, statistics, "make no policy; convert the pickle of this one's steps")
     policy = dict(weights.get("policy", {}))
     _refuse_other_actions(path, is_sac="actor.latent_pi.0.weight" in policy)
     strange = [name for name in policy if "features_extractor." in name]  # a CnnPolicy's
@@ -231,7 +227,7 @@ def convert_pickle(file: str | Path) -> Path:
     if not isinstance(normalize, VecNormalize):
         raise TypeError(f"{file} holds a {type(normalize).__name__}, not a VecNormalize.")
     path = Path(file).with_name(NORMALIZE)
-    save_normalize(statistics_of(normalize), path)
+    save_normalize(statistics_of(normalize, _steps_in(Path(file)) or 0), path)
     return path
 
 
@@ -261,6 +257,18 @@ def _data_of_zip(path: Path) -> dict[str, Any]:
     except (KeyError, ValueError):
         return {}
     return data if isinstance(data, dict) else {}
+
+
+def _checked_steps(path: Path, statistics: Statistics, what: str) -> int:
+    """Return the steps of a normalisation; ValueError where the zip beside it is of others, so that the two `what`."""
+    steps = int(statistics.steps)
+    trained = _steps_of_zip(path)
+    if steps and trained not in (None, steps):  # 0: `statistics_of` was not told
+        raise ValueError(
+            f"{path} is of {trained} steps and {NORMALIZE} beside it of {steps}, so they are of two checkpoints and "
+            f"{what}."
+        )
+    return steps
 
 
 def _steps_of_zip(path: Path) -> int | None:

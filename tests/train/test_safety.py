@@ -9,6 +9,7 @@ import re
 import shlex
 import zipfile
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -138,6 +139,24 @@ def test_only_a_normalisation_is_converted(tmp_path: Path) -> None:
     (tmp_path / "normalize.pkl").write_bytes(pickle.dumps([1.0]))
     with pytest.raises(TypeError, match="holds a list, not a VecNormalize"):
         convert_pickle(tmp_path / "normalize.pkl")
+
+
+def test_a_converted_normalisation_is_of_one_checkpoint(tmp_path: Path) -> None:
+    """Stable-Baselines3's CheckpointCallback writes a pickle beside each zip; only one of them is normalize.npz."""
+    stable_baselines3 = pytest.importorskip("stable_baselines3")
+    from stable_baselines3.common.vec_env import DummyVecEnv, VecNormalize
+
+    from gsenv.train.export import convert_pickle
+
+    env = VecNormalize(DummyVecEnv([partial(gymnasium.make, "gsenv:GStack-v0")]))
+    model = stable_baselines3.PPO("MlpPolicy", env)
+    for steps in (64, 128):
+        model.num_timesteps = steps
+        model.save(tmp_path / f"rl_model_{steps}_steps.zip")
+        env.save(str(tmp_path / f"rl_model_vecnormalize_{steps}_steps.pkl"))
+    convert_pickle(tmp_path / "rl_model_vecnormalize_64_steps.pkl")
+    assert make_actor(str(tmp_path / "rl_model_64_steps.zip"), "GStack-v0") is not None
+    assert "is of 128 steps and normalize.npz beside it of 64" in complaint(tmp_path / "rl_model_128_steps.zip")
 
 
 def test_a_plain_policy_acts_with_its_own_activation_or_is_refused(tmp_path: Path) -> None:
