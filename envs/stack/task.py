@@ -56,7 +56,7 @@ class BlocksTask(Task):
                 self._before = as_records(np.empty_like(bodies))
             if self.before_step is not None:
                 self.before_step()
-            np.copyto(self._before, bodies)
+            np.copyto(self._before.view(np.uint8), bodies.view(np.uint8))  # field by field takes six times as long
             self.world.step(1)
             self.rules.note_impacts(self.kernel_world, self._before)
 
