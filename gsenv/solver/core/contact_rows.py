@@ -121,7 +121,11 @@ def store_contact_impulses(world: Any, island: Any, last: Any) -> None:
             slot = slot_of(rows[r + i], contact, i)
             if scale > 0.0:
                 contact.impulse[slot] = scale * rows[r + i].impulse
+                if island.stopped:
+                    contact.impulse[slot] -= scale * rows[r + i].direction
             contact.total_impulse[slot] += rows[r + i].impulse
+        if island.stopped:
+            contact.impulse[0] = max(contact.impulse[0], 0.0)
         if last:
             contact.separation += moved(rows[r], substep_bodies)
         r += span

@@ -7,7 +7,7 @@ from typing import Any
 from ..jit import njit
 from .coupled import has_half
 from .dispatch import by_dimension
-from .rows import DISC, DISC_END, EQUATION, FRICTION, UNILATERAL, apply_impulse, on_disc, row_velocities
+from .rows import DISC, DISC_END, EQUATION, FRICTION, UNILATERAL, apply_impulse, free_rate, on_disc, row_velocities
 from .slices import part
 
 cone_span = by_dimension("friction_cone", "cone_span")
@@ -20,7 +20,7 @@ ROTATION_GAIN = (
 
 @njit
 def apply_warm_start(world: Any, island: Any) -> Any:
-    """Apply the impulses that the rows start from; returns the scale of the squared residual.
+    """Apply the impulses that the rows start from, and set ``free``; returns the scale of the squared residual.
 
     The scale is sum ((g h)^2 + u^2) / A_rr, u = J v + bias before any impulse.  For unilateral rows only the
     approach speed counts, and slip counts up to what friction can stop: otherwise a far limit or a fast slide
@@ -43,6 +43,7 @@ def apply_warm_start(world: Any, island: Any) -> Any:
         u = 0.0
         for i in range(len(row.jacobian_a)):
             u += row.jacobian_a[i] * a.start[i] + row.jacobian_b[i] * b.start[i]
+        row.free = u
         u += row.bias
         if row.correction == UNILATERAL:
             u = min(u, 0.0)
@@ -124,6 +125,14 @@ def clear_equation_biases(rows: Any, end: Any) -> None:
 
 
 @njit
+def set_free_rates_of_rows(world: Any, island: Any) -> None:
+    """Set ``free`` of all rows, for ``natural_residual``, where no warm start does."""
+    rows = world.scratch.rows
+    for r in range(island.rows):
+        rows[r].free = free_rate(rows[r], world.scratch.substep_bodies)
+
+
+@njit
 def natural_residual(world: Any, island: Any) -> Any:
     """Return the squared natural-map residual of the island: (sum |e|^2, sum |q/s|^2, sum |s r|^2).
 
@@ -132,7 +141,6 @@ def natural_residual(world: Any, island: Any) -> Any:
     """
     rows = world.scratch.rows
     bodies = world.state.bodies
-    substep_bodies = world.scratch.substep_bodies
     error = 0.0
     load = 0.0
     size = 0.0
@@ -145,20 +153,20 @@ def natural_residual(world: Any, island: Any) -> Any:
             normal = row.impulse
             count = cone_span(rows, r)
             if count > 1:
-                e, q, s = cone_residual(rows, r, bodies, substep_bodies)
+                e, q, s = cone_residual(rows, r, bodies)
             else:
-                e, q, s = _row_residual(row, 0.0, row.upper, bodies, substep_bodies)
+                e, q, s = _row_residual(row, 0.0, row.upper, bodies)
         elif row.kind == FRICTION:
             bound = row.friction * normal
-            e, q, s = _row_residual(row, -bound, bound, bodies, substep_bodies)
+            e, q, s = _row_residual(row, -bound, bound, bodies)
         elif row.kind == DISC:
-            e, q, s = _disc_residual(rows, r, row.friction * normal, bodies, substep_bodies)
+            e, q, s = _disc_residual(rows, r, row.friction * normal, bodies)
             count = 2
         elif has_half(rows, r, island.joint_rows):
-            e, q, s = _coupled_residual(rows, r, bodies, substep_bodies)
+            e, q, s = _coupled_residual(rows, r, bodies)
             count = 2
         else:
-            e, q, s = _row_residual(row, row.lower, row.upper, bodies, substep_bodies)
+            e, q, s = _row_residual(row, row.lower, row.upper, bodies)
         error += e
         load += q
         size += s
@@ -167,10 +175,10 @@ def natural_residual(world: Any, island: Any) -> Any:
 
 
 @njit
-def _row_residual(row: Any, lower: Any, upper: Any, bodies: Any, substep_bodies: Any) -> Any:
+def _row_residual(row: Any, lower: Any, upper: Any, bodies: Any) -> Any:
     if row.diagonal <= 0.0:
         return 0.0, 0.0, 0.0
-    w, q = row_velocities(row, bodies, substep_bodies)
+    w, q = row_velocities(row, bodies)
     s = row.diagonal**0.5
     x = s * row.impulse
     e = x - min(max(x - w / s, s * lower), s * upper)
@@ -178,20 +186,20 @@ def _row_residual(row: Any, lower: Any, upper: Any, bodies: Any, substep_bodies:
 
 
 @njit
-def _coupled_residual(rows: Any, r: Any, bodies: Any, substep_bodies: Any) -> Any:
+def _coupled_residual(rows: Any, r: Any, bodies: Any) -> Any:
     """As ``_row_residual`` of an equation in two halves."""
     if rows[r].diagonal <= 0.0:
         return 0.0, 0.0, 0.0
-    w, q = row_velocities(rows[r], bodies, substep_bodies)
-    u, p = row_velocities(rows[r + 1], bodies, substep_bodies)
+    w, q = row_velocities(rows[r], bodies)
+    u, p = row_velocities(rows[r + 1], bodies)
     size = rows[r].diagonal
     return (w + u) ** 2 / size, (q + p) ** 2 / size, size * rows[r].impulse ** 2
 
 
 @njit
-def _disc_residual(rows: Any, r: Any, bound: Any, bodies: Any, substep_bodies: Any) -> Any:
-    w, q = row_velocities(rows[r], bodies, substep_bodies)
-    u, p = row_velocities(rows[r + 1], bodies, substep_bodies)
+def _disc_residual(rows: Any, r: Any, bound: Any, bodies: Any) -> Any:
+    w, q = row_velocities(rows[r], bodies)
+    u, p = row_velocities(rows[r + 1], bodies)
     d = 0.5 * (rows[r].diagonal + rows[r + 1].diagonal)
     if d <= 0.0:
         return 0.0, 0.0, 0.0

@@ -72,6 +72,7 @@ def row_dtype(dim: int) -> np.dtype[Any]:
             ("direction", "f8"),  # N s, conjugate direction
             ("error", "f8"),  # m or rad, position error, which the position pass corrects
             ("position_impulse", "f8"),  # N s, of the position pass
+            ("free", "f8"),  # m/s, J v before all impulses of the substep
             ("flight", "f8"),  # m/s^2, acceleration of a contact that is in flight after the impact phase, or GROUNDED
         ],
         align=True,
@@ -142,18 +143,14 @@ def free_rate(row: Any, substep_bodies: Any) -> Any:
 
 
 @njit
-def row_velocities(row: Any, bodies: Any, substep_bodies: Any) -> Any:
+def row_velocities(row: Any, bodies: Any) -> Any:
     """Return (w, q): the velocity J v + bias + softness * impulse of a row after and before the impulses."""
     w = row.bias + row.softness * row.impulse
-    q = row.bias
     a = bodies[row.body_a]
     b = bodies[row.body_b]
-    free_a = substep_bodies[row.body_a].free_velocity
-    free_b = substep_bodies[row.body_b].free_velocity
     for i in range(len(row.jacobian_a)):
         w += row.jacobian_a[i] * a.velocity[i] + row.jacobian_b[i] * b.velocity[i]
-        q += row.jacobian_a[i] * free_a[i] + row.jacobian_b[i] * free_b[i]
-    return w, q
+    return w, row.bias + row.free
 
 
 @njit

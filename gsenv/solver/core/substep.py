@@ -67,6 +67,7 @@ def step_island(world: Any, island: Any, joints: Any, joint_factor: Any) -> None
     island.error_sum = 0.0
     island.velocity_sum = 0.0
     island.impulse_sum = 0.0
+    island.stopped = False
     if step_exactly(world, island, joint_factor):
         return
     if step_articulated(world, island, joints, world.scratch.articulation):
@@ -329,6 +330,7 @@ def solve(world: Any, island: Any, joint_factor: Any, soft: Any, newton: Any) ->
     residual = 0.0
     converged = True
     for attempt in range(2):
+        island.stopped = False
         sweeps, residual = solve_rows(world, island, joint_factor, soft, newton)
         copy_velocities(island_bodies, world.state.bodies, world.scratch.solver_bodies)
         counters.sweeps += sweeps

@@ -58,7 +58,8 @@ ROUNDS = 5  # direct steps, each on the rows that the one before left active
 NEARER = 0.5  # of the rise of the energy function: steps that reduce it less are the last,
 SLIDING = 10  # as are those with which one in so many contacts slides: the energy function ignores that bounds change
 TRIALS = 2  # step lengths 1/2, 1/4
-DRIFT = 0.1  # of the tolerance: root of the energy, on the scale of the rows, that bodies at rest may gain in a substep
+DRIFT = 0.01  # of the tolerance: root of the energy that bodies at rest may gain in a substep, on the scale of the rows
+BACK = 0.1  # of the velocity that a step at rest has stopped, which the next step may start with the other way
 FIRST_SWEEPS = 4  # least number of sweeps before the first step
 SWEEPS_BETWEEN = 4  # sweeps between steps
 DEAREST = 2.0  # of the most sweeps: islands whose step would cost more are left to the sweeps
@@ -243,6 +244,30 @@ def _gain(island_bodies: Any, bodies: Any, substep_bodies: Any) -> Any:
 
 
 @njit
+def _set_stops(rows: Any, count: Any, bodies: Any, island_bodies: Any, scratch: Any) -> Any:
+    """Set ``direction`` of each row to what the next step does not start from; whether that is known.
+
+    That is most of the part of its impulse that stopped the bodies: there is nothing left to stop, and all of it would
+    set them in motion the other way.  ``BACK`` of it does so: else a tower would creep to one side.
+    """
+    moved = False
+    for k in range(len(island_bodies)):
+        i = island_bodies[k]
+        for d in range(len(bodies[i].velocity)):
+            bodies[i].start[d] = bodies[i].velocity[d]
+            bodies[i].velocity[d] = scratch.substep_bodies[i].start_velocity[d]
+            moved = moved or bodies[i].velocity[d] != 0.0
+    known = moved and _set_directions(rows, count, bodies, scratch, False, (EPSILON, 0.0))
+    for k in range(len(island_bodies)):
+        i = island_bodies[k]
+        for d in range(len(bodies[i].velocity)):
+            bodies[i].velocity[d] = bodies[i].start[d]
+    for r in range(count):
+        rows[r].direction *= 1.0 - BACK
+    return known
+
+
+@njit
 def _draw(rows: Any, count: Any, residual: Any, scale: Any) -> Any:
     """Return c, with which a step shares loads evenly and leaves less than ``UNEVEN`` of the residual."""
     size = 0.0
@@ -300,6 +325,7 @@ def solve_subspace(
         more, residual = solve_nncg(rows, count, bodies, island_bodies, joint_factor, (worth - used, tolerance, scale))
         used += more
     left = SPENT * max_sweeps
+    taken = False
     while fits and (residual > tolerance or drifts) and used < max_sweeps:
         drifts = False
         sliding = _many_slide(rows, count)
@@ -316,7 +342,10 @@ def solve_subspace(
         before = residual
         more, residual = solve_nncg(rows, count, bodies, island_bodies, joint_factor, next_few)
         used += more
-        fits = outcome == TAKEN and left > 0.0 and (not sliding or residual < before)  # else sweeps do the rest
+        taken = outcome == TAKEN
+        fits = taken and left > 0.0 and (not sliding or residual < before)  # else sweeps do the rest
+    if taken and scratch.island.calm and residual <= tolerance:
+        scratch.island.stopped = _set_stops(rows, count, bodies, island_bodies, scratch)
     forget_factor(island_bodies, entries)
     if residual > tolerance and used < max_sweeps:
         rest = (max_sweeps - used, tolerance, scale)

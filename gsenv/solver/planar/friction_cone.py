@@ -15,12 +15,12 @@ def cone_span(rows: Any, r: Any) -> Any:
 
 
 @njit
-def cone_residual(rows: Any, r: Any, bodies: Any, substep_bodies: Any) -> Any:
+def cone_residual(rows: Any, r: Any, bodies: Any) -> Any:
     """Return (|e|^2, |q/s|^2, |s r|^2) of a contact with friction; see core/energy.natural_residual."""
     row = rows[r]
     tangent = rows[r + 1]
-    w, q = row_velocities(row, bodies, substep_bodies)
-    wt, qt = row_velocities(tangent, bodies, substep_bodies)
+    w, q = row_velocities(row, bodies)
+    wt, qt = row_velocities(tangent, bodies)
     d = 0.5 * (row.diagonal + tangent.diagonal)
     s = d**0.5
     x = s * row.impulse

@@ -18,11 +18,11 @@ def cone_span(rows: Any, r: Any) -> Any:
 
 
 @njit
-def cone_residual(rows: Any, r: Any, bodies: Any, substep_bodies: Any) -> Any:
+def cone_residual(rows: Any, r: Any, bodies: Any) -> Any:
     """Return (|e|^2, |q/s|^2, |s r|^2) of a contact with friction; see core/energy.natural_residual."""
-    w, q = row_velocities(rows[r], bodies, substep_bodies)
-    u, p = row_velocities(rows[r + 1], bodies, substep_bodies)
-    v, o = row_velocities(rows[r + 2], bodies, substep_bodies)
+    w, q = row_velocities(rows[r], bodies)
+    u, p = row_velocities(rows[r + 1], bodies)
+    v, o = row_velocities(rows[r + 2], bodies)
     d = (rows[r].diagonal + rows[r + 1].diagonal + rows[r + 2].diagonal) / 3.0
     mu = rows[r + 1].friction
     s = d**0.5

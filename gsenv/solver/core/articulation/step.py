@@ -15,7 +15,7 @@ from ..contact_rows import (
     store_contact_impulses,
 )
 from ..dispatch import by_dimension, nothing
-from ..energy import natural_residual
+from ..energy import natural_residual, set_free_rates_of_rows
 from ..impacts import expects_impact
 from ..integrate import move_kinematic
 from ..joints import any_driven, clear_totals
@@ -337,6 +337,7 @@ def _solve_rows(world: Any, island: Any, articulation: Any, last: Any) -> None:
     move_links(island, articulation, articulation.rate)
     _keep_velocities(world, island, articulation)
     if last:
+        set_free_rates_of_rows(world, island)
         island.error_sum, island.velocity_sum, island.impulse_sum = natural_residual(world, island)
     island.smooth = smooth_with_others(world, island, articulation.others)
 
