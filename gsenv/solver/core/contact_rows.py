@@ -105,7 +105,7 @@ def refresh_contact_rows(world: Any, island: Any) -> None:
 
 @njit
 def store_contact_impulses(world: Any, island: Any, last: Any) -> None:
-    """Store the impulses of a substep for the next one, and add them to the sums of the step.
+    """Store the impulses of a substep for the next one, less what has stopped bodies at rest, and add up the step's.
 
     After the ``last`` substep, set the separations to those at the end of the step.
     """
@@ -124,8 +124,6 @@ def store_contact_impulses(world: Any, island: Any, last: Any) -> None:
                 if island.stopped:
                     contact.impulse[slot] -= scale * rows[r + i].direction
             contact.total_impulse[slot] += rows[r + i].impulse
-        if island.stopped:
-            contact.impulse[0] = max(contact.impulse[0], 0.0)
         if last:
             contact.separation += moved(rows[r], substep_bodies)
         r += span

@@ -36,7 +36,7 @@ import numpy as np
 from numba import int64
 
 from ..core.coupled import any_coupled
-from ..core.rows import DISC, EQUATION, FRICTION, apply_impulse, on_disc
+from ..core.rows import BOUNDED, DISC, EQUATION, FRICTION, apply_impulse, on_disc
 from ..jit import njit
 from .cholesky import (
     add_force,
@@ -58,8 +58,8 @@ ROUNDS = 5  # direct steps, each on the rows that the one before left active
 NEARER = 0.5  # of the rise of the energy function: steps that reduce it less are the last,
 SLIDING = 10  # as are those with which one in so many contacts slides: the energy function ignores that bounds change
 TRIALS = 2  # step lengths 1/2, 1/4
-DRIFT = 0.01  # of the tolerance: root of the energy that bodies at rest may gain in a substep, on the scale of the rows
-BACK = 0.1  # of the velocity that a step at rest has stopped, which the next step may start with the other way
+DRIFT = 0.1  # of the tolerance: root of the energy that bodies at rest may gain in a substep, on the scale of the rows
+BACK = 0.05  # share of the stopped velocity with which the next step may start the other way
 FIRST_SWEEPS = 4  # least number of sweeps before the first step
 SWEEPS_BETWEEN = 4  # sweeps between steps
 DEAREST = 2.0  # of the most sweeps: islands whose step would cost more are left to the sweeps
@@ -245,10 +245,11 @@ def _gain(island_bodies: Any, bodies: Any, substep_bodies: Any) -> Any:
 
 @njit
 def _set_stops(rows: Any, count: Any, bodies: Any, island_bodies: Any, scratch: Any) -> Any:
-    """Set ``direction`` of each row to what the next step does not start from; whether that is known.
+    """Set ``direction`` of each row to the part of its impulse that the next step does not start from.
 
-    That is most of the part of its impulse that stopped the bodies: there is nothing left to stop, and all of it would
-    set them in motion the other way.  ``BACK`` of it does so: else a tower would creep to one side.
+    That is most of what stopped the bodies: nothing is left to stop, and all of it would set them in motion the other
+    way.  ``BACK`` of it does so: else a tower would creep to one side.  Returns False where the next step starts from
+    all impulses: where the bodies were at rest before, and where the impulses without that part hold nothing.
     """
     moved = False
     for k in range(len(island_bodies)):
@@ -264,7 +265,31 @@ def _set_stops(rows: Any, count: Any, bodies: Any, island_bodies: Any, scratch: 
             bodies[i].velocity[d] = bodies[i].start[d]
     for r in range(count):
         rows[r].direction *= 1.0 - BACK
-    return known
+    return known and _within_bounds(rows, count)
+
+
+@njit
+def _within_bounds(rows: Any, count: Any) -> Any:
+    """Whether no loaded contact slides, and the contacts' impulses less ``direction`` are within their bounds.
+
+    The friction of a contact that slides does not follow its load; the bodies would creep.
+    """
+    for r in range(count):
+        row = rows[r]
+        if row.kind == BOUNDED and row.impulse < row.direction:
+            return False
+        if row.kind == FRICTION or row.kind == DISC:
+            normal = rows[r - int64(row.base)]
+            if normal.impulse > 0.0 and not _is_active(rows, r):
+                return False
+            bound = row.friction * (normal.impulse - normal.direction)
+            size = abs(row.impulse - row.direction)
+            if row.kind == DISC:
+                other = rows[r + 1]
+                size = (size**2 + (other.impulse - other.direction) ** 2) ** 0.5
+            if size > bound:
+                return False
+    return True
 
 
 @njit

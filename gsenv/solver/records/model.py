@@ -186,7 +186,7 @@ def contact_dtype(dim: int) -> np.dtype[Any]:
             ("travel", "f8"),  # m, sum of its bodies' when the narrowphase found it
             ("form", "f8"),  # code of the forms of its shapes then; see core/recycling.py
             ("miss_distance", "f8"),  # m, distance by which a candidate for a secondary impact misses, else 0
-            ("impulse", "f8", (CONTACT_ROWS[dim],)),  # N s of the last substep: normal, then tangents
+            ("impulse", "f8", (CONTACT_ROWS[dim],)),  # N s, from which the next substep starts: normal, then tangents
             ("total_impulse", "f8", (CONTACT_ROWS[dim],)),  # N s, summed over the step
         ],
         align=True,

@@ -145,7 +145,7 @@ ISLAND_STEP_DTYPE = np.dtype(
         ("has_springs", "i4"),  # 1: a joint has a spring, which may release energy
         ("has_restitution", "i4"),  # 1: a contact has a restitution
         ("calm", "i4"),  # 1: its bodies rest on each other and take one substep
-        ("stopped", "i4"),  # 1: ``direction`` of its rows is the part of their impulse that stopped its bodies
+        ("stopped", "i4"),  # 1: the next step starts from the impulses of its rows less their ``direction``
         ("may_land", "i4"),  # 1: its bodies are fast enough for a landing, and its contacts few enough
         ("rotated_frame", "i4"),  # 1: one of its bodies has a rotated frame (3D)
         ("servos", "i4"),  # 1: joints of trees have limits, motors, springs or rotors

@@ -190,7 +190,7 @@ def worlds(selection: Any, count: int, what: str = "worlds") -> NDArray[np.intp]
     index = array.astype(np.intp)
     if index.size and (index.min() < 0 or index.max() >= count):
         raise ValueError(f"{what} must be from 0 to {count - 1}, got {shown(selection)}.")
-    if len(np.unique(index)) != len(index):
+    if len(index) > 1 and len(np.unique(index)) != len(index):
         raise ValueError(f"{what} must not name a world twice, got {shown(selection)}.")
     return index
 

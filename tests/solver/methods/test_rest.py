@@ -27,4 +27,3 @@ def test_tower_stays_with_few_direct_steps(dim: int) -> None:
         direct += int(world.diagnostics().sweeps[0] > 1)
     assert np.abs(world.state.bodies["position"] - start).max() < MOVED
     assert direct < SELDOM * STEPS
-
