@@ -68,11 +68,11 @@ WORLDS: dict[str, tuple[Callable[[], World], int]] = {  # and how many steps
     "3D chain": (lambda: World(spatial_chain(), options=AWAKE), 120),
 }
 GOLDEN = {
-    "2D mixed": "277c0da3c1f8dd00f2237b0d9ee0791dbf5e0589b9581040b2c0acab97e966cc",
-    "2D tumble": "eea220d7d769a86f05cddf5882fbff999be0c2cd89612876c169b5b563672a63",
-    "2D pyramid": "b48199741398ef47fae3525a9ce791b17a6a698e26de335c87c193b58409b0a5",
-    "3D mixed": "11b2e70b083f5af3901c3e3973c3badda2fbf36fe6a73b7f2402743936aa4826",
-    "3D tumble": "36199190f6a32320ed24475f16bc06ef0b73953952b295431ce65c80e80d4648",
+    "2D mixed": "c07725679efbb9c6bdfde454afd6da55cfca86a78f2b0be07453d2a40dfe96cc",
+    "2D tumble": "54170998b3f27296102f8ea5e65d2d4ba7b4c5a805e45de4f103c8ca7fc02055",
+    "2D pyramid": "b7e29348d78d07c330a2b901183c16dbf69f8fc4209207f1a43bca8497ba6077",
+    "3D mixed": "c15e6b1f3fac487a735604c25e528d2f32f7ce55209e63b0cd6a21c73a6b25ab",
+    "3D tumble": "709682fb6b05c65877e4f04701ed89203d1e246ffc50c56e7daf0ede903eab6e",
     "3D chain": "c215baf1e1a7407219df0cb3410d6a8e1fed90dd97b9f68659bf094deeeb22d2",
 }
 
