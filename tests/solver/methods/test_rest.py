@@ -11,7 +11,7 @@ from gsenv.scenes import cube_drop, stack
 from gsenv.scenes.spatial.stacks import cube_stack
 from gsenv.solver import Options, Scene, World
 
-MOVED = 5e-5  # m, boxes have sides of 1 m
+MOVED = 5e-5  # m; boxes have sides of 0.3 to 1 m
 SELDOM = 0.1  # of the steps
 
 
