@@ -100,7 +100,7 @@ class Observer:
         camera = task.camera(world, self.width, self.height)
         if camera is not None:
             self._renderer.camera = camera
-        picture: Array = self._renderer.render(world, **task.decor(world))
+        picture: Array = self._renderer.render(world, lines=task.lines(world), **task.decor(world))
         return picture
 
     def __getstate__(self) -> dict[str, Any]:

@@ -274,11 +274,11 @@ class Task(ABC):
         return None
 
     def lines(self, world: int) -> Array | None:
-        """Return lines (line, 2, dim) in m, from where to where, that frames of a world show; None: none."""
+        """Return lines (line, 2, dim) in m, from where to where, that frames and pixels of a world show; None: none."""
         return None
 
     def decor(self, world: int) -> dict[str, Any]:
-        """Return further arguments of the renderer's `render`, what frames and pixels of a world show beside bodies."""
+        """Return further arguments of the renderer's `render`, what frames and pixels of a world show beside bodies and lines."""
         return {}
 
     def captions(self, world: int) -> Sequence[str]:

@@ -11,13 +11,16 @@ E_overlap, the work of raising bodies that start inside each other: a cluster (w
 start, plus what may rest on it or hangs on its joints) costs at most sum over its overlaps of depth
 times |g| times the mass above or jointed, and at most what a tower of all its bodies costs, from
 where its deepest one leaves the ground.  Both are bounds of the work that a calm separation does;
-the smaller counts, and it is 0 where nothing overlaps.
+the smaller counts, and it is 0 where nothing overlaps.  A body under terrain or a height field rises by
+its vertical depth, of buried.py, and may raise all that is above it: between two steep slopes it rises by
+more than its depth along their normals.
 
 Joints whose anchors start apart may draw all bodies up by as much: that work is added to E_overlap.
 
 A driven case may not move faster than SPEED_LIMIT times its scale of speeds. A kinematic body of speed v
 that presses a body against a second contact, whose normal is off the opposite of the first one's by the
 angle a, squeezes it out at v / sin(a), as a wedge does: such a speed is added to the scale when it occurs.
+So is that of the fall of what has left the edge of the ground, the plane z = 0 or y = 0.
 """
 
 from __future__ import annotations
@@ -29,14 +32,18 @@ import numpy as np
 
 from gsenv.solver import Options, World
 from gsenv.solver.dimension import dimension
+from gsenv.solver.planar import kinds as planar
 from gsenv.solver.readings.joint_errors import read_joints
 from gsenv.solver.records.model import JointKind
+from gsenv.solver.spatial import kinds as spatial
 
+from .buried import buried
 from .cases import Array, Case, Rng
 from .motion import motion
 
 STEPS = 200
 PUSHED = 20  # steps of a case with pushes
+UNEVEN = {2: planar.ShapeKind.TERRAIN, 3: spatial.ShapeKind.HEIGHTFIELD}  # kinds of shape
 LIMIT = 1e-3  # of the energy scale
 SPEED_LIMIT = 3.0  # of the speed scale, for cases that something drives
 
@@ -72,8 +79,14 @@ class Outcome:
 class EnergyMeter:
     """Energy of one world, its scale and the energy of its initial overlap."""
 
-    def __init__(self, world: World, overlapping: bool = False, slack: float = 0.0) -> None:
+    def __init__(
+        self, world: World, overlapping: bool = False, slack: float = 0.0, buried: Array | None = None
+    ) -> None:
         self.world = world
+        self.buried = np.zeros(len(world.model.bodies)) if buried is None else buried
+        kinds = world.model.shapes["kind"]
+        self.uneven = np.zeros(len(self.buried), bool)  # bodies of terrains or height fields
+        self.uneven[world.model.shapes["body"][kinds == UNEVEN[world.model.dim]]] = buried is not None
         self.dim = world.model.dim
         self.sprung = world.model.is_linked  # soft welds start relaxed: what they store only lowers the rest
         parameters = world.parameters.bodies[0]
@@ -103,6 +116,11 @@ class EnergyMeter:
     def top_speed(self) -> float:
         """m/s, fastest point of a dynamic body."""
         return self._motion()[1]
+
+    def fall_speed(self) -> float:
+        """m/s, of a fall from the ground to the lowest dynamic body; 0 if that is not below the ground."""
+        lowest = float(self.world.state.bodies["position"][0, self.dynamic, self.dim - 1].min(initial=0.0))
+        return math.sqrt(2.0 * self.pull * -lowest)
 
     def _motion(self) -> tuple[float, float]:
         bodies = self.world.state.bodies[0]
@@ -144,11 +162,16 @@ class EnergyMeter:
         depth: dict[tuple[int, int], float] = {}
         group = np.arange(count)
         for a, b, separation in zip(contacts.body_a, contacts.body_b, contacts.separation, strict=True):
-            if separation < 0.0:
+            uneven = self.uneven[a] or self.uneven[b]
+            if separation < 0.0 and not uneven:
                 pair = (int(a), int(b))
                 depth[pair] = max(depth.get(pair, 0.0), float(-separation))
                 if self.dynamic[a] and self.dynamic[b]:
                     group[group == group[b]] = group[a]
+        height = self.world.state.bodies["position"][0, :, self.dim - 1]
+        total = 0.0
+        for body in np.flatnonzero(self.buried > 0.0):  # may raise all that is above it
+            total += float(self.buried[body] * self.mass[height >= height[body]].sum()) * self.pull
         linked = np.zeros(count, bool)  # drawn along, from below too
         tall = 2.0 * self.radius
         for joint, parameters in zip(self.world.model.joints, self.world.parameters.joints[0], strict=True):
@@ -158,8 +181,6 @@ class EnergyMeter:
                 group[group == group[b]] = group[a]
                 if joint["kind"] == JointKind.DISTANCE:  # a tower of balls on ropes stretches them
                     tall[b] += max(parameters["length"], parameters["upper"])
-        total = 0.0
-        height = self.world.state.bodies["position"][0, :, self.dim - 1]
         for g in np.unique(group[self.dynamic]):
             members = np.flatnonzero((group == g) & self.dynamic)
             heaviest = members[np.argsort(-self.mass[members])]
@@ -198,7 +219,7 @@ def run_case(case: Case, steps: int = STEPS) -> Outcome:
     unconverged = 0
     rng = np.random.default_rng(case.seed + 1)  # of the controls
     world = World(case.scene, options=case.options)
-    meter = EnergyMeter(world, case.overlapping, case.slack)
+    meter = EnergyMeter(world, case.overlapping, case.slack, buried(case.scene) if case.overlapping else None)
     scale = speed_scale(case, meter)
     least = meter.start
     bodies = world.state.bodies
@@ -219,9 +240,10 @@ def run_case(case: Case, steps: int = STEPS) -> Outcome:
             rise, rise_step = energy - least, step
         least = min(least, energy)
         speed = meter.top_speed()
-        if case.driven and speed > SPEED_LIMIT * scale:
-            scale += meter.squeezed(SPEED_LIMIT * scale, case.drive_speed)
-        fastest = max(fastest, speed / scale)
+        fall = meter.fall_speed()
+        if case.driven and speed > SPEED_LIMIT * (scale + fall):
+            scale += meter.squeezed(SPEED_LIMIT * (scale + fall), case.drive_speed)
+        fastest = max(fastest, speed / (scale + fall))
         unconverged += int(world.state.worlds["unconverged"][0])
     excess = (raw - meter.overlap) / meter.scale
     return Outcome(

@@ -39,6 +39,27 @@ def test_numbers_too_small_to_square_stay_numbers(seed: int) -> None:
     assert not broken, broken
 
 
+@pytest.mark.parametrize("seed", [80014040, 80020856, 80022200])
+def test_what_starts_in_a_funnel_is_raised_by_no_more_than_its_depth(seed: int) -> None:
+    """Bowls of four steep walls, and bodies that start up to 1 m under them, one of them behind the surface."""
+    broken = problems(run_case(random_spatial_case(seed), STEPS))
+    assert not broken, broken
+
+
+@pytest.mark.parametrize("seed", [80026115, 80023985])
+def test_loads_at_rest_throw_nothing_up(seed: int) -> None:
+    """173 kg on 1 kg and a leaning tower, with solves that end at the limit of sweeps."""
+    broken = problems(run_case(random_spatial_case(seed), STEPS))
+    assert not broken, broken
+
+
+@pytest.mark.parametrize("seed", [80023066, 80018782])
+def test_tumbling_welds_and_falls_into_the_void(seed: int) -> None:
+    """Two bodies on a spring that is as good as rigid; a body that is pushed off the ground and falls for 10 s."""
+    broken = problems(run_case(random_spatial_case(seed), STEPS))
+    assert not broken, broken
+
+
 def test_a_case_is_a_function_of_its_seed() -> None:
     for seed in range(len(CATEGORIES)):
         one, other = (random_spatial_case(seed) for _ in range(2))

@@ -63,13 +63,16 @@ def apply_warm_start(world: Any, island: Any) -> Any:
 
 
 @njit
-def guard_energy(world: Any, island: Any) -> Any:
+def guard_energy(world: Any, island: Any, jointed: Any) -> Any:
     """Scale impulses back where an unfinished solve of passive contacts increased the kinetic energy.
 
-    The kinetic energy along the impulses, T(s) = |v_free + s dv|^2_M / 2, is least at s*; an exact
-    solve has s* >= 1, and s* < 1/2 means T(1) > T(0).  Friction cones contain all scaled impulses.
-    Returns whether it scaled any.
+    The kinetic energy along the impulses, T(s) = |v_free + s dv|^2_M / 2, is least at s*.  An exact solve of
+    contacts alone has s* >= 1, since no impulse does positive work at the new velocities.  With less, loads at
+    rest would throw bodies up, by up to the velocity that gravity gives them in the substep.  Joints of rotating
+    bodies do such work (``jointed``): there only s* < 1/2 counts, which means T(1) > T(0).  Friction cones contain
+    all scaled impulses.  Returns whether it scaled any.
     """
+    least = 0.5 if jointed else 1.0
     rows = world.scratch.rows
     bodies = world.state.bodies
     substep_bodies = world.scratch.substep_bodies
@@ -84,7 +87,7 @@ def guard_energy(world: Any, island: Any) -> Any:
             dv = bodies[i].velocity[d] - free
             slope += m * dv * free
             curve += m * dv * dv
-    if curve <= 0.0 or slope <= -0.5 * curve:
+    if curve <= 0.0 or slope <= -least * curve:
         return False
     s = max(-slope / curve, 0.0)
     for r in range(island.rows):

@@ -22,7 +22,7 @@ def add_weld_rows(
     rows: Any, row: Any, parameters: Any, bodies: Any, body_parameters: Any, substep_bodies: Any, h: Any
 ) -> None:
     """Write the rows of a weld, rigid or springs. Slots: the anchors, then the rotation of b in a."""
-    set_rotation_rows(rows, row, parameters, bodies, substep_bodies)
+    set_rotation_rows(rows, row, parameters, bodies, body_parameters, substep_bodies, h)
     if has_spring(parameters):
         set_stretch_rows(rows, row, parameters, bodies, body_parameters, substep_bodies, h)
         a, b = body_parameters[rows[row].body_a], body_parameters[rows[row].body_b]

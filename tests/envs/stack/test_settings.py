@@ -170,6 +170,21 @@ def test_pixels_of_a_batch_equal_those_of_single_environments(mode: str) -> None
     pytest.fail("not all worlds ended")
 
 
+def test_pixels_show_cracks() -> None:
+    env = StackEnv(observation="pixels")
+    env.reset(seed=0)
+    state = env.task.task_state
+    for action in mixed_actions(0, (200,)):
+        shown, _, terminated, _, _ = env.step(action)
+        if state["cracked"][0] or terminated:
+            break
+    assert state["cracked"][0]
+    np.testing.assert_array_equal(env._observer.observe_world(env.task, 0), shown)
+    state["cracked"] = 0
+    whole = env._observer.observe_world(env.task, 0)
+    assert (whole != shown).any(axis=-1).sum() > 10
+
+
 def test_pixels_go_on_after_a_snapshot() -> None:
     env = StackEnv(observation="pixels")
     env.reset(seed=0)

@@ -313,7 +313,11 @@ def sweep_rows(world: Any, island: Any, articulation: Any, most: Any) -> Any:
 
 @njit
 def limit_energy(world: Any, island: Any, articulation: Any) -> None:
-    """Scale impulses of an unfinished solve back where they increased the kinetic energy; see energy.guard_energy."""
+    """Scale impulses of an unfinished solve back where they increased the energy; see energy.guard_energy.
+
+    The rates without impulses contain all that joints of trees do; joints that close loops may do positive work.
+    """
+    least = 0.5 if island.other_rows > 0 else 1.0
     rows = world.scratch.rows
     spans = articulation.spans
     z = articulation.whitened
@@ -323,7 +327,7 @@ def limit_energy(world: Any, island: Any, articulation: Any) -> None:
         curve += z[f] * z[f]
     for r in range(island.rows):
         slope += rows[r].impulse * (spans[r].free - rows[r].bias)
-    if curve <= 0.0 or slope <= -0.5 * curve:
+    if curve <= 0.0 or slope <= -least * curve:
         return
     s = max(-slope / curve, 0.0)
     for r in range(island.rows):

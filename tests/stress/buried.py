@@ -1,0 +1,93 @@
+"""How deep bodies start under uneven ground, from their poses alone.
+
+The depth is vertical: a calm separation raises a body by no more, while out of a valley it raises it by more
+than the depth of any contact, which is along the normal of one slope.  It also counts for bodies that start
+behind the surface, which have no contacts there until they come near it.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from gsenv.solver import Scene
+from gsenv.solver.planar import Terrain
+from gsenv.solver.spatial import Heightfield
+
+from .cases import Array
+
+SAMPLES = 4000  # points of a body; those between the outermost find ridges that enter its faces
+
+
+def buried(scene: Scene) -> Array:
+    """Return the vertical depth of each body under the terrains and height fields, m, (bodies,); at least 0.
+
+    The shapes have no places of their own in their bodies, as in the random scenes with such ground.
+    """
+    bodies = list(scene.bodies.values())
+    depth = np.zeros(len(bodies))
+    grounds = [(b, s) for b in bodies for s in b.shapes if isinstance(s, (Terrain, Heightfield))]
+    for k, body in enumerate(bodies):
+        for shape in body.shapes if body.kind.name == "DYNAMIC" and grounds else ():
+            points = body.position + _points(shape, scene.dim) @ _axes(body, scene.dim).T
+            for ground, surface in grounds:
+                there = points - ground.position
+                depth[k] = max(depth[k], float((_height(surface, there) - there[:, -1]).max()))
+    return depth
+
+
+def _points(shape: Any, dim: int) -> Array:
+    """Points of the shape in its frame, (n, dim): outermost ones along many directions, and some between three."""
+    rng = np.random.default_rng(0)
+    d = rng.normal(size=(SAMPLES // 4, dim))
+    d /= np.sqrt((d * d).sum(1))[:, None]
+    signs = np.where(d >= 0.0, 1.0, -1.0)
+    kind = type(shape).__name__
+    if kind in ("Circle", "Sphere"):
+        outer = shape.radius * d
+    elif kind == "Box":
+        outer = signs * shape.half_extents
+    elif kind == "Capsule":
+        outer = shape.radius * d
+        along = 0 if dim == 2 else 2
+        outer[:, along] += shape.half_length * signs[:, along]
+    elif kind == "Cylinder":
+        around = d[:, :2] / np.hypot(d[:, 0], d[:, 1])[:, None]
+        outer = np.column_stack([shape.radius * around, shape.half_length * signs[:, 2]])
+    else:
+        vertices = np.asarray(shape.vertices, float)
+        outer = vertices[np.argmax(d @ vertices.T, axis=1)]
+    three = outer[rng.integers(0, len(outer), (SAMPLES, 3))]
+    return np.concatenate([outer, np.einsum("nk,nkd->nd", rng.dirichlet((0.5, 0.5, 0.5), SAMPLES), three)])
+
+
+def _axes(body: Any, dim: int) -> Array:
+    """The body's axes in the world, as columns."""
+    if dim == 2:
+        c, s = np.cos(body.angle), np.sin(body.angle)
+        return np.array([[c, -s], [s, c]])
+    w, x, y, z = body.orientation / np.sqrt(body.orientation @ body.orientation)
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def _height(surface: Any, points: Array) -> Array:
+    """The ground's height at the points, -inf beside it."""
+    if isinstance(surface, Terrain):
+        x, y = np.asarray(surface.vertices, float).T
+        return np.interp(points[:, 0], x, y, left=-np.inf, right=-np.inf)
+    heights = np.asarray(surface.heights, float)
+    rows, columns = heights.shape
+    u = (points[:, 0] / surface.size[0] + 0.5) * (columns - 1)
+    v = (points[:, 1] / surface.size[1] + 0.5) * (rows - 1)
+    i, j = np.clip(v.astype(int), 0, rows - 2), np.clip(u.astype(int), 0, columns - 2)
+    du, dv = u - j, v - i
+    a, b, c, d = heights[i, j], heights[i, j + 1], heights[i + 1, j], heights[i + 1, j + 1]
+    inside = (u >= 0) & (v >= 0) & (u <= columns - 1) & (v <= rows - 1)
+    return np.where(inside, a + np.where(du >= dv, du * (b - a) + dv * (d - b), dv * (c - a) + du * (d - c)), -np.inf)
