@@ -278,7 +278,7 @@ class Task(ABC):
         return None
 
     def decor(self, world: int) -> dict[str, Any]:
-        """Return further arguments of the renderer's `render`, what frames and pixels of a world show beside bodies and lines."""
+        """Return further arguments of the renderer's `render`, what frames and pixels show beside bodies and lines."""
         return {}
 
     def captions(self, world: int) -> Sequence[str]:

@@ -2,7 +2,8 @@
 
 The depth is vertical: a calm separation raises a body by no more, while out of a valley it raises it by more
 than the depth of any contact, which is along the normal of one slope.  It also counts for bodies that start
-behind the surface, which have no contacts there until they come near it.
+behind the surface, which have no contacts there until they come near it; then a contact is no deeper than
+the body is wide, and raises it on the steepest slope by its width over the cosine of that.
 """
 
 from __future__ import annotations
@@ -33,7 +34,8 @@ def buried(scene: Scene) -> Array:
             points = body.position + _points(shape, scene.dim) @ _axes(body, scene.dim).T
             for ground, surface in grounds:
                 there = points - ground.position
-                depth[k] = max(depth[k], float((_height(surface, there) - there[:, -1]).max()))
+                most = 2.0 * float(np.sqrt(((points - body.position) ** 2).sum(1).max())) * _steepness(surface)
+                depth[k] = max(depth[k], min(float((height_at(surface, there) - there[:, -1]).max()), most))
     return depth
 
 
@@ -77,7 +79,20 @@ def _axes(body: Any, dim: int) -> Array:
     )
 
 
-def _height(surface: Any, points: Array) -> Array:
+def _steepness(surface: Any) -> float:
+    """1 over the cosine of the steepest slope."""
+    if isinstance(surface, Terrain):
+        x, y = np.asarray(surface.vertices, float).T
+        return float(np.hypot(1.0, np.diff(y) / np.diff(x)).max())
+    heights = np.asarray(surface.heights, float)
+    along_x = np.diff(heights, axis=1) * (heights.shape[1] - 1) / surface.size[0]
+    along_y = np.diff(heights, axis=0) * (heights.shape[0] - 1) / surface.size[1]
+    first = along_x[:-1] ** 2 + along_y[:, 1:] ** 2  # of the two triangles of each cell
+    second = along_x[1:] ** 2 + along_y[:, :-1] ** 2
+    return float(np.sqrt(1.0 + max(first.max(), second.max())))
+
+
+def height_at(surface: Any, points: Array) -> Array:
     """The ground's height at the points, -inf beside it."""
     if isinstance(surface, Terrain):
         x, y = np.asarray(surface.vertices, float).T

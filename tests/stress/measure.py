@@ -12,15 +12,15 @@ start, plus what may rest on it or hangs on its joints) costs at most sum over i
 times |g| times the mass above or jointed, and at most what a tower of all its bodies costs, from
 where its deepest one leaves the ground.  Both are bounds of the work that a calm separation does;
 the smaller counts, and it is 0 where nothing overlaps.  A body under terrain or a height field rises by
-its vertical depth, of buried.py, and may raise all that is above it: between two steep slopes it rises by
-more than its depth along their normals.
+its vertical depth, of buried.py, and may raise all that is above it, to the largest of these depths: between
+two steep slopes it rises by more than its depth along their normals.
 
 Joints whose anchors start apart may draw all bodies up by as much: that work is added to E_overlap.
 
 A driven case may not move faster than SPEED_LIMIT times its scale of speeds. A kinematic body of speed v
 that presses a body against a second contact, whose normal is off the opposite of the first one's by the
 angle a, squeezes it out at v / sin(a), as a wedge does: such a speed is added to the scale when it occurs.
-So is that of the fall of what has left the edge of the ground, the plane z = 0 or y = 0.
+So is, for a body that has left the edge of the ground, the plane z = 0 or y = 0, the speed of its fall.
 """
 
 from __future__ import annotations
@@ -115,14 +115,14 @@ class EnergyMeter:
 
     def top_speed(self) -> float:
         """m/s, fastest point of a dynamic body."""
-        return self._motion()[1]
+        return float(self._motion()[1].max())
 
-    def fall_speed(self) -> float:
-        """m/s, of a fall from the ground to the lowest dynamic body; 0 if that is not below the ground."""
-        lowest = float(self.world.state.bodies["position"][0, self.dynamic, self.dim - 1].min(initial=0.0))
-        return math.sqrt(2.0 * self.pull * -lowest)
+    def speed_over(self, scale: float) -> float:
+        """Largest speed of a body over ``scale`` plus that of its fall from the ground to below it."""
+        below = np.maximum(-self.world.state.bodies["position"][0, :, self.dim - 1], 0.0)
+        return float((self._motion()[1] / (scale + np.sqrt(2.0 * self.pull * below))).max())
 
-    def _motion(self) -> tuple[float, float]:
+    def _motion(self) -> tuple[float, Array]:
         bodies = self.world.state.bodies[0]
         return motion(bodies["velocity"], bodies["rotation"], self.axes, self.mass, self.inertia, self.radius)
 
@@ -169,9 +169,7 @@ class EnergyMeter:
                 if self.dynamic[a] and self.dynamic[b]:
                     group[group == group[b]] = group[a]
         height = self.world.state.bodies["position"][0, :, self.dim - 1]
-        total = 0.0
-        for body in np.flatnonzero(self.buried > 0.0):  # may raise all that is above it
-            total += float(self.buried[body] * self.mass[height >= height[body]].sum()) * self.pull
+        total = self._work_of_buried(height) * self.pull
         linked = np.zeros(count, bool)  # drawn along, from below too
         tall = 2.0 * self.radius
         for joint, parameters in zip(self.world.model.joints, self.world.parameters.joints[0], strict=True):
@@ -195,6 +193,14 @@ class EnergyMeter:
                     raised += d * float(self.mass[members][(height[members] >= low) | linked[members]].sum())
             total += min(tower + sunk * float(self.mass[members].sum()), raised) * self.pull
         return total
+
+    def _work_of_buried(self, height: Array) -> float:
+        """kg m: each buried body may raise all that is above it, but together no higher than the deepest one."""
+        under = np.flatnonzero(self.buried > 0.0)
+        if not len(under):
+            return 0.0
+        each = sum(float(self.buried[b] * self.mass[height >= height[b]].sum()) for b in under)
+        return min(each, float(self.buried.max() * self.mass[height >= height[under].min()].sum()))
 
 
 def drive(case: Case, world: World, step: int, rng: Rng) -> None:
@@ -239,11 +245,9 @@ def run_case(case: Case, steps: int = STEPS) -> Outcome:
         if energy - least > rise:
             rise, rise_step = energy - least, step
         least = min(least, energy)
-        speed = meter.top_speed()
-        fall = meter.fall_speed()
-        if case.driven and speed > SPEED_LIMIT * (scale + fall):
-            scale += meter.squeezed(SPEED_LIMIT * (scale + fall), case.drive_speed)
-        fastest = max(fastest, speed / (scale + fall))
+        if case.driven and meter.speed_over(scale) > SPEED_LIMIT:
+            scale += meter.squeezed(SPEED_LIMIT * scale, case.drive_speed)
+        fastest = max(fastest, meter.speed_over(scale))
         unconverged += int(world.state.worlds["unconverged"][0])
     excess = (raw - meter.overlap) / meter.scale
     return Outcome(

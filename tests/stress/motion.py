@@ -12,8 +12,8 @@ from .cases import Array
 @njit
 def motion(
     velocity: Array, rotation: Array, axes: Array, mass: Array, inertia: Array, radius: Array
-) -> tuple[float, float]:
-    """Return the kinetic energy in J and the speed in m/s of the fastest point of a body that has a mass.
+) -> tuple[float, Array]:
+    """Return the kinetic energy in J and of each body the speed in m/s of its fastest point, 0 without a mass.
 
     Args:
         velocity: (body, 3) or, in 3D, (body, 6): linear, then angular.
@@ -24,7 +24,7 @@ def motion(
         radius: (body,), of the circle or ball around it.
     """
     dim = 2 if velocity.shape[1] == 3 else 3
-    energy, fastest = 0.0, 0.0
+    energy, fastest = 0.0, np.zeros(len(mass))
     for b in range(len(mass)):
         if not mass[b] > 0.0:
             continue
@@ -44,7 +44,7 @@ def motion(
             for k in range(3):
                 spin += along[k] ** 2
                 energy += 0.5 * inertia[b, k] * along[k] ** 2
-        fastest = max(fastest, np.sqrt(square) + np.sqrt(spin) * radius[b])
+        fastest[b] = np.sqrt(square) + np.sqrt(spin) * radius[b]
     return energy, fastest
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from gsenv.solver import Scene, planar, spatial
-from tests.stress.buried import buried
+from tests.stress.buried import buried, height_at
 
 SLOPE = 1.5
 
@@ -43,13 +43,18 @@ def test_a_turned_box_under_a_slope_and_above_it() -> None:
 
 
 def test_both_triangles_of_a_cell() -> None:
-    """A cell whose common edge is its only crease: 3 below it on both sides would be missed by bilinear heights."""
+    """A cell whose two triangles meet along the diagonal from low to high x and y, which is level."""
+    field = spatial.Heightfield(heights=np.array([[0.0, 3.0], [3.0, 0.0]]), size=(2.0, 2.0))
+    points = np.array([(0.5, -0.5, 0.0), (-0.5, 0.5, 0.0), (0.3, 0.3, 0.0), (1.5, 0.0, 0.0)])
+    assert height_at(field, points) == pytest.approx([1.5, 1.5, 0.0, -np.inf], abs=1e-12)
+
+
+def test_no_deeper_than_a_contact_can_be() -> None:
+    """A body far behind a surface is raised by no more than its width along the steepest slope."""
     scene = Scene(dim=3)
-    heights = np.array([[0.0, 3.0], [3.0, 0.0]])
-    scene.add_body("field", "static", [spatial.Heightfield(heights=heights, size=(2.0, 2.0))])
-    for x, y in ((0.5, -0.5), (-0.5, 0.5), (0.0, 0.0)):
-        scene.add_body(f"at_{x}_{y}", shapes=[spatial.Sphere(radius=1e-6)], position=(x, y, 0.0))
-    assert buried(scene) == pytest.approx([0.0, 1.5, 1.5, 0.0], abs=1e-5)
+    plane_field(scene)
+    scene.add_body("deep", shapes=[spatial.Sphere(radius=0.1)], position=(0.0, 0.0, -3.0))
+    assert buried(scene)[1] == pytest.approx(0.2 * math.hypot(1.0, SLOPE), rel=1e-2)
 
 
 def test_a_disc_in_a_valley_and_a_capsule_under_terrain() -> None:
@@ -58,6 +63,6 @@ def test_a_disc_in_a_valley_and_a_capsule_under_terrain() -> None:
     scene.add_body("valley", "static", [valley])
     scene.add_body("disc", shapes=[planar.Circle(radius=0.5)], position=(0.0, 0.1))
     capsule = planar.Capsule(half_length=0.4, radius=0.1)
-    scene.add_body("capsule", shapes=[capsule], position=(2.0, 1.0), angle=0.5 * math.pi)
+    scene.add_body("capsule", shapes=[capsule], position=(2.0, 2.0), angle=0.5 * math.pi)
     up = math.hypot(1.0, SLOPE)
-    assert buried(scene) == pytest.approx([0.0, 0.5 * up - 0.1, 0.1 * up + 2.0 * SLOPE - 0.6], rel=1e-2)
+    assert buried(scene) == pytest.approx([0.0, 0.5 * up - 0.1, 0.1 * up + 2.0 * SLOPE - 1.6], rel=1e-2)

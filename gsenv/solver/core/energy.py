@@ -16,6 +16,7 @@ cone_residual = by_dimension("friction_cone", "cone_residual")
 ROTATION_GAIN = (
     0.02  # of the kinetic energy, gained in one substep: more than what rotating joints add, which is of third order
 )
+STRICT = 0.75  # least s* of an unfinished solve; nearer to 1, heaps sink: one s scales all impulses of an island
 
 
 @njit
@@ -63,16 +64,17 @@ def apply_warm_start(world: Any, island: Any) -> Any:
 
 
 @njit
-def guard_energy(world: Any, island: Any, jointed: Any) -> Any:
+def guard_energy(world: Any, island: Any, strict: Any) -> Any:
     """Scale impulses back where an unfinished solve of passive contacts increased the kinetic energy.
 
-    The kinetic energy along the impulses, T(s) = |v_free + s dv|^2_M / 2, is least at s*.  An exact solve of
-    contacts alone has s* >= 1, since no impulse does positive work at the new velocities.  With less, loads at
-    rest would throw bodies up, by up to the velocity that gravity gives them in the substep.  Joints of rotating
-    bodies do such work (``jointed``): there only s* < 1/2 counts, which means T(1) > T(0).  Friction cones contain
-    all scaled impulses.  Returns whether it scaled any.
+    The kinetic energy along the impulses, T(s) = |v_free + s dv|^2_M / 2, is least at s*.  s* < 1/2 means
+    T(1) > T(0).  An exact solve of contacts alone has s* >= 1, since no impulse does positive work at the new
+    velocities; with less, a load at rest would be thrown up, by up to the velocity that gravity gives it in the
+    substep.  ``strict``: only s* >= STRICT is accepted.  Not for joints of rotating bodies, which do such work, nor for
+    solves that are exact up to the tolerance.  Friction cones contain all scaled impulses.
+    Returns whether it scaled any.
     """
-    least = 0.5 if jointed else 1.0
+    least = STRICT if strict else 0.5
     rows = world.scratch.rows
     bodies = world.state.bodies
     substep_bodies = world.scratch.substep_bodies

@@ -11,6 +11,7 @@ from .springs import has_spring
 
 set_point_rows = by_dimension("joints.point", "set_point_rows")
 set_rotation_rows = by_dimension("joints.weld", "set_rotation_rows")
+add_inertia_biases = by_dimension("joints.weld", "add_inertia_biases")
 set_stretch_rows = by_dimension("joints.weld", "set_stretch_rows")
 anchor_give = by_dimension("joints.reference", "anchor_give")
 turn_give = by_dimension("joints.reference", "turn_give")
@@ -22,7 +23,7 @@ def add_weld_rows(
     rows: Any, row: Any, parameters: Any, bodies: Any, body_parameters: Any, substep_bodies: Any, h: Any
 ) -> None:
     """Write the rows of a weld, rigid or springs. Slots: the anchors, then the rotation of b in a."""
-    set_rotation_rows(rows, row, parameters, bodies, body_parameters, substep_bodies, h)
+    set_rotation_rows(rows, row, parameters, bodies, substep_bodies)
     if has_spring(parameters):
         set_stretch_rows(rows, row, parameters, bodies, body_parameters, substep_bodies, h)
         a, b = body_parameters[rows[row].body_a], body_parameters[rows[row].body_b]
@@ -32,6 +33,7 @@ def add_weld_rows(
             soften(rows[row + r], parameters, give, 0.0, substep_bodies, h)
     else:
         set_point_rows(rows, row, parameters, bodies, body_parameters, substep_bodies, h)
+    add_inertia_biases(rows, row, body_parameters, substep_bodies, h)
 
 
 @njit

@@ -346,7 +346,7 @@ def solve(world: Any, island: Any, joint_factor: Any, soft: Any, newton: Any) ->
         counters.unconverged += 1
     # converged joints of rotating bodies change the energy to third order only: the guard must not act on that
     if passive and (not converged or not jointed):
-        guard_energy(world, island, jointed)
+        guard_energy(world, island, not converged and not jointed)
     guard_stiff_springs(world, island, joint_factor)
 
 

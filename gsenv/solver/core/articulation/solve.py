@@ -14,6 +14,7 @@ from ...jit import inline_njit, njit
 from ...methods.disc import minimise_near, minimise_on_disc
 from ...records.options import SolverKind
 from ..coupled import share_corrections, share_impulses
+from ..energy import STRICT
 from ..rows import DISC, EQUATION, FRICTION, IDLE, UNILATERAL, push_row
 from .equations import add_to, correct_others, dot_with, start_corrections, sweep_others
 
@@ -317,7 +318,7 @@ def limit_energy(world: Any, island: Any, articulation: Any) -> None:
 
     The rates without impulses contain all that joints of trees do; joints that close loops may do positive work.
     """
-    least = 0.5 if island.other_rows > 0 else 1.0
+    least = 0.5 if island.other_rows > 0 else STRICT
     rows = world.scratch.rows
     spans = articulation.spans
     z = articulation.whitened

@@ -11,13 +11,16 @@ from .point import frame_ahead, set_frame_direction
 
 
 @njit
-def set_rotation_rows(
-    rows: Any, row: Any, parameters: Any, bodies: Any, body_parameters: Any, substep_bodies: Any, h: Any
-) -> None:
+def set_rotation_rows(rows: Any, row: Any, parameters: Any, bodies: Any, substep_bodies: Any) -> None:
     """Write the row of the angle of b in a, slot 2."""
     angle = rows[row + 2]
     error = relative_angle(bodies[angle.body_a], bodies[angle.body_b], parameters.reference)
     set_angle_row(angle, 2, error, substep_bodies)
+
+
+@njit
+def add_inertia_biases(rows: Any, row: Any, body_parameters: Any, substep_bodies: Any, h: Any) -> None:
+    """Do nothing: in the plane, a body's own inertia never turns its spin."""
 
 
 @njit

@@ -5,9 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import pytest
 
 from gsenv.solver import Options, Scene, World
-from gsenv.solver.spatial import Capsule, Weld
+from gsenv.solver.spatial import Box, Capsule, Weld
 
 SPIN = np.array([6.0, 1.0, 3.0])  # rad/s
 PLACE = np.array([0.3, 0.1, 0.2])  # m, of the second body
@@ -68,3 +69,24 @@ def test_springs_too_stiff_to_resolve_store_little() -> None:
     _, gain, stored = tumbled(1.0 / 240.0, 1e6)
     assert gain < 2e-3  # 1e-2 before
     assert tumbled(1.0 / 120.0, 1e6)[2] > 10.0 * stored > 0.0
+
+
+@pytest.mark.parametrize(
+    ("spin", "stiffness", "timestep"), [(1000.0, 1e4, 1 / 60), (300.0, 1e2, 1 / 20), (300.0, 1e6, 1 / 20)]
+)
+def test_spins_beyond_what_a_substep_resolves_stay_bounded(spin: float, stiffness: float, timestep: float) -> None:
+    """With all of the change by the bodies' own inertia in the rows, the energy grew to 1e26 times the first."""
+    for seed in range(4):
+        rng = np.random.default_rng(seed)
+        scene = Scene(dim=3, gravity=(0.0, 0.0, 0.0))
+        direction = rng.normal(size=3)
+        for name in ("a", "b"):
+            shape = Box(half_extents=rng.uniform(0.05, 0.4, 3).tolist())
+            w = spin * direction / np.sqrt(direction @ direction)
+            scene.add_body(name, shapes=[shape], mass=1.0, angular_velocity=w, orientation=rng.normal(size=4))
+        scene.add_joint("weld", Weld("a", "b", stiffness=stiffness, damping=1e-3 * stiffness))
+        world = World(scene, options=Options(timestep=timestep, sleep=False))
+        start = float(world.diagnostics().energy[0])
+        for _ in range(150):
+            world.step()
+            assert world.diagnostics().kinetic_energy[0] < 10.0 * start
