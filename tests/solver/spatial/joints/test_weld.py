@@ -20,7 +20,7 @@ def rod(length: float, **place: Any) -> Capsule:
     return Capsule(half_length=length, radius=0.05, density=100.0, **place)
 
 
-def tumbled(timestep: float, stiffness: float | None = None) -> tuple[Any, float, float]:
+def tumbled(timestep: float, stiffness: float = 0.0) -> tuple[Any, float, float]:
     """(rotation of the first body, gain of energy, of it that in the springs, both over that of the start)."""
     scene = Scene(dim=3, gravity=(0.0, 0.0, 0.0))
     scene.add_body("a", shapes=[rod(0.3)], angular_velocity=SPIN)
@@ -28,8 +28,8 @@ def tumbled(timestep: float, stiffness: float | None = None) -> tuple[Any, float
     scene.add_body(
         "b", shapes=[rod(0.2)], position=PLACE, orientation=TURN, linear_velocity=velocity, angular_velocity=SPIN
     )
-    spring = {} if stiffness is None else {"stiffness": stiffness, "damping": 1e-3 * stiffness}
-    scene.add_joint("weld", Weld("a", "b", anchor=tuple(0.5 * PLACE), **spring))
+    weld = Weld("a", "b", anchor=tuple(0.5 * PLACE), stiffness=stiffness, damping=1e-3 * stiffness)
+    scene.add_joint("weld", weld)
     world = World(scene, options=Options(timestep=timestep, articulated=False, sleep=False))
     start = float(world.diagnostics().energy[0])
     stored = 0.0
