@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from gsenv.solver import Scene
+from gsenv.solver.dimension import dimension
 from gsenv.solver.planar import Terrain
 from gsenv.solver.spatial import Heightfield
 
@@ -31,7 +32,7 @@ def buried(scene: Scene) -> Array:
     grounds = [(b, s) for b in bodies for s in b.shapes if isinstance(s, (Terrain, Heightfield))]
     for k, body in enumerate(bodies):
         for shape in body.shapes if body.kind.name == "DYNAMIC" and grounds else ():
-            points = body.position + _points(shape, scene.dim) @ _axes(body, scene.dim).T
+            points = body.position + _turned(body, _points(shape, scene.dim), scene.dim)
             for ground, surface in grounds:
                 there = points - ground.position
                 most = 2.0 * float(np.sqrt(((points - body.position) ** 2).sum(1).max())) * _steepness(surface)
@@ -64,19 +65,12 @@ def _points(shape: Any, dim: int) -> Array:
     return np.concatenate([outer, np.einsum("nk,nkd->nd", rng.dirichlet((0.5, 0.5, 0.5), SAMPLES), three)])
 
 
-def _axes(body: Any, dim: int) -> Array:
-    """The body's axes in the world, as columns."""
-    if dim == 2:
-        c, s = np.cos(body.angle), np.sin(body.angle)
-        return np.array([[c, -s], [s, c]])
-    w, x, y, z = body.orientation / np.sqrt(body.orientation @ body.orientation)
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )
+def _turned(body: Any, points: Array, dim: int) -> Array:
+    """Points of the body's frame, in directions of the world."""
+    if dim == 3:
+        return np.asarray(dimension(3).initial_state.turned_by(body.orientation, points))
+    c, s = np.cos(body.angle), np.sin(body.angle)
+    return points @ np.array([[c, s], [-s, c]])
 
 
 def _steepness(surface: Any) -> float:

@@ -245,9 +245,11 @@ def run_case(case: Case, steps: int = STEPS) -> Outcome:
         if energy - least > rise:
             rise, rise_step = energy - least, step
         least = min(least, energy)
-        if case.driven and meter.speed_over(scale) > SPEED_LIMIT:
+        speed = meter.speed_over(scale)
+        if case.driven and speed > SPEED_LIMIT:
             scale += meter.squeezed(SPEED_LIMIT * scale, case.drive_speed)
-        fastest = max(fastest, meter.speed_over(scale))
+            speed = meter.speed_over(scale)
+        fastest = max(fastest, speed)
         unconverged += int(world.state.worlds["unconverged"][0])
     excess = (raw - meter.overlap) / meter.scale
     return Outcome(
