@@ -64,10 +64,17 @@ def mapping_of(options: Any) -> dict[str, Any]:
     return dict(options)
 
 
-def check_options(given: Mapping[str, Any], known: Sequence[Setting], defaults: Mapping[str, Any]) -> dict[str, Any]:
+def check_options(
+    given: Mapping[str, Any],
+    known: Sequence[Setting],
+    defaults: Mapping[str, Any],
+    checked: dict[str, tuple[Any, Any]] | None = None,
+) -> dict[str, Any]:
     """Return all settings of an episode: the given options, and `defaults` for the others.
 
-    All are checked, since users may have assigned any value to an attribute of the environment.
+    All are checked, since users may have assigned any value to an attribute of the environment.  `checked` has the
+    numbers of the last episode, before and after their checks, which are not checked again, and receives those of this
+    one.
 
     Raises:
         ValueError: an unknown option, or a bad value.
@@ -77,7 +84,23 @@ def check_options(given: Mapping[str, Any], known: Sequence[Setting], defaults: 
         if name not in names:
             has = f"known are {', '.join(map(repr, names))}" if names else "this environment has none"
             raise ValueError(f"reset: unknown option {name!r}; {has}.")
-    return {s.name: s.check(given.get(s.name, defaults[s.name])) for s in known}
+    kept = {} if checked is None else checked
+    settings = {}
+    for setting in known:
+        value = given.get(setting.name, defaults[setting.name])
+        last = kept.get(setting.name)
+        if last is None or last[0] is not value:
+            last = (value, setting.check(value))
+            if _never_changes(value):
+                kept[setting.name] = last
+        settings[setting.name] = last[1]
+    return settings
+
+
+def _never_changes(value: Any) -> bool:
+    """Whether a value that is still the same object is still the same."""
+    values = value if type(value) is tuple else (value,)
+    return all(type(part) in (bool, float, int, str) for part in values)
 
 
 def check_ranges(given: Mapping[str, Any] | None, known: Sequence[Quantity]) -> dict[str, tuple[float, float]]:

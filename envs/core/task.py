@@ -42,6 +42,7 @@ from gsenv.envs.core.steering import Control
 from gsenv.solver import Options, Scene, Snapshot, World
 from gsenv.solver.api.one_thread import one_thread
 from gsenv.solver.records.bundle import Bundle, per_world
+from gsenv.solver.records.plain import as_bytes, rows
 from gsenv.solver.records.text import shown
 
 Array = NDArray[Any]
@@ -120,6 +121,7 @@ class Task(ABC):
     ) -> None:
         self.threads = threads
         self.settings = check_settings(settings or {}, self.arguments, type(self).__name__)
+        self._checked: dict[str, tuple[Any, Any]] = {}
         self.fidelity = check_fidelity(fidelity)
         self.randomize = check_ranges(self.ranges if randomize is None else randomize, self.quantities)
         if not isinstance(diagnostics, (bool, np.bool_)):
@@ -228,7 +230,7 @@ class Task(ABC):
         Raises:
             ValueError: an option that the task does not have, or a bad value.
         """
-        return check_options(options, self.arguments, self.settings)
+        return check_options(options, self.arguments, self.settings, self._checked)
 
     @abstractmethod
     def initialize_episode(self, worlds: Array, draws: Array, options: Mapping[str, Any]) -> None:
@@ -293,14 +295,13 @@ class Task(ABC):
         `draws` is (chosen world, `reset_draws`), uniform in [0, 1). Quantities use theirs whether or
         not they are randomised, so equal seeds give equal episodes either way.
         """
-        self.physics[worlds] = self._physics_low + self._physics_span * draws[:, self.draw_count :]
+        chosen = rows(worlds)
+        self.physics[chosen] = self._physics_low + self._physics_span * draws[:, self.draw_count :]
         self.world.reset(worlds)
-        self.task_state[worlds] = np.zeros((), self.task_state.dtype)
-        self.terms[worlds] = np.zeros((), self.terms.dtype)
-        self.infos[worlds] = np.zeros((), self.infos.dtype)
-        self.reward[worlds] = 0.0
-        self.terminated[worlds] = False
-        self.diagnostics[worlds] = np.zeros((), DIAGNOSTICS_DTYPE)
+        for records in (self.task_state, self.terms, self.infos, self.diagnostics):
+            as_bytes(records)[chosen] = 0
+        self.reward[chosen] = 0.0
+        self.terminated[chosen] = False
         self.initialize_episode(worlds, np.ascontiguousarray(draws[:, : self.draw_count]), options)
 
     def step(self, actions: ArrayLike, ignored: Array | None = None) -> None:

@@ -13,7 +13,7 @@ from gsenv.envs.stack.crack_lines import crack_lines
 from gsenv.envs.stack.domain_randomization import QUANTITIES
 from gsenv.envs.stack.settings import write_settings
 from gsenv.solver import Options
-from gsenv.solver.records.plain import as_records
+from gsenv.solver.records.plain import as_bytes, as_records
 
 if TYPE_CHECKING:
     from gsenv.render.camera import Camera
@@ -53,11 +53,11 @@ class BlocksTask(Task):
         bodies = self.world.state.bodies
         if self._before is None:
             self._before = as_records(np.empty_like(bodies))
-        kept, bytes_of_bodies = self._before.view(np.uint8), bodies.view(np.uint8)
+        kept, bytes_of_bodies = as_bytes(self._before), as_bytes(bodies)
         for _ in range(self.engine_steps):
             if self.before_step is not None:
                 self.before_step()
-            np.copyto(kept, bytes_of_bodies)  # field by field takes six times as long
+            np.copyto(kept, bytes_of_bodies)
             self.world.step(1)
             self.rules.note_impacts(self.kernel_world, self._before)
 

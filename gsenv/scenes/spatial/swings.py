@@ -85,7 +85,7 @@ def ball_chain(
     scene = Scene(dim=3)
     scene.add_body("hook", kind="static")
     masses = [1.0] * (count - 1) + [last_mass]
-    radii = [0.1 * link * mass**0.25 for mass in masses]  # heavier links are drawn thicker
+    radii = [min(0.1 * link * mass**0.25, 0.5 * link) for mass in masses]  # heavier links are drawn thicker
     _rods(scene, degrees, heading, link, masses, radii)
     return scene
 

@@ -29,15 +29,15 @@ add_total = by_dimension("contact_rows", "add_total")
 STEP = 0  # places of copies of the state: at the start of the step,
 PART = 1  # and at that of the present part
 DEPTH = 0.01  # of the extent: an overlap up to this is accepted; more where many bodies are awake,
-MANY = 64.0  # from this number on,
+MANY = 128.0  # from this number on,
 MOST_DEPTH = 0.1  # at most
-GROWTH = 0.1  # of the accepted depth: a deeper overlap may grow by this in the step
+GROWTH = 0.001  # of the extent: a deeper overlap may grow by this in the step, and by what is accepted above DEPTH
 NEARLY = 0.9  # cosine of the angle between normals, from which on contacts of one feature are the same
 
 
 @njit
 def keep_state(world: Any, joints: Any, place: int) -> None:
-    """Copy what a step changes, and the length of the step, to `place` of `scratch.division`."""
+    """Copy what a step changes, and its length and substeps, to `place` of `scratch.division`."""
     division = world.scratch.division
     state = world.state
     bodies = state.bodies
@@ -51,6 +51,7 @@ def keep_state(world: Any, joints: Any, place: int) -> None:
             division.joints[place, j] = joints[j]
     copy_counters(state.world, division.worlds[place])
     division.timesteps[place] = world.options.timestep
+    division.substeps[place] = world.options.substeps
 
 
 @njit
@@ -68,8 +69,7 @@ def restore_state(world: Any, joints: Any, place: int) -> None:
     if joints is not None:
         for j in range(len(joints)):
             joints[j] = division.joints[place, j]
-    division.share[0] *= division.timesteps[place] / world.options.timestep
-    world.options.timestep = division.timesteps[place]
+    set_substeps(world, division.timesteps[place], int64(division.substeps[place]))
 
 
 @njit
@@ -89,23 +89,35 @@ def copy_counters(source: Any, target: Any) -> None:
 
 
 @njit
-def set_length(world: Any, joints: Any, timestep: float) -> None:
-    """Set the length in s of the next part, and scale the impulses that its solves and substeps start from."""
+def set_length(world: Any, joints: Any, timestep: float, substeps: int) -> None:
+    """Set the length in s and the substeps of the next part, and scale the impulses that these start from."""
     scale = timestep / world.options.timestep
-    world.options.timestep = timestep
-    world.scratch.division.share[0] *= scale
+    substep_scale = set_substeps(world, timestep, substeps)
     contacts = world.state.contacts
     for k in range(int(world.state.world.contact_count)):
         for d in range(len(contacts[k].impulse)):
-            contacts[k].impulse[d] *= scale
+            contacts[k].impulse[d] *= substep_scale
     if joints is not None:
         for j in range(len(joints)):
             for d in range(len(joints[j].impulse)):
-                joints[j].impulse[d] *= scale
+                joints[j].impulse[d] *= substep_scale
             for d in range(len(joints[j].total_impulse)):
                 joints[j].total_impulse[d] *= scale
             for d in range(len(joints[j].reaction)):
                 joints[j].reaction[d] *= scale
+
+
+@njit
+def set_substeps(world: Any, timestep: float, substeps: int) -> float:
+    """Set the length of the present part in s and its substeps; returns the factor of the length of a substep."""
+    division = world.scratch.division
+    options = world.options
+    before = options.timestep / options.substeps
+    options.timestep = timestep
+    options.substeps = substeps
+    length = timestep / substeps
+    division.share[0] = length / (division.timesteps[STEP] / division.substeps[STEP])
+    return length / before
 
 
 @njit
@@ -248,7 +260,8 @@ def insert_ended(world: Any, ended: int) -> None:
 def check_step(world: Any, joints: Any) -> tuple[int, int, bool]:
     """Test whether an overlap has grown in the whole step; returns (status, needed, grown).
 
-    If so, the state is that at the start of the step, and `scratch.division` has the overlaps there.
+    If so, the state is that at the start of the step, and `scratch.division` has the overlaps there.  They are not
+    those of the contacts that the step began with, of which some are predicted.
     """
     division = world.scratch.division
     depth = accepted_depth(world.state.world.awake_count)
@@ -288,7 +301,7 @@ def accepted_depth(awake_count: int) -> float:
     One pair divides the step of all bodies.  So that large heaps are not divided in nearly every step, the depth that
     one pair of many exceeds grows with their number.
     """
-    return min(DEPTH * max(awake_count / MANY, 1.0) ** 0.5, MOST_DEPTH)
+    return min(DEPTH * max(awake_count / MANY, 1.0), MOST_DEPTH)
 
 
 @njit
@@ -335,6 +348,7 @@ def any_deeper(contacts: Array, count: int, others: Array, other_count: int, dep
 
     ``depth``: of the extent, from which on an overlap is deep.
     """
+    growth = depth - DEPTH + GROWTH
     first = 0
     for k in range(count):
         contact = contacts[k]
@@ -347,6 +361,6 @@ def any_deeper(contacts: Array, count: int, others: Array, other_count: int, dep
         while place < other_count and pair_order(others[place], contact) == 0:
             before = min(before, others[place].separation)
             place += 1
-        if contact.separation < before - GROWTH * depth * contact.extent:
+        if contact.separation < before - growth * contact.extent:
             return True
     return False

@@ -124,7 +124,10 @@ def start_impulse(row: Any, state: Any, scale: Any) -> Any:
 
 @njit
 def fit_to_part(rows: Any, first: Any, end: Any, share: Any, substep_bodies: Any) -> None:
-    """Fit rows whose errors and softnesses are given for a whole step to a part of it."""
+    """Fit rows whose errors and softnesses are given for the usual substeps to those of a part of the step.
+
+    ``share``: length of these over that of the usual ones.
+    """
     for r in range(first, end):
         rows[r].error *= share
         if rows[r].softness > 0.0:
@@ -329,7 +332,8 @@ def substeps_for(world: Any, island: Any, joints: Any) -> Any:
     island.swing = fastest
     needed = max(dt * fastest**0.5 / SWING_PER_SUBSTEP, dt * spin / TURN_PER_SUBSTEP)
     count = min(max(least, int(np.ceil(min(needed, 1e6)))), max(least, most))
-    tops = 0.5 * least * dt * nutation / NUTATION_PER_SUBSTEP  # more where the options ask for more substeps
+    finer = max(least, int(world.scratch.division.finest[0]))
+    tops = 0.5 * finer * dt * nutation / NUTATION_PER_SUBSTEP  # more where the options ask for more substeps
     return max(count, min(int(np.ceil(min(tops, 1e6))), max(most, 2 * least)))
 
 

@@ -140,19 +140,22 @@ def step_part(world: Any, joints: Any, whole: bool) -> Any:
 def divide_step(world: Any, joints: Any) -> Any:
     """Repeat in parts a step in which an overlap has grown; returns (status, needed) as ``step_worlds`` does.
 
-    The state is that at the start of the step.  Lengths are whole numbers of shortest parts.  If even one of these
-    fails, the rest of the step is not checked.
+    The state is that at the start of the step.  Lengths are whole numbers of shortest parts; substeps become shorter
+    than those of the whole step in parts alone that are shorter than these.  If even a shortest part fails, the rest
+    of the step is not checked.
     """
     timestep = world.options.timestep
+    substeps = int64(world.options.substeps)
     end = 1 << int64(world.options.halvings)
     length = end // 2
     done = int64(0)
     status = OK
     needed = int64(0)
     checked = True
+    world.scratch.division.finest[0] = substeps
     start_sums(world, joints)
     while done < end:
-        set_length(world, joints, timestep * (length / end))
+        set_length(world, joints, timestep * (length / end), (substeps * length + end - 1) // end)
         start_part_of_step(world, joints, length / (done if done > 0 else end))
         failed = False
         status, needed, far_moving = step_part(world, joints, False)
@@ -172,10 +175,11 @@ def divide_step(world: Any, joints: Any) -> Any:
         done += length
         while done % (2 * length) == 0 and done + 2 * length <= end:
             length *= 2
+    world.scratch.division.finest[0] = 0
     if status != OK:
         restore_state(world, joints, STEP)
         return status, needed
-    set_length(world, joints, timestep)
+    set_length(world, joints, timestep, substeps)
     store_sums(world, joints)
     return OK, int64(0)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .model import Array, Model
+from .plain import as_bytes, rows
 
 
 class ParameterArrays:
@@ -25,13 +26,14 @@ class ParameterArrays:
 
     def reset(self, chosen: Array) -> None:
         """Set the chosen worlds to the nominal values."""
+        chosen = rows(chosen)
         model = self._model
-        self.worlds[chosen] = model.nominal_world
-        self.bodies[chosen] = model.nominal_bodies
-        self.shapes[chosen] = model.nominal_shapes
-        self.joints[chosen] = model.nominal_joints
-        self.rows[chosen] = model.nominal_rows
-        self.vertices[chosen] = model.nominal_vertices
+        as_bytes(self.worlds)[chosen] = as_bytes(model.nominal_world[None])
+        as_bytes(self.bodies)[chosen] = as_bytes(model.nominal_bodies[None])
+        as_bytes(self.shapes)[chosen] = as_bytes(model.nominal_shapes[None])
+        as_bytes(self.joints)[chosen] = as_bytes(model.nominal_joints[None])
+        as_bytes(self.rows)[chosen] = as_bytes(model.nominal_rows[None])
+        as_bytes(self.vertices)[chosen] = as_bytes(model.nominal_vertices[None])
 
     def arrays(self) -> dict[str, Array]:
         """Return all arrays by name."""

@@ -95,7 +95,9 @@ class Scratch:
             "overlap_count": np.zeros(1, np.int64),
             "worlds": np.zeros(2, world_state_dtype()),
             "timesteps": np.zeros(2),
-            "share": np.ones(1),  # of the step that the present part takes
+            "substeps": np.ones(2, np.int64),
+            "finest": np.zeros(1, np.int64),  # substeps of the whole step; 0 in a step that is not divided
+            "share": np.ones(1),  # length of a substep of the present part over that of one of the whole step
         }
 
     def bundle(self, articulated: bool = False) -> Bundle:

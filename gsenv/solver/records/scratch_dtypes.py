@@ -150,7 +150,7 @@ ISLAND_STEP_DTYPE = np.dtype(
         ("rotated_frame", "i4"),  # 1: one of its bodies has a rotated frame (3D)
         ("servos", "i4"),  # 1: joints of trees have limits, motors, springs or rotors
         ("coordinates", "i4"),  # those of joints of trees
-        ("taut", "i4"),  # 1: the tension of links is implicit, in joint coordinates
+        ("taut", "i4"),  # 1: the tension of links is implicit, in joint coordinates; 2: in the rest of a step
         ("touched", "i4"),  # 1: rows act in this substep, in joint coordinates
         ("apart", "i4"),  # 1: joints in no tree cannot hold in this substep, in joint coordinates
         ("substeps", "i8"),

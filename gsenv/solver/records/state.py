@@ -8,6 +8,7 @@ import numpy as np
 
 from .model import Array, Model, contact_dtype, world_state_dtype
 from .parameters import ParameterArrays
+from .plain import as_bytes, rows
 from .sensors import ACCELERATION, CONTACT_FORCE, motion_dtype
 
 STATE_ARRAYS = ("worlds", "bodies", "joints", "control")
@@ -32,10 +33,11 @@ class State:
 
     def reset(self, model: Model, chosen: Array) -> None:
         """Set the chosen worlds to the initial state."""
-        self.worlds[chosen] = np.zeros((), self.worlds.dtype)
-        self.bodies[chosen] = model.start_bodies
-        self.joints[chosen] = model.start_joints
-        self.contacts[chosen] = np.zeros((), self.contacts.dtype)
+        chosen = rows(chosen)
+        as_bytes(self.worlds)[chosen] = 0
+        as_bytes(self.bodies)[chosen] = as_bytes(model.start_bodies[None])
+        as_bytes(self.joints)[chosen] = as_bytes(model.start_joints[None])
+        as_bytes(self.contacts)[chosen] = 0
         self.control[chosen] = 0.0
         self.forget_motion(chosen)
 
@@ -94,12 +96,14 @@ class Snapshot:
 
     def write(self, parameters: ParameterArrays, state: State, chosen: Array) -> None:
         """Copy the saved worlds, or one to all, into the chosen worlds."""
+        chosen = rows(chosen)
         for name, array in self.state.items():
-            getattr(state, name)[chosen] = array
+            as_bytes(getattr(state, name))[chosen] = as_bytes(array)
         for name, array in self.parameters.items():
-            getattr(parameters, name)[chosen] = array
-        state.contacts[chosen] = np.zeros((), state.contacts.dtype)
-        state.contacts[chosen, : self.contact_capacity] = self.contacts
+            as_bytes(getattr(parameters, name))[chosen] = as_bytes(array)
+        contacts, saved = as_bytes(state.contacts), as_bytes(self.contacts)
+        contacts[chosen, : saved.shape[1]] = saved
+        contacts[chosen, saved.shape[1] :] = 0
         state.forget_motion(chosen)
         if state.motions is not None and self.motions is not None:
             state.motions[chosen] = self.motions

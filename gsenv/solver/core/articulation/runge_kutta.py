@@ -17,6 +17,7 @@ from .dynamics import factorise_links, kinetic_energy, respond, set_inertias
 from .links import move_links, set_base
 from .reactions import add_impulses, keep_momenta, store_reactions
 from .servos import keep_coordinates, list_servos
+from .tension import damp_joints
 
 
 @njit
@@ -36,6 +37,8 @@ FIRST_TURN = 0.5  # rad: largest rotation in the first step that is tried
 FIRST_SWING = 2.0  # rad: largest swing of a taut link in the same
 MOST_DAMPING = 0.5  # of the timestep: decay that is resolved
 HALVINGS = 1024.0  # shortest step: a substep over this
+WRONG = 0.1  # relative error of the speeds from which on even the shortest step is refused,
+STIFF = 1e9  # and the joints are damped by this times the inertia of their links
 LEAST_FACTOR, MOST_FACTOR = 0.2, 2.0  # of the length of one step to the next
 SAFETY = 0.9
 
@@ -60,8 +63,12 @@ def swings(world: Any, island: Any, joints: Any, articulation: Any) -> Any:
 
 
 @njit
-def swing(world: Any, island: Any, joints: Any, articulation: Any) -> None:
-    """Advance the island by one timestep in steps whose error is small."""
+def swing(world: Any, island: Any, joints: Any, articulation: Any) -> Any:
+    """Advance the island by one timestep in steps whose error is small; returns the rest of it in s.
+
+    There is a rest where even the shortest step gives speeds that mean nothing; the links are at its start then, and
+    move as one rigid body.
+    """
     whole = world.options.timestep / world.options.substeps
     left = world.options.timestep
     size = min(FIRST_TURN / max(island.spin, 1e-12), FIRST_SWING / max(island.swing, 1e-12) ** 0.5)
@@ -77,17 +84,53 @@ def swing(world: Any, island: Any, joints: Any, articulation: Any) -> None:
         elif size > 0.5 * left:
             size = 0.5 * left
         _try(world, island, articulation, size)
-        error, energy = _error(world, island, articulation, size)
-        error /= ERROR * world.options.tolerance
+        wrong, energy = _error(world, island, articulation, size)
+        error = wrong / (ERROR * world.options.tolerance)
         if error <= 1.0 or not size > 1.01 * shortest:  # the rest may stretch a step by 0.1 %
             if not error <= 1.0:
                 world.state.world.unconverged += 1
+                if not wrong <= WRONG:
+                    _calm(world, island, joints, articulation)
+                    return left
             _limit_gain(world, island, articulation, energy)
             _accept(world, island, joints, articulation, size)
             left = left - size if size < left else 0.0
             if left > 0.0:
                 _enter_step(world, island, joints, articulation)
         size *= _factor(error)
+    return left
+
+
+@njit
+def _calm(world: Any, island: Any, joints: Any, articulation: Any) -> None:
+    """Return the links to where the last step ended, and stop all motion of the joints but that of the tree as a whole.
+
+    One implicit step of a strong damping of all joints, whose impulses are inner ones: what is heavy keeps its motion.
+    """
+    links = articulation.links
+    freedoms = articulation.freedoms
+    start = articulation.start
+    change = articulation.change
+    for f in range(island.freedoms):
+        articulation.path[f] = 0.0
+    _place(world, island, articulation)
+    move_links(island, articulation, start)
+    island.h = 0.0
+    set_inertias(world, island, articulation)
+    damp_joints(world, island, articulation, STIFF)
+    factorise_links(links, island.body_count, freedoms)
+    for f in range(island.freedoms):
+        change[f] = -freedoms[f].stiffness * start[f]
+        freedoms[f].stiffness = 0.0
+    for k in range(island.body_count):
+        for d in range(len(links[k].force)):
+            links[k].force[d] = 0.0
+    respond(links, island.body_count, freedoms, change)
+    for f in range(island.freedoms):
+        start[f] += change[f]
+    move_links(island, articulation, start)
+    island.stored_scale = 0.0
+    store_reactions(world, island, articulation, joints)
 
 
 @njit

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 from numba import int64
 
 from ...jit import njit
@@ -66,7 +67,7 @@ from .servos import (
     turn_limits,
 )
 from .solve import add_all_impulses, correct_overlaps, limit_energy, start_solve, sweep_rows
-from .tension import is_taut, set_tension
+from .tension import damp_taut_joints, is_taut, set_tension
 
 leave_link = by_dimension("articulation", "leave_link")
 enter_link = by_dimension("articulation", "enter_link")
@@ -75,6 +76,8 @@ keep_world_frames = by_dimension("articulation", "keep_world_frames", otherwise=
 
 SLOW_TURN = 0.004  # rad in a substep: slower links need no balance of momentum where rows act,
 STILL_TURN = 1e-5  # and these not even the forces at their new rates
+TAUT_GAIN = 1e-4  # of the kinetic energy: larger gains in a substep with implicit tension are no rounding
+REST = 2  # value of ``taut`` in the rest of a step whose links swing too fast
 PARTS = 8  # of a substep whose rates do not settle
 
 
@@ -100,7 +103,9 @@ def step_articulated(world: Any, island: Any, joints: Any, articulation: Any) ->
         island.substeps = world.options.substeps
         if not is_taut(world, island):
             _start(world, island, joints, articulation)
-            swing(world, island, joints, articulation)
+            left = swing(world, island, joints, articulation)
+            if left > 0.0:
+                _end_swing(world, island, left, joints, articulation)
             return True
         island.taut = 1
     elif island.substeps > 0:
@@ -117,6 +122,24 @@ def step_articulated(world: Any, island: Any, joints: Any, articulation: Any) ->
             world.state.world.row_count -= island.rows
             return False
     return True
+
+
+@njit
+def _end_swing(world: Any, island: Any, left: Any, joints: Any, articulation: Any) -> None:
+    """Take the last ``left`` s of a step, where links swing too fast for the shortest ones, with implicit tension.
+
+    The substeps are about as long as the usual ones: in many short ones the tensions, those of the last, fluctuate.
+    """
+    options = world.options
+    measure_motion(world, island, joints, articulation)
+    island.taut = REST
+    island.substeps = int(np.ceil(0.999 * left * options.substeps / options.timestep))
+    island.h = left / island.substeps
+    island.turning = island.h * island.spin
+    island.stored_scale = options.timestep / (options.substeps * island.h)
+    island.warm_start = options.warm_start / island.stored_scale
+    for s in range(island.substeps):
+        _substep(world, island, s, joints, articulation)
 
 
 @njit
@@ -230,6 +253,8 @@ def _enter_middle(world: Any, island: Any, joints: Any, articulation: Any) -> No
     write_other_rows(world, island, joints, articulation.others)
     if island.taut:
         set_tension(world, island, articulation, joints)
+        if island.taut == REST:
+            damp_taut_joints(island, articulation)
     if island.servos:
         add_joint_forces(world, island, articulation, joints)
     factorise_links(articulation.links, island.body_count, articulation.freedoms)
@@ -403,6 +428,9 @@ def _leave(world: Any, island: Any, articulation: Any, held: Any) -> None:
         lose_energy(world, island, articulation, stored)
     elif island.touched and island.turning > UNEVEN_TURN and not island.has_springs:
         lose_energy(world, island, articulation, 0.0)
+    elif island.taut:
+        gain = 0.0 if island.taut == REST else 0.5 * TAUT_GAIN * island.kinetic
+        lose_energy(world, island, articulation, gain)
     links = articulation.links
     bodies = world.state.bodies
     substep_bodies = world.scratch.substep_bodies

@@ -18,8 +18,10 @@ from .links import LEAST_SWING
 
 add_tension = by_dimension("tension", "add_tension")
 stiffen = by_dimension("tension", "stiffen")
+most_inverse = by_dimension("articulation", "most_inverse")
 
 _AXES = int(LinkKind.AXES)
+MARGIN = 1.1  # factor of the stiffness: what tension may gain in a substep without making vibrations grow
 SLOW = 5.0  # rad in a substep, times the square root of the tolerance: largest rotation in this mode
 
 
@@ -34,7 +36,7 @@ def is_taut(world: Any, island: Any) -> Any:
 def set_tension(world: Any, island: Any, articulation: Any, joints: Any) -> None:
     """Add the stiffness by tension to the inertias of all links at their present pose."""
     links = articulation.links
-    scale = 0.25 * island.h**2 * world.options.substeps / world.options.timestep
+    scale = 0.25 * MARGIN * island.h**2 * world.options.substeps / world.options.timestep
     for k in range(island.body_count):
         for d in range(len(links[k].taut)):
             links[k].taut[d] = 0.0
@@ -46,3 +48,44 @@ def set_tension(world: Any, island: Any, articulation: Any, joints: Any) -> None
             add_tension(links, k, joints[link.joint].impulse, sign)
     for k in range(island.body_count):
         stiffen(links[k])
+
+
+@njit
+def damp_taut_joints(island: Any, articulation: Any) -> None:
+    """Damp joints by as much as tension stiffens their links: vibrations that no substep resolves end."""
+    links = articulation.links
+    freedoms = articulation.freedoms
+    for k in range(island.body_count):
+        link = links[k]
+        damping = 0.0
+        for d in range(len(link.taut)):
+            damping += abs(link.taut[d])
+        for f in range(link.first, link.first + link.count):
+            freedoms[f].stiffness = 4.0 * damping if link.slides == 0 else 0.0
+
+
+@njit
+def damp_joints(world: Any, island: Any, articulation: Any, scale: Any) -> None:
+    """Damp each joint but those on what does not move by ``scale`` times the inertia of its lighter link."""
+    links = articulation.links
+    freedoms = articulation.freedoms
+    body_parameters = world.parameters.bodies
+    for k in range(island.body_count):
+        link = links[k]
+        inertia = 0.0
+        if link.parent >= 0:
+            own = _inertia_about(body_parameters[link.body], link.arm, link.slides)
+            inertia = min(own, _inertia_about(body_parameters[link.holder], link.reach, link.slides))
+        for f in range(link.first, link.first + link.count):
+            freedoms[f].stiffness = scale * inertia
+
+
+@njit
+def _inertia_about(parameters: Any, arm: Any, slides: Any) -> Any:
+    """Return the mass of a link, or its least moment of inertia and that of its mass at the end of ``arm``."""
+    if slides > 0:
+        return parameters.mass
+    inertia = 1.0 / most_inverse(parameters)
+    for d in range(len(arm)):
+        inertia += parameters.mass * arm[d] ** 2
+    return inertia

@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 
 from gsenv.scenes import chain
 from gsenv.scenes.spatial import ball_chain
-from gsenv.solver import Scene, World
+from gsenv.solver import Options, Scene, World
 from tests.solver.core.articulation.opened import articulated
 
 Array = np.ndarray[Any, Any]
@@ -19,10 +19,10 @@ G = 9.81
 COUNT, LINK, HEAVY = 20, 0.25, 100.0
 
 
-def heavy_chain(dim: int, degrees: float = 30.0) -> Scene:
+def heavy_chain(dim: int, degrees: float = 30.0, last_mass: float = HEAVY) -> Scene:
     """20 rods of 0.25 m and 1 kg, the last of 100 kg, straight and at rest."""
     build = chain if dim == 2 else ball_chain
-    return build(COUNT, LINK, degrees, last_mass=HEAVY)
+    return build(COUNT, LINK, degrees, last_mass=last_mass)
 
 
 def swung(world: World, seconds: float) -> Array:
@@ -70,6 +70,52 @@ def test_a_heavy_chain_keeps_its_energy(dim: int) -> None:
         energy.append(float(world.diagnostics().energy[0]))
     error = np.abs(np.array(energy) - energy[0]) / (world.parameters.mass[0].sum() * G * COUNT * LINK)
     assert error.max() < 1e-4
+
+
+@pytest.mark.filterwarnings("ignore:World. the mass ratio:UserWarning")
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("last_mass", [1e5, 1e8])
+def test_growing_tension_makes_no_vibration_grow(dim: int, last_mass: float) -> None:
+    """A straight chain on whose end all mass is swings as one rigid rod; with the tension of the substep before, the
+    implicit rule is unstable while the tension grows.
+    """
+    world = World(heavy_chain(dim, last_mass=last_mass))
+    first = float(world.diagnostics().energy[0])
+    lever = (COUNT - 0.5) * LINK
+    inertia = float(np.max(world.parameters.inertia[0, -1]) / world.parameters.mass[0, -1]) + lever**2
+    end = solve_ivp(lambda _, y: [y[1], -G * lever / inertia * np.sin(y[0])], (0.0, 5.0), [np.pi / 6, 0.0], "DOP853",
+                    rtol=1e-10, atol=1e-10).y[0, -1]  # fmt: skip
+    for _ in range(60):
+        world.step(5)
+        assert abs(float(world.diagnostics().energy[0]) - first) < 1e-6 * last_mass * G * COUNT * LINK
+    assert world.diagnostics().unconverged[0] == 0
+    last = world.state.bodies[0, -1]["position"][[0, -1]]
+    assert np.linalg.norm(last - lever * np.array([np.sin(end), -np.cos(end)])) < 1e-3
+    assert np.abs(world.angular_velocity).max() < 1.0
+
+
+@pytest.mark.filterwarnings("ignore:World. the mass ratio:UserWarning")
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("fidelity", ["fast", "accurate"])
+@pytest.mark.parametrize(("degrees", "last_mass"), [(90.0, 1e6), (90.0, 1e8), (150.0, 1e4), (150.0, 1e6)])
+def test_whips_too_fast_for_any_step_stay_finite(dim: int, fidelity: str, degrees: float, last_mass: float) -> None:
+    """The end falls, and pulls the chain taut: rods of a millionth of its mass rotate at up to thousands of rad/s.
+
+    Nothing is gained then.  What is lost is most where the end is pulled back, and little where it swings.
+    """
+    world = World(heavy_chain(dim, degrees, last_mass), options=Options.preset(fidelity))
+    first = float(world.diagnostics().energy[0])
+    scale = last_mass * G * COUNT * LINK
+    gain = 0.0
+    for _ in range(300):
+        world.step()
+        diagnostics = world.diagnostics()
+        assert diagnostics.finite[0]
+        assert diagnostics.joint_error[0] < 1e-12
+        gain = (float(diagnostics.energy[0]) - first) / scale
+        assert gain < 1e-3
+    if (degrees, last_mass) == (90.0, 1e6):
+        assert gain > (-0.1 if fidelity == "fast" else -1e-3)
 
 
 @pytest.mark.parametrize("dim", [2, 3])
