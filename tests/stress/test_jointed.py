@@ -34,6 +34,6 @@ def test_scenes_in_joint_coordinates(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", [122, 154, 290, 381, 1192, 1793])
 def test_rare_scenes(seed: int) -> None:
-    """Of 5,000 seeds: loops that cannot close, a contact whose point joints hold still, chains that whip or are taut."""
+    """Of 5,000 seeds: loops that cannot close, a contact whose point joints hold, chains that whip or are taut."""
     broken = problems(run_case(random_jointed_case(seed), STEPS))
     assert not broken, broken
