@@ -39,16 +39,6 @@ MOST_STEPS = 2**53  # of a call; more take longer than the age of the universe
 _Call = tuple[Callable[..., tuple[int, int]], Bundle, int, int]  # the kernel and its arguments except the count
 
 
-def without_padding(array: Any) -> Any:
-    """Return a copy of an array whose bytes between the fields of its records are 0, as those of a world are."""
-    if not array.dtype.names:
-        return array
-    copy = np.zeros(array.shape, array.dtype)
-    for name in array.dtype.names:
-        copy[name] = array[name]
-    return copy
-
-
 class World(Actions, Readings):
     """``world_count`` copies of a scene, stepped together.
 
@@ -333,10 +323,7 @@ class World(Actions, Readings):
     def save(self, worlds: Any = None) -> Snapshot:
         """Return a bit-exact copy of the chosen worlds' State and Parameters, which can be pickled."""
         chosen = check.worlds(worlds, self.world_count, "save: worlds")
-        snapshot = take_snapshot(self.model, self.parameters, self.state, chosen)
-        for arrays in (snapshot.state, snapshot.parameters):
-            arrays.update({name: without_padding(array) for name, array in arrays.items()})
-        return snapshot
+        return take_snapshot(self.model, self.parameters, self.state, chosen)
 
     @of_world
     def restore(self, snapshot: Snapshot, worlds: Any = None) -> None:

@@ -108,6 +108,17 @@ def set_length(world: Any, joints: Any, timestep: float, substeps: int) -> None:
 
 
 @njit
+def substeps_of_part(world: Any, substeps: int, length: int, end: int) -> int:
+    """Return the number of substeps of ``length`` of the ``end`` shortest parts of a step that has ``substeps``.
+
+    Where few bodies are awake, each part has as many as the step, and is as much more accurate.
+    """
+    if not world.scratch.division.many[0]:
+        return substeps
+    return (substeps * length + end - 1) // end
+
+
+@njit
 def set_substeps(world: Any, timestep: float, substeps: int) -> float:
     """Set the length of the present part in s and its substeps; returns the factor of the length of a substep."""
     division = world.scratch.division
@@ -264,7 +275,8 @@ def check_step(world: Any, joints: Any) -> tuple[int, int, bool]:
     those of the contacts that the step began with, of which some are predicted.
     """
     division = world.scratch.division
-    depth = accepted_depth(world.state.world.awake_count)
+    awake_count = int64(world.state.world.awake_count)
+    depth = accepted_depth(awake_count)
     status, needed, count = find_overlaps(world, False)
     if status != OK or not any_deeper(world.scratch.found, count, division.overlaps, int64(0), depth):
         return status, needed, False
@@ -274,6 +286,7 @@ def check_step(world: Any, joints: Any) -> tuple[int, int, bool]:
     status, needed, count = find_overlaps(world, True)
     if status != OK:
         return status, needed, False
+    division.many[0] = awake_count > MANY
     grown = any_deeper(division.overlaps, deep_count, world.scratch.found, count, depth)
     if grown:
         division.overlap_count[0] = copy_overlaps(world.scratch.found, count, division.overlaps)

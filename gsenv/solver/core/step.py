@@ -25,6 +25,7 @@ from .division import (
     start_part_of_step,
     start_sums,
     store_sums,
+    substeps_of_part,
 )
 from .geometry import gravity_norm, update_geometry
 from .integrate import (
@@ -140,9 +141,8 @@ def step_part(world: Any, joints: Any, whole: bool) -> Any:
 def divide_step(world: Any, joints: Any) -> Any:
     """Repeat in parts a step in which an overlap has grown; returns (status, needed) as ``step_worlds`` does.
 
-    The state is that at the start of the step.  Lengths are whole numbers of shortest parts; substeps become shorter
-    than those of the whole step in parts alone that are shorter than these.  If even a shortest part fails, the rest
-    of the step is not checked.
+    The state is that at the start of the step.  Lengths are whole numbers of shortest parts.  If even one of these
+    fails, the rest of the step is not checked.
     """
     timestep = world.options.timestep
     substeps = int64(world.options.substeps)
@@ -155,7 +155,8 @@ def divide_step(world: Any, joints: Any) -> Any:
     world.scratch.division.finest[0] = substeps
     start_sums(world, joints)
     while done < end:
-        set_length(world, joints, timestep * (length / end), (substeps * length + end - 1) // end)
+        part_substeps = substeps_of_part(world, substeps, length, end)
+        set_length(world, joints, timestep * (length / end), part_substeps)
         start_part_of_step(world, joints, length / (done if done > 0 else end))
         failed = False
         status, needed, far_moving = step_part(world, joints, False)

@@ -96,6 +96,7 @@ class Scratch:
             "worlds": np.zeros(2, world_state_dtype()),
             "timesteps": np.zeros(2),
             "substeps": np.ones(2, np.int64),
+            "many": np.zeros(1, np.bool_),  # whether many bodies are awake
             "finest": np.zeros(1, np.int64),  # substeps of the whole step; 0 in a step that is not divided
             "share": np.ones(1),  # length of a substep of the present part over that of one of the whole step
         }

@@ -98,12 +98,11 @@ class Snapshot:
         """Copy the saved worlds, or one to all, into the chosen worlds."""
         chosen = rows(chosen)
         for name, array in self.state.items():
-            as_bytes(getattr(state, name))[chosen] = as_bytes(array)
+            getattr(state, name)[chosen] = array
         for name, array in self.parameters.items():
-            as_bytes(getattr(parameters, name))[chosen] = as_bytes(array)
-        contacts, saved = as_bytes(state.contacts), as_bytes(self.contacts)
-        contacts[chosen, : saved.shape[1]] = saved
-        contacts[chosen, saved.shape[1] :] = 0
+            getattr(parameters, name)[chosen] = array
+        as_bytes(state.contacts)[chosen] = 0
+        state.contacts[chosen, : self.contact_capacity] = self.contacts
         state.forget_motion(chosen)
         if state.motions is not None and self.motions is not None:
             state.motions[chosen] = self.motions

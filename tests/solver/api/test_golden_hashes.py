@@ -68,11 +68,11 @@ WORLDS: dict[str, tuple[Callable[[], World], int]] = {  # and how many steps
     "3D chain": (lambda: World(spatial_chain(), options=AWAKE), 120),
 }
 GOLDEN = {
-    "2D mixed": "fc219c0ea629d8d6a3129bc5ba611194cc3224725c73bb0936c1fc4c1fce3260",
-    "2D tumble": "969e9e3c52e992b76100104101338c40c28c7e35a68ea48bcf5b26664736adc1",
+    "2D mixed": "c07725679efbb9c6bdfde454afd6da55cfca86a78f2b0be07453d2a40dfe96cc",
+    "2D tumble": "54170998b3f27296102f8ea5e65d2d4ba7b4c5a805e45de4f103c8ca7fc02055",
     "2D pyramid": "b7e29348d78d07c330a2b901183c16dbf69f8fc4209207f1a43bca8497ba6077",
-    "3D mixed": "05e92e77d63b03c5c3973ac9f6629d934cad8b4b24996d613f7e3b943ac05bcf",
-    "3D tumble": "82fe154d9e08dde9b44add686208f8a49f23e4e1e3b57b3b92ecf2ea020dcac2",
+    "3D mixed": "c15e6b1f3fac487a735604c25e528d2f32f7ce55209e63b0cd6a21c73a6b25ab",
+    "3D tumble": "709682fb6b05c65877e4f04701ed89203d1e246ffc50c56e7daf0ede903eab6e",
     "3D chain": "c215baf1e1a7407219df0cb3410d6a8e1fed90dd97b9f68659bf094deeeb22d2",
 }
 
