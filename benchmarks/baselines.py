@@ -4,7 +4,7 @@ Trains what is missing in the folder --runs with the settings of train/ppo.py (`
 same files), then plays 100 episodes of the split "test" with each policy. Interquartile means over the seeds and their
 bootstrapped 95 % intervals as recommended by Agarwal et al. 2021 (Deep RL at the edge of the statistical precipice).
 All tiers and seeds take a day: Ctrl-C keeps what is done, and the same command continues. With --trained it trains
-nothing and reports the runs that are complete.
+nothing and reports the runs that are complete. With --add published seeds stay, and only others are trained and tested.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.common.files import packed, unpacked
+from benchmarks.common.files import packed, read_json, unpacked
 from benchmarks.common.progress import track
 from benchmarks.common.report import Picture, Report
 from benchmarks.common.run import Run
@@ -57,6 +57,7 @@ class Trained:
         solved_seconds: CPU seconds until an evaluation during training reached SOLVED; -1: none did.
         success: share of the test episodes.
         returns: mean of the test episodes.
+        tested: commit of these episodes.
     """
 
     env: str
@@ -67,6 +68,7 @@ class Trained:
     solved_seconds: float
     success: float
     returns: float
+    tested: str
 
 
 @dataclass(frozen=True)
@@ -92,16 +94,17 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seeds", type=positive, default=SEEDS, help="number of seeds (default: %(default)s)")
     parser.add_argument("--runs", type=Path, default=Path("runs/ppo"), help="folder of the runs (default: %(default)s)")
     parser.add_argument("--trained", action="store_true", help="train nothing: report the runs that are complete")
+    parser.add_argument("--add", action="store_true", help="keep the published seeds, and do only others")
 
 
 def measure(run: Run) -> dict[str, Any]:
     """Train what is missing and test all."""
-    trained: list[Trained] = []
-    points: list[Point] = []
+    trained, points = published(run.results_file) if run.options.add else ([], [])
+    known = {(one.env, one.seed) for one in trained}
     seeds = QUICK_SEEDS if run.quick else run.options.seeds
     with runs_folder(run) as runs:
         jobs = [(settings_of(env_id, seed, run.quick), runs / env_id / f"seed-{seed}")
-                for env_id in run.options.env for seed in range(seeds)]  # fmt: skip
+                for env_id in run.options.env for seed in range(seeds) if (env_id, seed) not in known]  # fmt: skip
         if run.options.trained:
             jobs = [(settings, folder) for settings, folder in jobs if complete(folder, settings)]
         for settings, folder in track(jobs, "training", len(jobs)):
@@ -113,7 +116,18 @@ def measure(run: Run) -> dict[str, Any]:
             one, of_training = test(settings, folder, QUICK_EPISODES if run.quick else EPISODES)
             trained.append(one)
             points += of_training
+    order = list(ppo.SETTINGS)
+    trained.sort(key=lambda one: (order.index(one.env), one.seed))
+    points.sort(key=lambda point: order.index(point.env))
     return {"trained": packed(trained), "points": packed(points)}
+
+
+def published(results_file: Path | None) -> tuple[list[Trained], list[Point]]:
+    """Return the seeds in a file of results and the evaluations during their training."""
+    if results_file is None or not results_file.is_file():
+        return [], []
+    results = read_json(results_file)
+    return unpacked(Trained, results["trained"]), unpacked(Point, results["points"])
 
 
 def settings_of(env_id: str, seed: int, quick: bool) -> Settings:
@@ -149,6 +163,7 @@ def test(settings: Settings, folder: Path, episodes: int) -> tuple[Trained, list
         solved[0] if solved else -1.0,
         result.success_rate,
         result.mean_return,
+        commit(),
     )
     return one, [Point(settings.env, settings.seed, int(row["steps"]), row["evaluated_success"]) for row in evaluated]
 
@@ -209,7 +224,8 @@ def report(results: Mapping[str, Any]) -> Report:
         f'Each policy plays {EPISODES} episodes of the split "test" with its mean action. Success and return are '
         "interquartile means over the seeds with bootstrapped 95 % intervals (Agarwal et al. 2021). CPU seconds "
         "are medians of the seeds, evaluations included; the last column counts the seeds that reached it. "
-        f"Trained at commits {', '.join(sorted({one.commit for one in trained if one.commit})) or 'unknown'}."
+        f"Trained at {', '.join(sorted({one.commit or 'an unknown commit' for one in trained}))}, "
+        f"tested at {', '.join(sorted({one.tested for one in trained}))}."
     )
     picture = Picture("Success over the steps of training, a line for each seed", lambda: draw(points))
     return Report("Baselines of PPO", [text, Table(header, rows, words=1), picture])

@@ -35,6 +35,7 @@ class BlocksTask(Task):
     )
     quantities = QUANTITIES
     _before: Array | None = None  # bodies at the start of a step of the engine
+    _bytes: tuple[Array, Array] | None = None  # of these, and of the world's bodies
 
     def solver_options(self) -> Options:
         """The grip is a weld that switches; without it no bodies are linked, so that joint coordinates save nothing."""
@@ -51,13 +52,13 @@ class BlocksTask(Task):
     def simulate(self) -> None:
         """Advance the physics, and note after each step of the engine which impacts there were."""
         bodies = self.world.state.bodies
-        if self._before is None:
+        if self._bytes is None or self._bytes[1].base is not bodies:  # e.g. after unpickling, when views are copies
             self._before = as_records(np.empty_like(bodies))
-        kept, bytes_of_bodies = as_bytes(self._before), as_bytes(bodies)
+            self._bytes = as_bytes(self._before), as_bytes(bodies)
         for _ in range(self.engine_steps):
             if self.before_step is not None:
                 self.before_step()
-            np.copyto(kept, bytes_of_bodies)
+            np.copyto(*self._bytes)
             self.world.step(1)
             self.rules.note_impacts(self.kernel_world, self._before)
 

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import argparse
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from benchmarks.baselines import Point, Trained, complete, interval, report, settings_of
+from benchmarks.baselines import Point, Trained, complete, interval, measure, published, report, settings_of
 from benchmarks.common.files import packed
+from benchmarks.common.files import write_json as write_results
+from benchmarks.common.run import Run
 from gsenv.train.files import write_json, write_rows
 
 
@@ -31,13 +34,15 @@ def test_equal_seeds_have_no_interval() -> None:
 
 
 def test_the_report_counts_the_seeds_that_solved_the_task() -> None:
-    trained = [Trained("GStack-v0", s, 2_000_000, "abc", 100.0 + s, (-1.0, 40.0, 60.0)[s], 0.9, 12.0) for s in range(3)]
+    trained = [
+        Trained("GStack-v0", s, 2_000_000, "abc", 100.0 + s, (-1.0, 40.0, 60.0)[s], 0.9, 12.0, "def") for s in range(3)
+    ]
     points = [Point("GStack-v0", s, 1000 * k, 0.1 * k) for s in range(3) for k in range(5)]
     made = report({"trained": packed(trained), "points": packed(points)})
     (row,) = made.parts[1].rows  # type: ignore[union-attr]
     assert row[:3] == ["GStack-v0", "3", "2.0"]
     assert row[-2:] == ["101", "50 (2 of 3)"]
-    assert "at commits abc." in made.parts[0]  # type: ignore[operator]
+    assert "Trained at abc, tested at def." in made.parts[0]  # type: ignore[operator]
     assert made.picture is not None
     figure = made.picture.draw()
     assert len(figure.axes[0].lines) == 3
@@ -51,3 +56,14 @@ def test_a_run_is_complete_after_its_last_step_and_its_result(tmp_path: Path) ->
     assert not complete(tmp_path, settings)
     write_rows(tmp_path / "progress.csv", [{"steps": settings.steps // 2}, {"steps": settings.steps}])
     assert complete(tmp_path, settings)
+
+
+def test_published_seeds_stay_and_are_not_trained_again(tmp_path: Path) -> None:
+    seeds = [Trained("GCar-v0", s, 100, "abc", 1.0, -1.0, 0.5, 1.0, "def") for s in range(2)]
+    points = [Point("GCar-v0", s, 100, 0.5) for s in range(2)]
+    file = tmp_path / "baselines.json"
+    write_results(file, {"trained": packed(seeds), "points": packed(points)})
+    options = argparse.Namespace(env=["GCar-v0"], seeds=2, runs=tmp_path, trained=False, add=True)
+    kept = measure(Run(options, quick=False, dim=2, stamp={}, results_file=file))
+    assert kept == {"trained": packed(seeds), "points": packed(points)}
+    assert published(None) == ([], [])
