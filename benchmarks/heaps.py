@@ -3,10 +3,10 @@
     python -m benchmarks heaps --box2d-source FOLDER
     python -m benchmarks heaps --dim 3 --box3d-source FOLDER
 
-A stack of 50 boxes and a pyramid with a base of 20, at 60 steps per second: gsenv's fidelities balanced and fast and,
-built from the folder of its sources, Box2D v3 or Box3D. Boxes start exactly touching. "Settling" are the first 60
-steps, "resting" the 60 steps after 5 s. All settings take turns on one core, each run in a new world; times are
-medians. Overlaps are exact, from the poses of one more run.
+A stack of 50 boxes, a pyramid with a base of 20 and a wall of 16 courses of bricks that touch sideways, too, at 60
+steps per second: gsenv's fidelities balanced and fast and, built from the folder of its sources, Box2D v3 or Box3D.
+Boxes start exactly touching. "Settling" are the first 60 steps, "resting" the 60 steps after 5 s. All settings take
+turns on one core, each run in a new world; times are medians. Overlaps are exact, from the poses of one more run.
 """
 
 from __future__ import annotations
@@ -36,16 +36,56 @@ from benchmarks.common.tables import Table
 from benchmarks.common.timing import cpu_time, median_ratio
 from gsenv.scenes import pyramid, stack
 from gsenv.scenes.spatial import cube_pyramid, cube_stack
-from gsenv.solver import Model, Scene
+from gsenv.solver import Model, Scene, planar, spatial
 from gsenv.solver.api.options import FIDELITIES
 from gsenv.solver.records.model import BodyKind
 from gsenv.train.arguments import positive
 
 Array = NDArray[np.float64]
 
+FRICTION = 0.5
+
+
+def wall(dim: int, width: int, courses: int, gap: float) -> Scene:
+    """Return bricks of 1 m by 0.5 m in running bond, with half bricks at the ends of every second course.
+
+    Args:
+        dim: 2 or 3.
+        width: bricks in the first course.
+        courses: how many.
+        gap: m, between bricks side by side.
+    """
+    scene = Scene(dim)
+    ground = planar.HalfPlane(friction=FRICTION) if dim == 2 else spatial.Plane(friction=FRICTION)
+    scene.add_body("ground", kind="static", shapes=[ground])
+    pitch = 1.0 + gap
+    for course in range(courses):
+        bricks = [(pitch * k, 0.5) for k in range(width)]  # centre and half length
+        if course % 2:
+            ends = [(-0.25, 0.25), (pitch * (width - 1) + 0.25, 0.25)]
+            bricks = [*((pitch * k + 0.5, 0.5) for k in range(width - 1)), *ends]
+        for x, half in bricks:
+            height, name = 0.25 + 0.5 * course, f"brick_{len(scene.bodies)}"
+            if dim == 2:
+                scene.add_body(name, shapes=[planar.Box((half, 0.25), friction=FRICTION)], position=(x, height))
+            else:
+                brick = spatial.Box((half, 0.25, 0.25), friction=FRICTION)
+                scene.add_body(name, shapes=[brick], position=(x, 0.0, height))
+    return scene
+
+
+WALL = (16, 16, 0.0)
 HEAPS: dict[int, dict[str, Callable[[], Scene]]] = {
-    2: {"stack of 50": partial(stack, 50), "pyramid, base 20": partial(pyramid, 20)},
-    3: {"stack of 50": partial(cube_stack, 50), "pyramid, base 20": partial(cube_pyramid, 20)},
+    2: {
+        "stack of 50": partial(stack, 50),
+        "pyramid, base 20": partial(pyramid, 20),
+        "wall of 16 courses": partial(wall, 2, *WALL),
+    },
+    3: {
+        "stack of 50": partial(cube_stack, 50),
+        "pyramid, base 20": partial(cube_pyramid, 20),
+        "wall of 16 courses": partial(wall, 3, *WALL),
+    },
 }
 TIMESTEP = 1.0 / 60.0
 STEPS, REST = 60, 300  # steps in a timed call, and before the resting ones

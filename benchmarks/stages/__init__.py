@@ -45,7 +45,7 @@ STAGES: dict[str, tuple[str, ...]] = {  # by modules, or functions of modules; t
     "warm start": ("energy.apply_warm_start",),
     "residual": ("energy", "friction_cone.cone_residual", "friction_cone._nearest", "rows"),
     "sweeps": ("pgs", "nncg", "disc", "friction_cone"),
-    "subspace steps": ("subspace", "cholesky", "blocks"),
+    "subspace steps": ("subspace", "cholesky", "ordering", "blocks"),
     "impacts and landings": ("impacts", "landings"),
     "position pass": ("position_pass",),
     "integration": ("integrate", "rotation", "free_rotation"),

@@ -130,7 +130,7 @@ def _take_step(world: Any, island: Any, joints: Any, joint_factor: Any) -> Any:
     _choose_joint_rows(rows, island.joint_rows)
     _choose_contact_rows(world, island)
     size = factorise_equations(
-        rows, island.rows, island_bodies, substep_bodies, entries, joint_factor.edges, joint_factor.blocks
+        rows, island.rows, island_bodies, substep_bodies, entries, joint_factor.graph, joint_factor.blocks
     )
     if size > 0:
         clear_sides(size, entries)

@@ -287,7 +287,7 @@ def factorise_joints(world: Any, island: Any, joint_factor: Any, soft: Any) -> N
         end = island.joint_rows
         joint_factor.plan.row_end = end
         joint_factor.plan.size = factorise_equations(
-            rows, end, island_bodies, substep_bodies, entries, joint_factor.edges, joint_factor.blocks
+            rows, end, island_bodies, substep_bodies, entries, joint_factor.graph, joint_factor.blocks
         )
 
 

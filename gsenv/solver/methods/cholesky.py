@@ -1,12 +1,10 @@
 """Sparse block Cholesky factor of an island's mass matrix plus some of its rows.
 
 H = M + sum_r J_r^T J_r / s_r has a block for each body and for each pair of bodies that rows connect.
-Bodies are eliminated in the reverse order of a breadth-first search, so that a tree of joints
-(a chain, a ragdoll) has no fill-in and costs linear time; loops and heaps have little fill-in.
-A factor that does not fit into the buffer is refused before it is computed.
+ordering.py orders the bodies.  Blocks are stored by columns and computed row by row (up-looking); a factor that does
+not fit into the buffer is refused before it is computed.
 
-George, Liu, "Computer Solution of Large Sparse Positive Definite Systems" (1981), chapters 4 and 5;
-Liu, "The role of elimination trees in sparse factorization", SIAM J. Matrix Anal. Appl. 11 (1990).
+Davis, "Direct Methods for Sparse Linear Systems" (2006), chapter 4.
 """
 
 from __future__ import annotations
@@ -16,15 +14,13 @@ from typing import Any
 import numpy as np
 
 from ..core.dispatch import by_dimension
-from ..core.rows import EQUATION
 from ..jit import njit
 from ..records.model import NDOF
+from .ordering import GRAPH_NUMBERS, OUTSIDE, link_bodies, neighbour, order_bodies
 
 BLOCKS_PER_BODY = 40  # mean number of blocks in a row of the factor for which there is memory
 ANY_COST = 1 << 62  # products of blocks: more than any factor has
-_OUTSIDE = -1
-_WAITING = -2  # has rows, but no block row yet
-_IDLE = -3  # in the island, but no row found yet
+VISITS = 96  # of neighbours, for each row, by the ordering of a factor whose products are bounded: some sweeps long
 
 
 PLAN_DTYPE = np.dtype(
@@ -38,8 +34,8 @@ PLAN_DTYPE = np.dtype(
 
 
 def block_dtype(dim: int) -> np.dtype[Any]:
-    """Return the dtype of a block: its entries, (i, j) at ``m[j, i]``, and the block row p of its column of blocks."""
-    return np.dtype([("m", "f8", (NDOF[dim], NDOF[dim])), ("column", "i4")], align=True)
+    """Return the dtype of a block: its entries, (i, j) at ``m[j, i]``, its place, and the next block of its row."""
+    return np.dtype([("m", "f8", (NDOF[dim], NDOF[dim])), ("row", "i4"), ("column", "i4"), ("next", "i4")], align=True)
 
 
 def factor_dtype(dim: int) -> np.dtype[Any]:
@@ -48,15 +44,28 @@ def factor_dtype(dim: int) -> np.dtype[Any]:
         [
             ("order", "i4"),  # body of block row p
             ("place", "i4"),  # block row of a body; negative outside the factor
-            ("first", "i4"),  # first block of row p, columns ascending, the diagonal last
-            ("count", "i4"),  # number of blocks left of the diagonal
-            ("parent", "i4"),  # of block row p in the elimination tree
-            ("mark", "i4"),
+            ("first", "i4"),  # diagonal block of column p; those below it follow, rows ascending
+            ("count", "i4"),  # number of blocks below the diagonal
+            ("row_first", "i4"),  # first block of row p left of the diagonal, -1: none
+            ("row_last", "i4"),
+            ("in_row", "i4"),  # block of column p in the row that is being computed
             ("head", "i4"),  # first edge of a body, -1: none
+            ("start", "i4"),  # of the list of neighbours of an eliminated body, and their number
+            ("size", "i4"),
+            ("list", "i4"),  # first place where a body is a neighbour of an eliminated one, -1: none
+            ("degree", "i4"),  # number of neighbours of a body
+            ("before", "i4"),  # in the list of bodies of equal degree
+            ("after", "i4"),
+            ("bucket", "i4"),  # first body of degree p, -1: none
             ("x", "f8", (NDOF[dim],)),  # right-hand side, then the solution, of row p
         ],
         align=True,
     )
+
+
+def graph_size(rows: int, bodies: int, blocks: int) -> int:
+    """Return the size of the graph's array, for numbers of rows, bodies and blocks; see ordering.py."""
+    return 4 * rows + bodies + GRAPH_NUMBERS * blocks
 
 
 @njit
@@ -107,142 +116,57 @@ subtract_forward = by_dimension("blocks", "subtract_forward", otherwise=_subtrac
 
 
 @njit
-def _counts(row: Any, equations: Any) -> Any:
-    return row.kind == EQUATION or not equations
-
-
-@njit
-def _link_bodies(rows: Any, count: Any, equations: Any, island_bodies: Any, factor: Any, edges: Any) -> None:
-    """List the neighbours of each body as linked lists: entries 2e and 2e+1 are the edge before e and its other body.
-
-    The lists spare later code the access to a row, in memory, for each edge.
-    """
-    for k in range(len(island_bodies)):
-        factor[island_bodies[k]].place = _IDLE
-    last_a = -1
-    last_b = -1
-    e = 0
-    for r in range(count):
-        a = rows[r].body_a
-        b = rows[r].body_b
-        if (a == last_a and b == last_b) or not _counts(rows[r], equations):
-            continue
-        last_a = a
-        last_b = b
-        for side in range(2):
-            body = a if side == 0 else b
-            if factor[body].place == _IDLE:
-                factor[body].place = _WAITING
-                factor[body].head = -1
-        if a != b and factor[a].place == _WAITING and factor[b].place == _WAITING:
-            edges[2 * e] = factor[a].head
-            edges[2 * e + 1] = b
-            factor[a].head = e
-            edges[2 * e + 2] = factor[b].head
-            edges[2 * e + 3] = a
-            factor[b].head = e + 1
-            e += 2
-
-
-@njit
-def _search(start: Any, placed: Any, factor: Any, edges: Any) -> Any:
-    """Order the bodies that ``start`` reaches, breadth first; returns the next free block row."""
-    factor[start].place = placed
-    factor[placed].order = start
-    head = placed
-    placed += 1
-    while head < placed:
-        body = factor[head].order
-        head += 1
-        edge = factor[body].head
-        while edge >= 0:
-            other = edges[2 * edge + 1]
-            if factor[other].place == _WAITING:
-                factor[other].place = placed
-                factor[placed].order = other
-                placed += 1
-            edge = edges[2 * edge]
-    return placed
-
-
-@njit
-def _order_bodies(island_bodies: Any, factor: Any, edges: Any) -> Any:
-    """Order the bodies by reverse Cuthill-McKee, from a far end of each component; returns their number."""
-    placed = 0
-    for k in range(len(island_bodies)):
-        if factor[island_bodies[k]].place == _WAITING:
-            end = _search(island_bodies[k], placed, factor, edges)
-            far = factor[end - 1].order
-            for p in range(placed, end):
-                factor[factor[p].order].place = _WAITING
-            placed = _search(far, placed, factor, edges)
-    for p in range(placed // 2):
-        body = factor[p].order
-        factor[p].order = factor[placed - 1 - p].order
-        factor[placed - 1 - p].order = body
-    for p in range(placed):
-        factor[factor[p].order].place = p
-        factor[p].parent = -1
-        factor[p].mark = -1
-    return placed
-
-
-@njit
 def plan_factor(
-    rows: Any, count: Any, equations: Any, island_bodies: Any, factor: Any, edges: Any, blocks: Any, most_products: Any
+    rows: Any, count: Any, equations: Any, island_bodies: Any, factor: Any, graph: Any, blocks: Any, most_products: Any
 ) -> Any:
     """Order the bodies that rows move, and lay out the factor.
 
     Returns the number of block rows and that of the products of blocks in ``factorise``; (0, 0) where the blocks do
     not fit or the products are more than ``most_products``.  ``equations``: whether only rows of that kind count.
-    ``factor`` (body,), all ``place`` negative on entry; ``edges`` int32 (4 * row,).
+    ``factor`` (body,), all ``place`` negative on entry; ``graph`` int32, of ``graph_size``.
     """
-    _link_bodies(rows, count, equations, island_bodies, factor, edges)
-    n = _order_bodies(island_bodies, factor, edges)
+    link_bodies(rows, count, equations, island_bodies, factor, graph)
+    most_visits = VISITS * count if most_products < ANY_COST else ANY_COST
+    n, products = order_bodies(island_bodies, factor, graph, len(blocks), most_products, most_visits)
     total = 0
-    products = 0
     for p in range(n):
-        row = factor[p]
-        row.first = total
-        row.mark = p
-        edge = factor[row.order].head
-        while edge >= 0:
-            q = factor[edges[2 * edge + 1]].place
-            while q < p and factor[q].mark != p:  # up the elimination tree
-                if total + 1 >= len(blocks):
-                    return 0, 0
-                factor[q].mark = p
-                blocks[total].column = q
-                total += 1
-                if factor[q].parent < 0:
-                    factor[q].parent = p
-                q = factor[q].parent
-            edge = edges[2 * edge]
-        row.count = total - row.first
-        products += row.count * (row.count + 1) // 2
-        _sort_columns(blocks, row.first, total)
-        if total >= len(blocks) or products > most_products:
-            return 0, 0
-        blocks[total].column = p
-        total += 1
+        body = factor[p].order
+        entry = factor[p]
+        entry.first = total
+        entry.count = factor[body].size
+        entry.row_first = -1
+        for k in range(entry.count + 1):
+            blocks[total + k].column = p
+            blocks[total + k].row = p if k == 0 else neighbour(body, k - 1, factor, graph, len(blocks))
+        _sort_rows(blocks, total + 1, total + 1 + entry.count)
+        total += 1 + entry.count
+    for p in range(n):
+        for k in range(factor[p].first + 1, factor[p].first + 1 + factor[p].count):
+            row = factor[blocks[k].row]
+            blocks[k].next = -1
+            if row.row_first < 0:
+                row.row_first = k
+            else:
+                blocks[row.row_last].next = k
+            row.row_last = k
     return n, products
 
 
 @njit
-def _sort_columns(blocks: Any, first: Any, end: Any) -> None:
+def _sort_rows(blocks: Any, first: Any, end: Any) -> None:
     for i in range(first + 1, end):
-        column = blocks[i].column
+        row = blocks[i].row
         k = i
-        while k > first and blocks[k - 1].column > column:
-            blocks[k].column = blocks[k - 1].column
+        while k > first and blocks[k - 1].row > row:
+            blocks[k].row = blocks[k - 1].row
             k -= 1
-        blocks[k].column = column
+        blocks[k].row = row
 
 
 @njit
 def forget_factor(island_bodies: Any, factor: Any) -> None:
     for k in range(len(island_bodies)):
-        factor[island_bodies[k]].place = _OUTSIDE
+        factor[island_bodies[k]].place = OUTSIDE
 
 
 @njit
@@ -253,11 +177,11 @@ def load_masses(n: Any, factor: Any, blocks: Any, substep_bodies: Any) -> None:
         mass = substep_bodies[entry.order].mass_matrix
         for i in range(len(entry.x)):
             entry.x[i] = 0.0
-        for k in range(entry.first, entry.first + entry.count):
+        for k in range(entry.first + 1, entry.first + 1 + entry.count):
             for i in range(len(entry.x)):
                 for j in range(len(entry.x)):
                     blocks[k].m[i, j] = 0.0
-        diagonal = blocks[entry.first + entry.count].m
+        diagonal = blocks[entry.first].m
         for i in range(len(entry.x)):
             for j in range(len(entry.x)):
                 diagonal[i, j] = mass[i, j]
@@ -276,7 +200,7 @@ def places_of(row: Any, factor: Any) -> Any:
     """Return the block rows of a row's two bodies; negative for bodies outside the factor."""
     p = factor[row.body_a].place
     if row.body_a == row.body_b:
-        p = _OUTSIDE
+        p = OUTSIDE
     return p, factor[row.body_b].place
 
 
@@ -309,10 +233,15 @@ def change_of(row: Any, factor: Any) -> Any:
 @njit
 def _block_at(factor: Any, blocks: Any, p: Any, q: Any) -> Any:
     """Return the index of block (p, q), q < p."""
-    k = factor[p].first
-    while blocks[k].column != q:
-        k += 1
-    return k
+    low = factor[q].first + 1
+    high = factor[q].first + factor[q].count
+    while low < high:
+        middle = (low + high) // 2
+        if blocks[middle].row < p:
+            low = middle + 1
+        else:
+            high = middle
+    return low
 
 
 @njit
@@ -320,9 +249,9 @@ def add_product(row: Any, other: Any, factor: Any, blocks: Any, scale: Any) -> N
     """Add scale J^T J' of two rows on the same bodies to H; to keep H symmetric, add both orders."""
     p, q = places_of(row, factor)
     if p >= 0:
-        add_outer(blocks[factor[p].first + factor[p].count], row.jacobian_a, other.jacobian_a, scale)
+        add_outer(blocks[factor[p].first], row.jacobian_a, other.jacobian_a, scale)
     if q >= 0:
-        add_outer(blocks[factor[q].first + factor[q].count], row.jacobian_b, other.jacobian_b, scale)
+        add_outer(blocks[factor[q].first], row.jacobian_b, other.jacobian_b, scale)
     if p > q >= 0:
         add_outer(blocks[_block_at(factor, blocks, p, q)], row.jacobian_a, other.jacobian_b, scale)
     elif q > p >= 0:
@@ -356,30 +285,23 @@ def _cholesky(m: Any) -> Any:
 
 
 @njit
-def _subtract_common(blocks: Any, target: Any, left: Any, left_end: Any, right: Any, right_end: Any) -> None:
-    """Subtract from ``target`` the products over the columns that two block rows share."""
-    while left < left_end and right < right_end:
-        i = blocks[left].column
-        j = blocks[right].column
-        if i == j:
-            subtract_product(blocks[target], blocks[left], blocks[right])
-        left += int(i <= j)
-        right += int(j <= i)
-
-
-@njit
 def factorise(n: Any, factor: Any, blocks: Any) -> Any:
     """Factorise H = L L^T block row by block row; returns False if H is not positive definite."""
     for p in range(n):
-        first = factor[p].first
-        diagonal = first + factor[p].count
-        for k in range(first, diagonal):
-            other = factor[blocks[k].column]
-            end = other.first + other.count
-            _subtract_common(blocks, k, first, k, other.first, end)
-            divide(blocks[k], blocks[end])
-        for k in range(first, diagonal):
+        first = factor[p].row_first
+        k = first
+        while k >= 0:
+            factor[blocks[k].column].in_row = k
+            k = blocks[k].next
+        diagonal = factor[p].first
+        k = first
+        while k >= 0:
+            column = factor[blocks[k].column].first
+            divide(blocks[k], blocks[column])
+            for i in range(column + 1, k):
+                subtract_product(blocks[factor[blocks[i].row].in_row], blocks[k], blocks[i])
             subtract_product(blocks[diagonal], blocks[k], blocks[k])
+            k = blocks[k].next
         if not _cholesky(blocks[diagonal].m):
             return False
     return True
@@ -389,27 +311,25 @@ def factorise(n: Any, factor: Any, blocks: Any) -> Any:
 def substitute(n: Any, factor: Any, blocks: Any) -> None:
     """Set x = H^-1 x by forward and backward substitution."""
     for p in range(n):
-        row = factor[p]
-        diagonal = row.first + row.count
-        for k in range(row.first, diagonal):
-            subtract_forward(row.x, blocks[k], factor[blocks[k].column].x)
-        block = blocks[diagonal].m
-        for i in range(len(row.x)):
-            s = row.x[i]
+        entry = factor[p]
+        block = blocks[entry.first].m
+        for i in range(len(entry.x)):
+            s = entry.x[i]
             for k in range(i):
-                s -= block[k, i] * row.x[k]
-            row.x[i] = s * block[i, i]
+                s -= block[k, i] * entry.x[k]
+            entry.x[i] = s * block[i, i]
+        for k in range(entry.first + 1, entry.first + 1 + entry.count):
+            subtract_forward(factor[blocks[k].row].x, blocks[k], entry.x)
     for p in range(n - 1, -1, -1):
-        row = factor[p]
-        diagonal = row.first + row.count
-        block = blocks[diagonal].m
-        for i in range(len(row.x) - 1, -1, -1):
-            s = row.x[i]
-            for k in range(i + 1, len(row.x)):
-                s -= block[i, k] * row.x[k]
-            row.x[i] = s * block[i, i]
-        for k in range(row.first, diagonal):
-            _subtract_backward(factor[blocks[k].column].x, blocks[k].m, row.x)
+        entry = factor[p]
+        for k in range(entry.first + 1, entry.first + 1 + entry.count):
+            _subtract_backward(entry.x, blocks[k].m, factor[blocks[k].row].x)
+        block = blocks[entry.first].m
+        for i in range(len(entry.x) - 1, -1, -1):
+            s = entry.x[i]
+            for k in range(i + 1, len(entry.x)):
+                s -= block[i, k] * entry.x[k]
+            entry.x[i] = s * block[i, i]
 
 
 @njit

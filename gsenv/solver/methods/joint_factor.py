@@ -37,10 +37,10 @@ def compliance(row: Any) -> Any:
 
 @njit
 def factorise_equations(
-    rows: Any, end: Any, island_bodies: Any, substep_bodies: Any, entries: Any, edges: Any, blocks: Any
+    rows: Any, end: Any, island_bodies: Any, substep_bodies: Any, entries: Any, graph: Any, blocks: Any
 ) -> Any:
     """Factorise the equations among ``rows[:end]``; returns the size, 0 if there are none or it does not fit."""
-    n, _ = plan_factor(rows, end, True, island_bodies, entries, edges, blocks, ANY_COST)
+    n, _ = plan_factor(rows, end, True, island_bodies, entries, graph, blocks, ANY_COST)
     load_masses(n, entries, blocks, substep_bodies)
     for r in range(end):
         if n > 0 and rows[r].kind == EQUATION and rows[r].diagonal > 0.0:

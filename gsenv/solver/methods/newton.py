@@ -372,7 +372,7 @@ def solve_newton(
     substep_bodies = scratch.substep_bodies
     factor = scratch.factor
     entries = factor.entries
-    factor.plan.size, _ = plan_factor(rows, count, False, island_bodies, entries, factor.edges, factor.blocks, ANY_COST)
+    factor.plan.size, _ = plan_factor(rows, count, False, island_bodies, entries, factor.graph, factor.blocks, ANY_COST)
     left = MOST_STEPS
     used = 1
     converged = factor.plan.size > 0

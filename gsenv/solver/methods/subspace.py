@@ -56,13 +56,17 @@ UNEVEN = 0.003  # of the residual: error that a step may leave to share loads ev
 CONTRADICTION = 0.05  # remaining fraction of sum w^2 / A_rr above which rows contradict each other
 ROUNDS = 5  # direct steps, each on the rows that the one before left active
 NEARER = 0.5  # of the rise of the energy function: steps that reduce it less are the last,
-SLIDING = 10  # as are those with which one in so many contacts slides: the energy function ignores that bounds change
+SLIDING = (
+    0.1  # as are those with which this share of the contacts slides: the energy function ignores that bounds change
+)
 TRIALS = 2  # step lengths 1/2, 1/4
 DRIFT = 0.1  # of the tolerance: root of the energy that bodies at rest may gain in a substep, on the scale of the rows
 BACK = 0.05  # share of the stopped velocity with which the next step may start the other way
 FIRST_SWEEPS = 4  # least number of sweeps before the first step
 SWEEPS_BETWEEN = 4  # sweeps between steps
 DEAREST = 2.0  # of the most sweeps: islands whose step would cost more are left to the sweeps
+DEAREST_SLIDING = 1.0 / 3.0  # the same where more than MANY of the contacts slide, as in a pile that moves:
+MANY = 0.2  # such steps fail
 SPENT = 4.0  # of the most sweeps: cost of the steps of a solve, after which it is left to the sweeps
 TAKEN = 0  # outcomes of a step
 FAILED = 1
@@ -98,8 +102,8 @@ def _is_active(rows: Any, r: Any) -> Any:
 
 
 @njit
-def _many_slide(rows: Any, count: Any) -> Any:
-    """Whether more than one in ``SLIDING`` loaded contacts slides."""
+def _share_sliding(rows: Any, count: Any) -> Any:
+    """Return the share of the loaded contacts that slide."""
     loaded = 0
     sliding = 0
     for r in range(count):
@@ -108,7 +112,7 @@ def _many_slide(rows: Any, count: Any) -> Any:
             loaded += 1
             if not _is_active(rows, r):
                 sliding += 1
-    return SLIDING * sliding > loaded
+    return sliding / loaded if loaded > 0 else 0.0
 
 
 @njit
@@ -211,7 +215,7 @@ def subspace_step(
         after = _objective(rows, count, island_bodies, bodies, substep_bodies)
         if after <= before:
             return TAKEN, factors
-        if after - before > NEARER * (last - before) or _many_slide(rows, count):
+        if after - before > NEARER * (last - before) or _share_sliding(rows, count) > SLIDING:
             straight = k == 0
             break
         last = after
@@ -244,12 +248,13 @@ def _gain(island_bodies: Any, bodies: Any, substep_bodies: Any) -> Any:
 
 
 @njit
-def _set_stops(rows: Any, count: Any, bodies: Any, island_bodies: Any, scratch: Any) -> Any:
+def _set_stops(rows: Any, count: Any, bodies: Any, island_bodies: Any, scratch: Any, most: Any) -> Any:
     """Set ``direction`` of each row to the part of its impulse that the next step does not start from.
 
     That is most of what stopped the bodies: nothing is left to stop, and all of it would set them in motion the other
     way.  ``BACK`` of it does so: else a tower would creep to one side.  Returns False where the next step starts from
-    all impulses: where the bodies were at rest before, and where the impulses without that part hold nothing.
+    all impulses: where the bodies were at rest before, and where to stay within the bounds of all contacts would
+    change the impulses by more than the tolerance, ``most`` as the sum d^2 A_rr.
     """
     moved = False
     for k in range(len(island_bodies)):
@@ -265,31 +270,46 @@ def _set_stops(rows: Any, count: Any, bodies: Any, island_bodies: Any, scratch: 
             bodies[i].velocity[d] = bodies[i].start[d]
     for r in range(count):
         rows[r].direction *= 1.0 - BACK
-    return known and _within_bounds(rows, count)
+    return known and _keep_bounds(rows, count) <= most
 
 
 @njit
-def _within_bounds(rows: Any, count: Any) -> Any:
-    """Whether no loaded contact slides, and the contacts' impulses less ``direction`` are within their bounds.
+def _keep_bounds(rows: Any, count: Any) -> Any:
+    """Reduce ``direction`` to where the contacts' impulses without it are within their bounds.
 
-    The friction of a contact that slides does not follow its load; the bodies would creep.
+    The friction of contacts that slide follows their load: else bodies would creep.
+    Returns sum d^2 A_rr of what this changed.
     """
+    change = 0.0
     for r in range(count):
         row = rows[r]
-        if row.kind == BOUNDED and row.impulse < row.direction:
-            return False
+        if row.kind == BOUNDED and row.direction > row.impulse:
+            change += _reduce(row, row.impulse)
         if row.kind == FRICTION or row.kind == DISC:
             normal = rows[r - int64(row.base)]
+            wide = row.kind == DISC
             if normal.impulse > 0.0 and not _is_active(rows, r):
-                return False
+                follow = normal.direction / normal.impulse
+                change += _reduce(row, follow * row.impulse)
+                if wide:
+                    change += _reduce(rows[r + 1], follow * rows[r + 1].impulse)
+            x = row.impulse - row.direction
+            y = rows[r + 1].impulse - rows[r + 1].direction if wide else 0.0
             bound = row.friction * (normal.impulse - normal.direction)
-            size = abs(row.impulse - row.direction)
-            if row.kind == DISC:
-                other = rows[r + 1]
-                size = (size**2 + (other.impulse - other.direction) ** 2) ** 0.5
-            if size > bound:
-                return False
-    return True
+            size = (x * x + y * y) ** 0.5
+            part = bound / size if size > bound else 1.0
+            change += _reduce(row, row.impulse - part * x)
+            if wide:
+                change += _reduce(rows[r + 1], rows[r + 1].impulse - part * y)
+    return change
+
+
+@njit
+def _reduce(row: Any, direction: Any) -> Any:
+    """Set ``direction``; returns d^2 A_rr of its change."""
+    change = (row.direction - direction) ** 2 * row.diagonal
+    row.direction = direction
+    return change
 
 
 @njit
@@ -309,7 +329,7 @@ def _plan_step(rows: Any, count: Any, island_bodies: Any, factor: Any, max_sweep
     per_product = PRODUCT_COST * ndof * ndof / count
     most = int64(max((DEAREST * max_sweeps - fixed) / per_product, 0.0))
     factor.plan.size, products = plan_factor(
-        rows, count, False, island_bodies, factor.entries, factor.edges, factor.blocks, most
+        rows, count, False, island_bodies, factor.entries, factor.graph, factor.blocks, most
     )
     return fixed + per_product * products if factor.plan.size > 0 else np.inf
 
@@ -353,7 +373,10 @@ def solve_subspace(
     taken = False
     while fits and (residual > tolerance or drifts) and used < max_sweeps:
         drifts = False
-        sliding = _many_slide(rows, count)
+        share = _share_sliding(rows, count)
+        sliding = share > SLIDING
+        if share > MANY and cost > DEAREST_SLIDING * max_sweeps:
+            break
         # at rest, loads that are shared anew at each step would never keep
         draw = 0.0 if scratch.island.calm or sliding else _draw(rows, count, residual, scale)
         step = (EPSILON, draw)
@@ -370,7 +393,7 @@ def solve_subspace(
         taken = outcome == TAKEN
         fits = taken and left > 0.0 and (not sliding or residual < before)  # else sweeps do the rest
     if taken and scratch.island.calm and residual <= tolerance:
-        scratch.island.stopped = _set_stops(rows, count, bodies, island_bodies, scratch)
+        scratch.island.stopped = _set_stops(rows, count, bodies, island_bodies, scratch, tolerance * tolerance * scale)
     forget_factor(island_bodies, entries)
     if residual > tolerance and used < max_sweeps:
         rest = (max_sweeps - used, tolerance, scale)

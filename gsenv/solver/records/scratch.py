@@ -10,7 +10,7 @@ from ..core.broadphase import BRUTE_FORCE_COUNT, broadphase_scratch
 from ..core.kept_pairs import LEAST_SHAPES
 from ..core.rows import row_dtype, solver_body_dtype
 from ..dimension import dimension
-from ..methods.cholesky import BLOCKS_PER_BODY, PLAN_DTYPE, block_dtype, factor_dtype
+from ..methods.cholesky import BLOCKS_PER_BODY, PLAN_DTYPE, block_dtype, factor_dtype, graph_size
 from .articulation import articulation_scratch, other_joints, others_scratch
 from .bundle import Bundle
 from .kernel_variants import KernelVariant
@@ -79,7 +79,8 @@ class Scratch:
         self.found_places = np.zeros(capacity, np.int32)
         joint_rows = ROWS_PER_JOINT[dim] * len(self._model.joints)
         self.rows = np.zeros(CONTACT_ROWS[dim] * capacity + joint_rows, row_dtype(dim))
-        self.edges = np.zeros(4 * len(self.rows), np.int32)
+        bodies = len(self._model.bodies)
+        self.graph = np.zeros(graph_size(len(self.rows), bodies, BLOCKS_PER_BODY * bodies), np.int32)
         self._articulation: dict[str, Any] | None = None
         self._division = self._division_arrays(capacity)
 
@@ -139,8 +140,8 @@ class Scratch:
             rows=self.rows,
             division=Bundle("Division", dim, **self._division),
             articulation=Bundle("Articulation", dim, **(self._articulation or {})) if articulated else None,
-            factor=Bundle("Factor", dim, edges=self.edges, **self._factor),
-            joint_factor=Bundle("Factor", dim, edges=self.edges, **self._joint_factor)
+            factor=Bundle("Factor", dim, graph=self.graph, **self._factor),
+            joint_factor=Bundle("Factor", dim, graph=self.graph, **self._joint_factor)
             if self._variant.linked
             else None,
         )

@@ -68,12 +68,12 @@ WORLDS: dict[str, tuple[Callable[[], World], int]] = {  # and how many steps
     "3D chain": (lambda: World(spatial_chain(), options=AWAKE), 120),
 }
 GOLDEN = {
-    "2D mixed": "c07725679efbb9c6bdfde454afd6da55cfca86a78f2b0be07453d2a40dfe96cc",
-    "2D tumble": "54170998b3f27296102f8ea5e65d2d4ba7b4c5a805e45de4f103c8ca7fc02055",
-    "2D pyramid": "b7e29348d78d07c330a2b901183c16dbf69f8fc4209207f1a43bca8497ba6077",
-    "3D mixed": "c15e6b1f3fac487a735604c25e528d2f32f7ce55209e63b0cd6a21c73a6b25ab",
-    "3D tumble": "709682fb6b05c65877e4f04701ed89203d1e246ffc50c56e7daf0ede903eab6e",
-    "3D chain": "c215baf1e1a7407219df0cb3410d6a8e1fed90dd97b9f68659bf094deeeb22d2",
+    "2D mixed": "2d4fea174bd946876b7c157b0ad2331a436aa22606d92428cbd503db995ad9f9",
+    "2D tumble": "0bc717b432db927f6b3ba5184b9b0ccf53ddd866f4684eed1679b2cf53c22010",
+    "2D pyramid": "1b0d833aec9208ef7fc9b800e6efa059242814cbec357937b1fceba9a70f5453",
+    "3D mixed": "aab25f6bf6d9ece940f291559778125b0e3f37ea749b973f67b22015bcdd751c",
+    "3D tumble": "2b6d40214d1721f93f4e5224eb317bda9dfc81b359ab5f5dc632abd09f1ac56e",
+    "3D chain": "e68ba28f8a08405eb889ff60d2009613d4da9dc7dcd765cf32b1e47551bd0621",
 }
 
 

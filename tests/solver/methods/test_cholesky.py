@@ -21,6 +21,7 @@ from gsenv.solver.methods.cholesky import (
     factor_dtype,
     factorise,
     forget_factor,
+    graph_size,
     load_masses,
     plan_factor,
     substitute,
@@ -84,15 +85,15 @@ class Island:
         self.island_bodies = np.arange(1, bodies, dtype=np.int32)
         self.factor = np.zeros(bodies, factor_dtype(dim))
         self.factor["place"] = -1
-        self.chain = np.zeros(4 * len(self.rows), np.int32)
         self.blocks = np.zeros(blocks or BLOCKS_PER_BODY * bodies, block_dtype(dim))
+        self.graph = np.zeros(graph_size(len(self.rows), bodies, len(self.blocks)), np.int32)
         self.state = np.zeros(bodies, body_state_dtype(dim))
         self.state["velocity"][1:] = random.normal(size=(bodies - 1, self.ndof))
 
     def plan(self, equations: bool = True, most_products: int = ANY_COST) -> int:
         size, products = plan_factor(
             as_records(self.rows), len(self.rows), equations, self.island_bodies,
-            as_records(self.factor), self.chain, as_records(self.blocks), most_products,
+            as_records(self.factor), self.graph, as_records(self.blocks), most_products,
         )  # fmt: skip
         self.products = int(products)
         return int(size)
@@ -195,14 +196,25 @@ def test_a_ring_fills_in_one_block_a_body(bodies: int) -> None:
     assert int(island.factor["count"][:n].sum()) <= 2 * bodies
 
 
-def test_columns_ascend_and_end_on_the_diagonal() -> None:
-    island = Island(grid(4, 5))
+@pytest.mark.parametrize("shape", SHAPES)
+def test_blocks_are_listed_by_columns_and_by_rows(shape: str) -> None:
+    island = Island(SHAPES[shape])
     n = island.plan()
+    by_column = []
     for p in range(n):
         first, count = island.factor["first"][p], island.factor["count"][p]
-        columns = island.blocks["column"][first : first + count + 1]
-        assert (np.diff(columns) > 0).all()
-        assert columns[-1] == p
+        rows = island.blocks["row"][first : first + 1 + count]
+        assert rows[0] == p
+        assert (np.diff(rows) > 0).all()
+        assert (island.blocks["column"][first : first + 1 + count] == p).all()
+        by_column += [(int(row), p) for row in rows[1:]]
+    by_row = []
+    for p in range(n):
+        k = island.factor["row_first"][p]
+        while k >= 0:
+            by_row.append((int(island.blocks["row"][k]), int(island.blocks["column"][k])))
+            k = island.blocks["next"][k]
+    assert by_row == sorted(by_column)
 
 
 def test_what_does_not_fit_is_refused() -> None:
@@ -217,11 +229,8 @@ def test_what_does_not_fit_is_refused() -> None:
 def test_products_of_blocks_are_counted_and_bounded(shape: str) -> None:
     island = Island(SHAPES[shape])
     n = island.plan()
-    first, count = island.factor["first"], island.factor["count"]
-    columns = [set(island.blocks["column"][first[p] : first[p] + count[p]].tolist()) for p in range(n)]
-    # block (p, q) needs a product for each column left of q that rows p and q share, the diagonal one for each column
-    least = sum(len(own & columns[q]) for own in columns for q in own) + sum(map(len, columns))
-    assert least <= island.products
+    # below the diagonal block of a column, each pair of blocks makes a product for the block of its two rows
+    assert island.products == sum(int(c) * (int(c) + 1) // 2 for c in island.factor["count"][:n])
     forget_factor(island.island_bodies, as_records(island.factor))
     assert island.plan(most_products=island.products) == n
     if island.products > 0:
@@ -259,7 +268,7 @@ def test_equations_become_true(name: str, dim: int) -> None:
     rows, state, factor, blocks = (as_records(a) for a in (island.rows, island.state, island.factor, island.blocks))
     free = island.state["velocity"][1:].ravel().copy()
     n = factorise_equations(
-        rows, len(rows), island.island_bodies, as_records(island.substep_bodies), factor, island.chain, blocks
+        rows, len(rows), island.island_bodies, as_records(island.substep_bodies), factor, island.graph, blocks
     )
     assert n == len(island.island_bodies)
     for _ in range(3):
@@ -278,7 +287,7 @@ def test_nothing_is_done_about_equations_that_are_true_enough() -> None:
     assert island.rows["kind"][0] == EQUATION
     rows, state, factor, blocks = (as_records(a) for a in (island.rows, island.state, island.factor, island.blocks))
     n = factorise_equations(
-        rows, len(rows), island.island_bodies, as_records(island.substep_bodies), factor, island.chain, blocks
+        rows, len(rows), island.island_bodies, as_records(island.substep_bodies), factor, island.graph, blocks
     )
     before = island.state.copy()
     violation = solve_equations(rows, len(rows), state, n, factor, blocks, 1e9, None)
