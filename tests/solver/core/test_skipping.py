@@ -203,7 +203,8 @@ def plain_world(dim: int) -> World:
     return world
 
 
-@pytest.mark.parametrize("dim", [2, pytest.param(3, marks=pytest.mark.slow)], ids=["2D", "3D"])
+@pytest.mark.slow  # it compiles two kernels, one of them with all features
+@BOTH
 def test_a_plain_scene_compiles_nothing_that_it_does_not_need(dim: int, tmp_path: Path) -> None:
     """And it moves as with the kernel that has everything, which the other tests share."""
     names = [name_of(kernel) for kernel in all_kernels(gsenv.solver)]
