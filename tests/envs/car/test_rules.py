@@ -431,7 +431,8 @@ def constant(throttle: float) -> Any:
 
 
 @pytest.mark.parametrize(
-    ("tier", "driver", "least"), [("GCar-v0", drive, 0.6), ("GCar-hardcore-v0", drive_steep, 0.65)]
+    ("tier", "driver", "least"),
+    [("GCar-v0", drive, 0.6), pytest.param("GCar-hardcore-v0", drive_steep, 0.65, marks=pytest.mark.slow)],
 )
 def test_drivers_rank_as_their_skill(tier: str, driver: Any, least: float) -> None:
     """The tuned driver beats one that holds a speed, which beats constant throttle; idle and random ones go nowhere."""

@@ -155,9 +155,11 @@ def test_a_terminated_episode_stays_as_it_is_and_warns_once(env_id: str) -> None
 
 
 BEYOND_SCRIPTS = ("GRagdoll2D-hardcore-v0", "GRagdoll-hardcore-v0")
+SCRIPTED = [i for i in IDS if ENTRIES[i].scripted_policy]
+NIGHTLY = ("GCar3D-v0", "GRagdoll-hardcore-v0")
 
 
-@pytest.mark.parametrize("env_id", [i for i in IDS if ENTRIES[i].scripted_policy])
+@pytest.mark.parametrize("env_id", [pytest.param(i, marks=pytest.mark.slow) if i in NIGHTLY else i for i in SCRIPTED])
 def test_a_scripted_policy_exceeds_the_reward_threshold_and_random_actions_do_not(env_id: str) -> None:
     threshold = gymnasium.spec(env_id).reward_threshold
     assert threshold is not None

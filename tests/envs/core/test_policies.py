@@ -59,7 +59,10 @@ def test_scripted_policy_gives_legal_actions_for_a_single_env() -> None:
         env.step(action)
 
 
-@pytest.mark.parametrize("env_id", [pytest.param(i, marks=pytest.mark.slow) if i in COSTLY else i for i in TRAINED])
+NIGHTLY = (*COSTLY, "GStack3D-hardcore-v0")
+
+
+@pytest.mark.parametrize("env_id", [pytest.param(i, marks=pytest.mark.slow) if i in NIGHTLY else i for i in TRAINED])
 def test_trained_policies_reach_what_docs_tiers_says(env_id: str) -> None:
     results = json.loads((ROOT / "benchmarks/results/tiers.json").read_text())
     columns, *outcomes = results["outcomes"]
