@@ -26,7 +26,7 @@ from benchmarks.common.files import packed, read_json, unpacked
 from benchmarks.common.progress import track
 from benchmarks.common.report import Picture, Report
 from benchmarks.common.run import Run
-from benchmarks.common.stamp import commit
+from benchmarks.common.stamp import commit, cpu
 from benchmarks.common.tables import Table
 from gsenv.train import experiment, ppo
 from gsenv.train.arguments import positive
@@ -41,7 +41,7 @@ SEEDS, EPISODES = 5, 100
 QUICK_SEEDS, QUICK_STEPS, QUICK_EPISODES = 1, 20_000, 5
 SOLVED = 0.9  # success at which the time to learn a task is taken
 RESAMPLES = 5_000  # of the bootstrap
-COMMIT_FILE = "commit.json"  # in a run's folder
+ORIGIN_FILE = "origin.json"  # in a run's folder: commit and CPU
 
 
 @dataclass(frozen=True)
@@ -58,6 +58,7 @@ class Trained:
         success: share of the test episodes.
         returns: mean of the test episodes.
         tested: commit of these episodes.
+        cpu: on which the training ended; "" if unknown.
     """
 
     env: str
@@ -69,6 +70,7 @@ class Trained:
     success: float
     returns: float
     tested: str
+    cpu: str = ""
 
 
 @dataclass(frozen=True)
@@ -112,7 +114,7 @@ def measure(run: Run) -> dict[str, Any]:
                 if experiment.run_seed(ppo.EXPERIMENT, settings, folder, resume=True) != experiment.OK:
                     run.interrupted = True
                     break
-                write_json(folder / COMMIT_FILE, {"commit": commit()})
+                write_json(folder / ORIGIN_FILE, {"commit": commit(), "cpu": cpu()})
             one, of_training = test(settings, folder, QUICK_EPISODES if run.quick else EPISODES)
             trained.append(one)
             points += of_training
@@ -153,17 +155,19 @@ def test(settings: Settings, folder: Path, episodes: int) -> tuple[Trained, list
     evaluated = [row for row in rows if not isnan(row["evaluated_success"])]
     solved = [row["cpu_seconds"] for row in evaluated if row["evaluated_success"] >= SOLVED]
     result = evaluate(make_actor(str(folder / "policy.npz"), settings.env), settings.env, episodes)
-    known = folder / COMMIT_FILE
+    known = folder / ORIGIN_FILE
+    origin = json.loads(known.read_text()) if known.is_file() else {}
     one = Trained(
         settings.env,
         settings.seed,
         int(rows[-1]["steps"]),
-        json.loads(known.read_text())["commit"] if known.is_file() else "",
+        origin.get("commit", ""),
         rows[-1]["cpu_seconds"],
         solved[0] if solved else -1.0,
         result.success_rate,
         result.mean_return,
         commit(),
+        origin.get("cpu", ""),
     )
     return one, [Point(settings.env, settings.seed, int(row["steps"]), row["evaluated_success"]) for row in evaluated]
 
@@ -203,6 +207,7 @@ def report(results: Mapping[str, Any]) -> Report:
         rows.append(
             [
                 env_id,
+                ", ".join(sorted({one.cpu or "not known" for one in of_env})),
                 f"{len(of_env)}",
                 f"{of_env[0].steps / 1e6:.1f}",
                 "{:.0%} ({:.0%} to {:.0%})".format(*interval([one.success for one in of_env])),
@@ -213,6 +218,7 @@ def report(results: Mapping[str, Any]) -> Report:
         )
     header = [
         "environment",
+        "trained on",
         "seeds",
         "million steps",
         "success",
@@ -228,7 +234,7 @@ def report(results: Mapping[str, Any]) -> Report:
         f"tested at {', '.join(sorted({one.tested for one in trained}))}."
     )
     picture = Picture("Success over the steps of training, a line for each seed", lambda: draw(points))
-    return Report("Baselines of PPO", [text, Table(header, rows, words=1), picture])
+    return Report("Baselines of PPO", [text, Table(header, rows, words=2), picture])
 
 
 def draw(points: Sequence[Point]) -> Figure:

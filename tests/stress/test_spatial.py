@@ -59,6 +59,25 @@ def test_tumbling_welds_and_falls_into_the_void(seed: int) -> None:
     assert not broken, broken
 
 
+@pytest.mark.parametrize("seed", [80061401, 80033961, 80041369])
+def test_links_whose_masses_are_scaled_make_no_energy(seed: int) -> None:
+    """Light links on taut joints that swing faster than the substeps follow."""
+    broken = problems(run_case(random_spatial_case(seed), STEPS))
+    assert not broken, broken
+
+
+@pytest.mark.parametrize("seed", [80056010, 80075898, 80043146])
+def test_springs_in_long_steps_and_unfinished_solves_make_no_energy(seed: int) -> None:
+    broken = problems(run_case(random_spatial_case(seed), STEPS))
+    assert not broken, broken
+
+
+def test_joints_that_contradict_each_other_store_no_impulses() -> None:
+    """Two welds and a ball joint close a loop of three bodies with different spins."""
+    broken = problems(run_case(random_spatial_case(80043289), STEPS))
+    assert not broken, broken
+
+
 def test_a_case_is_a_function_of_its_seed() -> None:
     for seed in range(len(CATEGORIES)):
         one, other = (random_spatial_case(seed) for _ in range(2))

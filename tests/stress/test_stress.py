@@ -31,6 +31,13 @@ def test_random_scenes(seeds: range) -> None:
     assert not any(broken), "\n".join(filter(None, broken))
 
 
+@pytest.mark.parametrize("seed", [70012138, 71019448, 71050108, 71066188, 71068198, 71071378])
+def test_nothing_is_thrown_from_between_kinematic_bodies(seed: int) -> None:
+    """Bodies jammed between others that move, so that no velocity obeys all contacts."""
+    broken = problems(run_case(random_case(seed), STEPS))
+    assert not broken, broken
+
+
 def ground(scene: Scene, **material: Any) -> None:
     scene.add_body("ground", "static", [HalfPlane(**material)])
 

@@ -103,6 +103,61 @@ def guard_energy(world: Any, island: Any, strict: Any) -> Any:
 
 
 @njit
+def limit_squeeze(world: Any, island: Any) -> None:
+    """Limit the velocities where moving kinematic bodies leave the rows of others no solution.
+
+    An unfinished solve of such rows may throw a body at any speed.  Here none becomes faster than the fastest of the
+    island before the impulses and the fastest kinematic body together: without restitution, what is hit becomes at most
+    as fast as what hits it, but where a wedge squeezes it out, which a finished solve tells.
+    """
+    bodies = world.state.bodies
+    body_parameters = world.parameters.bodies
+    substep_bodies = world.scratch.substep_bodies
+    island_bodies = part(world.scratch.island_bodies, island.body_first, island.body_count)
+    drive = _fastest_kinematic(world, island)
+    own = 0.0
+    for k in range(len(island_bodies)):
+        i = island_bodies[k]
+        own = max(own, _speed(substep_bodies[i].free_velocity, body_parameters[i]))
+    for k in range(len(island_bodies)):
+        i = island_bodies[k]
+        velocity = bodies[i].velocity
+        speed = _speed(velocity, body_parameters[i])
+        if speed > drive + own:
+            for d in range(len(velocity)):
+                velocity[d] *= (drive + own) / speed
+
+
+@njit
+def _fastest_kinematic(world: Any, island: Any) -> Any:
+    """Return the largest speed of a kinematic body in contact with the island, m/s."""
+    bodies = world.state.bodies
+    body_parameters = world.parameters.bodies
+    contacts = world.state.contacts
+    island_contacts = part(world.scratch.island_contacts, island.contact_first, island.contact_count)
+    fastest = 0.0
+    for k in range(len(island_contacts)):
+        for side in range(2):
+            i = contacts[island_contacts[k]].body_a if side == 0 else contacts[island_contacts[k]].body_b
+            if body_parameters[i].inv_mass == 0.0:
+                fastest = max(fastest, _speed(bodies[i].velocity, body_parameters[i]))
+    return fastest
+
+
+@njit
+def _speed(velocity: Any, parameters: Any) -> Any:
+    """Return the speed of a body's centre plus that of its farthest point about it, m/s."""
+    linear = 0.0
+    angular = 0.0
+    for d in range(len(velocity)):
+        if d < (len(velocity) + 1) // 2:
+            linear += velocity[d] * velocity[d]
+        else:
+            angular += velocity[d] * velocity[d]
+    return linear**0.5 + parameters.radius * angular**0.5
+
+
+@njit
 def gains_energy(world: Any, island: Any) -> Any:
     """Whether impulses of joints increased the kinetic energy by more than rotation about them does."""
     bodies = world.state.bodies

@@ -422,6 +422,7 @@ def slow_swings(world: Any, island: Any, joints: Any) -> None:
     most = (SWING_PER_SUBSTEP * island.substeps / world.options.timestep) ** 2
     if island.swing <= most:
         return
+    island.slowed = True
     substep_bodies = world.scratch.substep_bodies
     solver_bodies = world.scratch.solver_bodies
     island_bodies = part(world.scratch.island_bodies, island.body_first, island.body_count)
@@ -429,7 +430,7 @@ def slow_swings(world: Any, island: Any, joints: Any) -> None:
     for k in range(len(island_bodies)):
         substep_bodies[island_bodies[k]].swing = 0.0
     sum_swings(world, island_joints, joints, world.options.timestep)
-    first = 0 if _is_held(world, island) else len(world.state.bodies[0].position)  # degree of freedom that is slowed
+    first = 0 if is_held(world, island) else len(world.state.bodies[0].position)  # degree of freedom that is slowed
     for k in range(len(island_bodies)):
         body = substep_bodies[island_bodies[k]]
         factor = 2.0 * body.swing / most
@@ -445,7 +446,7 @@ def slow_swings(world: Any, island: Any, joints: Any) -> None:
 
 
 @njit
-def _is_held(world: Any, island: Any) -> Any:
+def is_held(world: Any, island: Any) -> Any:
     """Whether a contact or a joint connects the island to a body that is not dynamic."""
     parameters = world.parameters.bodies
     contacts = world.state.contacts

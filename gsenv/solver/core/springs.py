@@ -24,7 +24,7 @@ def has_spring(parameters: Any) -> Any:
 
 @njit
 def stored_energy(parameters: Any, stretch: Any, inverse_mass: Any) -> Any:
-    """Return the energy of a spring in J.
+    """Return the energy of a spring in J, whose force is bounded by ``spring_effort``.
 
     ``stretch``: m or rad; ``inverse_mass``: 1/kg or 1/(kg m^2), on which a given frequency is that of the spring.
     """
@@ -33,7 +33,8 @@ def stored_energy(parameters: Any, stretch: Any, inverse_mass: Any) -> Any:
     stiffness = parameters.stiffness
     if not stiffness > 0.0:
         stiffness = (_TWO_PI * parameters.frequency) ** 2 / inverse_mass
-    return 0.5 * stiffness * stretch * stretch
+    effort = min(stiffness * abs(stretch), parameters.spring_effort)
+    return effort * (abs(stretch) - 0.5 * effort / stiffness) if stiffness > 0.0 else 0.0
 
 
 @njit
@@ -214,7 +215,8 @@ def guard_springs(world: Any, island: Any, joint_factor: Any) -> None:
     rows = world.scratch.rows
     bodies = world.state.bodies
     plan = joint_factor.plan
-    solve_equations(rows, plan.row_end, bodies, plan.size, joint_factor.entries, joint_factor.blocks, 0.0, None)
+    if plan.size > 0:
+        solve_equations(rows, plan.row_end, bodies, plan.size, joint_factor.entries, joint_factor.blocks, 0.0, None)
     gain = _energy_gain(world, island)
     if gain <= 0.0:
         return

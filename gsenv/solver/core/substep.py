@@ -24,7 +24,14 @@ from .contact_rows import (
     store_contact_impulses,
 )
 from .dispatch import by_dimension, never, nothing
-from .energy import apply_warm_start, clear_equation_biases, gains_energy, guard_energy, natural_residual
+from .energy import (
+    apply_warm_start,
+    clear_equation_biases,
+    gains_energy,
+    guard_energy,
+    limit_squeeze,
+    natural_residual,
+)
 from .impacts import resolve_impacts, set_constrained_accelerations
 from .integrate import copy_velocities, integrate_positions, integrate_velocities, keep_velocities, move_kinematic
 from .joint_closing import close_joints
@@ -45,6 +52,7 @@ from .position_pass import correct_positions, smooth_fraction
 from .sleep import all_calm
 from .slices import part
 from .springs import any_sprung, guard_springs, release_springs
+from .step_energy import add_lift, guard_step_energy, start_step_energy
 
 rotate_contact_rows = by_dimension("contact_rows", "rotate_contact_rows", otherwise=nothing)
 enter_frames = by_dimension("rotation", "enter_frames", otherwise=nothing)
@@ -75,6 +83,7 @@ def step_island(world: Any, island: Any, joints: Any, joint_factor: Any) -> None
     start_island(world, island, joints, joint_factor)
     for s in range(island.substeps):
         take_substep(world, island, s, joints, joint_factor)
+    guard_step_energy(world, island, joints)
 
 
 @njit
@@ -95,9 +104,11 @@ def start_island(world: Any, island: Any, joints: Any, joint_factor: Any) -> Non
     island.substeps = options.substeps
     island.driven = island.activity != AWAKE
     island.has_springs = False
+    island.slowed = False
     island.joint_rows = 0
     island.residual = 0.0
     start_island_joints(world, island, joints, joint_factor)
+    start_step_energy(world, island, joints)
     island.has_restitution = any_restitution(world, island)
     island.calm = rests_undriven(world, island)
     if island.calm or flies_freely(world, island):
@@ -347,16 +358,22 @@ def solve(world: Any, island: Any, joint_factor: Any, soft: Any, newton: Any) ->
     # converged joints of rotating bodies change the energy to third order only: the guard must not act on that
     if passive and (not converged or not jointed):
         guard_energy(world, island, not converged and not jointed)
-    guard_stiff_springs(world, island, joint_factor)
+    if island.activity == KINEMATIC_CONTACT and not converged and not jointed:
+        limit_squeeze(world, island)
+    guard_unfinished_springs(world, island, joint_factor)
 
 
 @njit
-def guard_stiff_springs(world: Any, island: Any, joint_factor: Any) -> None:
-    """Limit the energy that an unfinished solve may have added by stiff springs."""
+def guard_unfinished_springs(world: Any, island: Any, joint_factor: Any) -> None:
+    """Limit the energy that an unfinished solve may have added where there are springs.
+
+    Not where the rigid joints and stiff springs have no factor: their response to contacts is then unknown.
+    """
     if joint_factor is not None:
         unfinished = not island.residual <= world.options.tolerance
-        if island.has_springs and not island.driven and joint_factor.plan.size > 0 and unfinished:
-            guard_springs(world, island, joint_factor)
+        if island.has_springs and not island.driven and unfinished:
+            if joint_factor.plan.size > 0 or not any_equation(world.scratch.rows, island.joint_rows):
+                guard_springs(world, island, joint_factor)
 
 
 @njit
@@ -367,6 +384,7 @@ def position_phase(world: Any, island: Any, joint_factor: Any, soft: Any) -> Non
     else:
         add_gyroscopic_errors(world, island, joint_factor)
         correct_positions(world, island, joint_factor)
+        add_lift(world, island)
 
 
 @njit

@@ -27,6 +27,8 @@ from .cholesky import (
 )
 
 EPSILON = 1e-7  # softness of a rigid equation, as a fraction of A_rr
+UNSOLVED = 0.25  # of sum w^2 / A_rr: left by a solve of equations that contradict each other
+SELF_STRESS = 1e-12  # of sum A_rr q^2: q^T A q of impulses q that move no body; of a load of 1e9 it is 1e-10
 
 
 @njit
@@ -81,13 +83,66 @@ def solve_equations(rows: Any, end: Any, bodies: Any, n: Any, entries: Any, bloc
     if change <= enough and not sprung:
         return change
     substitute(n, entries, blocks)
+    if change > enough and _left_of(rows, end, bodies, entries) > UNSOLVED * change:
+        share = _remove_self_stress(rows, end, bodies, entries)
+    else:
+        share = 1.0
     for r in range(end):
         row = rows[r]
         if row.kind == EQUATION and row.diagonal > 0.0:
-            w = _velocity_of(row, bodies)
-            row.impulse -= (w + change_of(row, entries)) / compliance(row)
+            w = _velocity_of(row, bodies) + change_of(row, entries)
+            row.impulse -= share * w / compliance(row)
+            if share != 1.0 and row.softness == 0.0:
+                row.bias -= w
     for p in range(n):
         velocity = bodies[entries[p].order].velocity
         for i in range(len(velocity)):
-            velocity[i] += entries[p].x[i]
+            velocity[i] += share * entries[p].x[i]
     return change
+
+
+@njit
+def _left_of(rows: Any, end: Any, bodies: Any, entries: Any) -> Any:
+    """Return sum w^2 / A_rr that the solve leaves of rigid equations."""
+    left = 0.0
+    for r in range(end):
+        row = rows[r]
+        if row.kind == EQUATION and row.softness == 0.0 and row.diagonal > 0.0:
+            w = _velocity_of(row, bodies) + change_of(row, entries)
+            left += w * w * row.effective_mass
+    return left
+
+
+@njit
+def _remove_self_stress(rows: Any, end: Any, bodies: Any, entries: Any) -> Any:
+    """Return the share of a solve that may be applied: 1, or a small one if the equations contradict each other.
+
+    Then the change -q of the impulses is almost a self-stress: E^T q = 0, so that it moves no body, and solved again in
+    each sweep it would add up without limit.  The returned share of it removes the part of the impulses along q; that
+    of the last sweep's change is removed here.  What the solve leaves of w must be taken out of the biases: no velocity
+    makes that part true.
+    """
+    work = 0.0
+    size = 0.0
+    along = 0.0
+    of_direction = 0.0
+    of_previous = 0.0
+    for r in range(end):
+        row = rows[r]
+        if row.kind == EQUATION and row.softness == 0.0 and row.diagonal > 0.0:
+            change = change_of(row, entries)
+            q = (_velocity_of(row, bodies) + change) / compliance(row)
+            work -= q * change
+            size += row.diagonal * q * q
+            along += row.diagonal * q * row.impulse
+            of_direction += row.diagonal * q * row.direction
+            of_previous += row.diagonal * q * row.previous
+    if abs(work) > SELF_STRESS * size:
+        return 1.0
+    for r in range(end):
+        row = rows[r]
+        if row.kind == EQUATION and row.softness == 0.0 and row.diagonal > 0.0:
+            q = (_velocity_of(row, bodies) + change_of(row, entries)) / compliance(row)
+            row.direction -= of_direction / size * q
+            row.previous -= of_previous / size * q
+    return along / size

@@ -151,30 +151,30 @@ def _eliminate(body: Any, first: Any, mark: Any, factor: Any, graph: Any, room: 
     end = first
     graph[marks + body] = _GONE
     edge = factor[body].head
-    while edge >= 0:
-        other = graph[2 * edge + 1]
-        if graph[marks + other] < mark:
-            if end >= room:
-                return -1
-            graph[marks + other] = mark
-            graph[lists + end] = other
-            end += 1
+    while edge >= 0 and end >= 0:
+        end = _list(graph[2 * edge + 1], end, mark, marks, lists, graph, room)
         edge = graph[2 * edge]
     place = factor[body].list
-    while place >= 0:
+    while place >= 0 and end >= 0:
         near = factor[graph[lists + room + place]]
         if near.degree >= 0:
             for k in range(lists + near.start, lists + near.start + near.size):
-                other = graph[k]
-                if graph[marks + other] < mark:
-                    if end >= room:
-                        return -1
-                    graph[marks + other] = mark
-                    graph[lists + end] = other
-                    end += 1
+                end = _list(graph[k], end, mark, marks, lists, graph, room)
             near.degree = _ABSORBED
         place = graph[lists + 2 * room + place]
     return end
+
+
+@njit
+def _list(body: Any, end: Any, mark: Any, marks: Any, lists: Any, graph: Any, room: Any) -> Any:
+    """List a body at ``end`` unless it is marked; returns the new end, -1 if there is no room or there was none."""
+    if end < 0 or graph[marks + body] >= mark:
+        return end
+    if end >= room:
+        return -1
+    graph[marks + body] = mark
+    graph[lists + end] = body
+    return end + 1
 
 
 @njit

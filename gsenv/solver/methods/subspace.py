@@ -55,10 +55,10 @@ DAMPED_EPSILON = 1e-3  # after a step that failed
 UNEVEN = 0.003  # of the residual: error that a step may leave to share loads evenly
 CONTRADICTION = 0.05  # remaining fraction of sum w^2 / A_rr above which rows contradict each other
 ROUNDS = 5  # direct steps, each on the rows that the one before left active
-NEARER = 0.5  # of the rise of the energy function: steps that reduce it less are the last,
-SLIDING = (
-    0.1  # as are those with which this share of the contacts slides: the energy function ignores that bounds change
-)
+# Steps are the last that reduce less than NEARER of the rise of the energy function, or with which a share of SLIDING
+# of the contacts slides, since the energy function ignores that bounds change:
+NEARER = 0.5
+SLIDING = 0.1
 TRIALS = 2  # step lengths 1/2, 1/4
 DRIFT = 0.1  # of the tolerance: root of the energy that bodies at rest may gain in a substep, on the scale of the rows
 BACK = 0.05  # share of the stopped velocity with which the next step may start the other way

@@ -64,6 +64,12 @@ def _turn(body: Any, angle: Any) -> None:
 
 
 @njit
+def spin_energy(body: Any, parameters: Any) -> Any:
+    """Return the kinetic energy of a body's rotation, J."""
+    return 0.5 * parameters.inertia * body.velocity[2] * body.velocity[2]
+
+
+@njit
 def gyration(parameters: Any) -> Any:
     """Return the radius of gyration of a body, m."""
     return (parameters.inertia * parameters.inv_mass) ** 0.5

@@ -288,6 +288,7 @@ def joint_state_dtype(dim: int) -> np.dtype[Any]:
             ("rate", "f8"),  # rad/s or m/s of the rotor of a joint with armature
             ("total_impulse", "f8", (ROWS_PER_JOINT[dim],)),  # summed over the step
             ("reaction", "f8", (NDOF[dim],)),  # N s and N m s on body b at its anchor, summed over the step
+            ("credit", "f8"),  # J that its island may gain by errors of time steps; see core/step_energy.py
             ("motor_speed", "f8"),  # m/s or rad/s
             ("rest", "f8"),  # m or rad, coordinate at which the spring is relaxed
             ("effort", "f8"),  # N or N m, of a motor driven by a torque actuator

@@ -143,6 +143,8 @@ ISLAND_STEP_DTYPE = np.dtype(
         ("kinematic", "i4"),  # 1: the world has enabled kinematic bodies
         ("driven", "i4"),  # 1: joints or kinematic bodies may do work on it
         ("has_springs", "i4"),  # 1: a joint has a spring, which may release energy
+        ("slowed", "i4"),  # 1: masses are scaled, see slow_swings
+        ("guarded", "i4"),  # 1: its energy at the end of the step is limited, see core/step_energy.py
         ("has_restitution", "i4"),  # 1: a contact has a restitution
         ("calm", "i4"),  # 1: its bodies rest on each other and take one substep
         ("stopped", "i4"),  # 1: the next step starts from the impulses of its rows less their ``direction``
@@ -170,6 +172,8 @@ ISLAND_STEP_DTYPE = np.dtype(
         ("mass", "f8"),  # kg, of its bodies, in joint coordinates
         ("residual_scale", "f8"),  # of the squared residual in this substep
         ("residual", "f8"),  # of this substep's solve
+        ("energy", "f8"),  # J, kinetic and of springs, at the start of the step
+        ("lifted", "f8"),  # J, work against gravity and forces by which overlapping bodies were separated in the step
         ("kinetic", "f8"),  # J, twice the kinetic energy at the start of the substep, in joint coordinates
         ("spin", "f8"),  # rad/s, fastest rotation of a link, in joint coordinates
         ("turning", "f8"),  # rad, fastest rotation of a link in a substep, in joint coordinates

@@ -320,6 +320,16 @@ def leave_link_frames(world: Any, island: Any) -> None:
 
 
 @njit
+def spin_energy(body: Any, parameters: Any) -> Any:
+    """Return the kinetic energy of a body's rotation in J; its velocity must be in the world."""
+    axes = pose_of((0.0, 0.0, 0.0), multiply(quaternion(body.rotation), quaternion(parameters.axes)))
+    spin = spin_of(body.velocity)
+    x, y, z = dot(axes.x, spin), dot(axes.y, spin), dot(axes.z, spin)
+    inertia = parameters.inertia
+    return 0.5 * (inertia[0] * x * x + inertia[1] * y * y + inertia[2] * z * z)
+
+
+@njit
 def gyration(parameters: Any) -> Any:
     """Return the largest radius of gyration of a body, m."""
     inertia = parameters.inertia

@@ -6,43 +6,24 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
-from gsenv.solver.core.joint_rows import finish_row
-from gsenv.solver.core.rows import BOUNDED, EQUATION, row_dtype
+from gsenv.solver.core.rows import BOUNDED, EQUATION
 from gsenv.solver.jit import njit
 from gsenv.solver.methods.cholesky import (
-    ANY_COST,
     BLOCKS_PER_BODY,
     add_force,
     add_stiffness,
-    block_dtype,
     change_of,
-    factor_dtype,
     factorise,
     forget_factor,
-    graph_size,
     load_masses,
-    plan_factor,
     substitute,
 )
-from gsenv.solver.methods.joint_factor import factorise_equations, solve_equations
-from gsenv.solver.records.model import NDOF, body_state_dtype
 from gsenv.solver.records.plain import as_records
-from gsenv.solver.records.scratch_dtypes import substep_body_dtype
+from tests.solver.methods.random_island import Edges, Island
 
 pytestmark = pytest.mark.nojit
-Array = NDArray[Any]
-Edges = list[tuple[int, int]]
 DIMS = pytest.mark.parametrize("dim", [2, 3])
-
-
-# a row, whose fields share places, can't be handed to a kernel by itself
-
-
-@njit
-def finish(rows: Any, r: int, substep_bodies: Any) -> None:
-    finish_row(rows[r], 0, 0.0, substep_bodies)
 
 
 @njit
@@ -58,56 +39,6 @@ def push(rows: Any, r: int, factor: Any, force: float) -> None:
 @njit
 def change(rows: Any, r: int, factor: Any) -> Any:
     return change_of(rows[r], factor)
-
-
-class Island:
-    """Bodies with random masses, and rows with random directions between pairs of them; body 0 is static."""
-
-    def __init__(
-        self, edges: Edges, rows_per_edge: int = 2, blocks: int | None = None, seed: int = 0, dim: int = 2
-    ) -> None:
-        random = np.random.default_rng(seed)
-        self.ndof = NDOF[dim]
-        bodies = 1 + max(max(edge) for edge in edges)
-        self.edges = edges
-        self.substep_bodies = np.zeros(bodies, substep_body_dtype(dim))
-        for b in range(1, bodies):
-            mass, inertia = random.uniform(0.5, 3.0), random.uniform(0.1, 1.0, self.ndof - dim)
-            diagonal = np.array([mass] * dim + list(inertia))
-            self.substep_bodies["mass_matrix"][b] = np.diag(diagonal)
-            self.substep_bodies["inverse"][b] = 1.0 / diagonal
-        self.rows = np.zeros(rows_per_edge * len(edges), row_dtype(dim))
-        for r in range(len(self.rows)):
-            self.rows["body_a"][r], self.rows["body_b"][r] = edges[r // rows_per_edge]
-            self.rows["jacobian_a"][r] = random.normal(size=self.ndof)
-            self.rows["jacobian_b"][r] = random.normal(size=self.ndof)
-            finish(as_records(self.rows), r, as_records(self.substep_bodies))
-        self.island_bodies = np.arange(1, bodies, dtype=np.int32)
-        self.factor = np.zeros(bodies, factor_dtype(dim))
-        self.factor["place"] = -1
-        self.blocks = np.zeros(blocks or BLOCKS_PER_BODY * bodies, block_dtype(dim))
-        self.graph = np.zeros(graph_size(len(self.rows), bodies, len(self.blocks)), np.int32)
-        self.state = np.zeros(bodies, body_state_dtype(dim))
-        self.state["velocity"][1:] = random.normal(size=(bodies - 1, self.ndof))
-
-    def plan(self, equations: bool = True, most_products: int = ANY_COST) -> int:
-        size, products = plan_factor(
-            as_records(self.rows), len(self.rows), equations, self.island_bodies,
-            as_records(self.factor), self.graph, as_records(self.blocks), most_products,
-        )  # fmt: skip
-        self.products = int(products)
-        return int(size)
-
-    def jacobian(self) -> Array:
-        """(row, body * ndof), dense; the static body feels nothing."""
-        dense = np.zeros((len(self.rows), len(self.substep_bodies), self.ndof))
-        for r, row in enumerate(self.rows):
-            dense[r, row["body_a"]] += row["jacobian_a"]
-            dense[r, row["body_b"]] += row["jacobian_b"]
-        return dense[:, 1:].reshape(len(self.rows), -1)
-
-    def mass(self) -> Array:
-        return np.diag(np.concatenate([np.diag(m) for m in self.substep_bodies["mass_matrix"][1:]]))
 
 
 def tree(bodies: int, seed: int) -> Edges:
@@ -265,15 +196,12 @@ def test_equations_become_true(name: str, dim: int) -> None:
     jacobian, mass = island.jacobian(), island.mass()
     target = random.normal(size=jacobian.shape[1])
     island.rows["bias"] = -jacobian @ target  # some velocity obeys all of them
-    rows, state, factor, blocks = (as_records(a) for a in (island.rows, island.state, island.factor, island.blocks))
-    free = island.state["velocity"][1:].ravel().copy()
-    n = factorise_equations(
-        rows, len(rows), island.island_bodies, as_records(island.substep_bodies), factor, island.graph, blocks
-    )
+    free = island.velocities()
+    n = island.factorise()
     assert n == len(island.island_bodies)
     for _ in range(3):
-        solve_equations(rows, len(rows), state, n, factor, blocks, 0.0, None)
-    found = island.state["velocity"][1:].ravel()
+        island.solve(n)
+    found = island.velocities()
     np.testing.assert_allclose(jacobian @ found, jacobian @ target, atol=1e-6)
     np.testing.assert_allclose(mass @ (found - free), jacobian.T @ island.rows["impulse"], atol=1e-6)
     # of all velocities that obey, the one nearest to the free one
@@ -285,12 +213,9 @@ def test_equations_become_true(name: str, dim: int) -> None:
 def test_nothing_is_done_about_equations_that_are_true_enough() -> None:
     island = Island([(0, 1), (1, 2)])
     assert island.rows["kind"][0] == EQUATION
-    rows, state, factor, blocks = (as_records(a) for a in (island.rows, island.state, island.factor, island.blocks))
-    n = factorise_equations(
-        rows, len(rows), island.island_bodies, as_records(island.substep_bodies), factor, island.graph, blocks
-    )
+    n = island.factorise()
     before = island.state.copy()
-    violation = solve_equations(rows, len(rows), state, n, factor, blocks, 1e9, None)
-    w = island.jacobian() @ island.state["velocity"][1:].ravel()
+    violation = island.solve(n, enough=1e9)
+    w = island.jacobian() @ island.velocities()
     assert violation == pytest.approx((w**2 / island.rows["diagonal"]).sum(), rel=1e-12)
     np.testing.assert_array_equal(island.state["velocity"], before["velocity"])

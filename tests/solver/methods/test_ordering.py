@@ -8,7 +8,8 @@ import pytest
 from gsenv.solver.methods.cholesky import ANY_COST, forget_factor
 from gsenv.solver.methods.ordering import link_bodies, order_bodies
 from gsenv.solver.records.plain import as_records
-from tests.solver.methods.test_cholesky import SHAPES, Edges, Island, grid
+from tests.solver.methods.random_island import Edges, Island
+from tests.solver.methods.test_cholesky import SHAPES, grid
 
 pytestmark = pytest.mark.nojit
 
