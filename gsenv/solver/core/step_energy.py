@@ -5,9 +5,6 @@ Where nothing drives such an island, its kinetic energy and that of its springs 
 of gravity and applied forces.  What a step loses is a credit for the next ones, since the error of a step has both
 signs; the credit fades, so that what friction takes is not given back much later.  A gain beyond it is taken out of the
 velocities.
-
-The work is that along the path of each body, without the part in which the position pass separates overlapping bodies:
-that lifts them, but does not use up their velocity.
 """
 
 from __future__ import annotations
@@ -19,13 +16,12 @@ from ..records.model import JointKind
 from .dispatch import by_dimension
 from .joint_rows import has_armature
 from .joints import Joint, is_held
-from .rows import UNILATERAL
 from .slices import part
 
 read_joint = by_dimension("joint_readings", "read_joint")
 spin_energy = by_dimension("rotation", "spin_energy")
 
-FADING = 0.99  # of the credit is left after a step
+FADING = 0.999  # of the credit is left after a step; with 0.99 a slow swing would lose what it regains much later
 _ROWS = int(JointKind.ROWS)
 _TARGET = int(JointKind.TARGET)
 _GEAR = int(JointKind.GEAR)
@@ -42,7 +38,6 @@ def start_step_energy(world: Any, island: Any, joints: Any) -> None:
     if _any_rotor(world, island) or _any_torque(world, island):
         return
     island.guarded = True
-    island.lifted = 0.0
     island.energy = _kinetic_energy(world, island) + _spring_energy(world, island, joints)
 
 
@@ -111,24 +106,6 @@ def _spring_energy(world: Any, island: Any, joints: Any) -> Any:
 
 
 @njit
-def add_lift(world: Any, island: Any) -> None:
-    """Add the energy that contacts give the bodies against gravity and forces by separating them."""
-    if not island.guarded:
-        return
-    rows = world.scratch.rows
-    substep_bodies = world.scratch.substep_bodies
-    for r in range(island.joint_rows, island.rows):
-        row = rows[r]
-        if row.correction == UNILATERAL and row.position_impulse > 0.0:
-            a = substep_bodies[row.body_a].acceleration
-            b = substep_bodies[row.body_b].acceleration
-            rate = 0.0
-            for d in range(len(a)):
-                rate += row.jacobian_a[d] * a[d] + row.jacobian_b[d] * b[d]
-            island.lifted += max(-rate, 0.0) * row.position_impulse * island.h
-
-
-@njit
 def guard_step_energy(world: Any, island: Any, joints: Any) -> None:
     """At the end of the step, take a gain beyond the credit of the island out of the velocities."""
     if joints is None:
@@ -138,7 +115,7 @@ def guard_step_energy(world: Any, island: Any, joints: Any) -> None:
     kinetic = _kinetic_energy(world, island)
     credit = FADING * _take_credit(world, island, joints)
     energy = kinetic + _spring_energy(world, island, joints)
-    credit -= energy - island.energy - island.lifted - _work(world, island)
+    credit -= energy - island.energy - _work(world, island)
     if credit < 0.0:
         _slow_down(world, island, kinetic, -credit)
     if credit > 0.0:  # false, too, where a body is lost

@@ -52,7 +52,7 @@ from .position_pass import correct_positions, smooth_fraction
 from .sleep import all_calm
 from .slices import part
 from .springs import any_sprung, guard_springs, release_springs
-from .step_energy import add_lift, guard_step_energy, start_step_energy
+from .step_energy import guard_step_energy, start_step_energy
 
 rotate_contact_rows = by_dimension("contact_rows", "rotate_contact_rows", otherwise=nothing)
 enter_frames = by_dimension("rotation", "enter_frames", otherwise=nothing)
@@ -358,7 +358,7 @@ def solve(world: Any, island: Any, joint_factor: Any, soft: Any, newton: Any) ->
     # converged joints of rotating bodies change the energy to third order only: the guard must not act on that
     if passive and (not converged or not jointed):
         guard_energy(world, island, not converged and not jointed)
-    if island.activity == KINEMATIC_CONTACT and not converged and not jointed:
+    if island.activity == KINEMATIC_CONTACT and not converged and island.joint_rows == 0:
         limit_squeeze(world, island)
     guard_unfinished_springs(world, island, joint_factor)
 
@@ -384,7 +384,6 @@ def position_phase(world: Any, island: Any, joint_factor: Any, soft: Any) -> Non
     else:
         add_gyroscopic_errors(world, island, joint_factor)
         correct_positions(world, island, joint_factor)
-        add_lift(world, island)
 
 
 @njit

@@ -173,7 +173,6 @@ ISLAND_STEP_DTYPE = np.dtype(
         ("residual_scale", "f8"),  # of the squared residual in this substep
         ("residual", "f8"),  # of this substep's solve
         ("energy", "f8"),  # J, kinetic and of springs, at the start of the step
-        ("lifted", "f8"),  # J, work against gravity and forces by which overlapping bodies were separated in the step
         ("kinetic", "f8"),  # J, twice the kinetic energy at the start of the substep, in joint coordinates
         ("spin", "f8"),  # rad/s, fastest rotation of a link, in joint coordinates
         ("turning", "f8"),  # rad, fastest rotation of a link in a substep, in joint coordinates

@@ -124,33 +124,43 @@ def test_a_spring_of_bounded_force_stores_what_it_takes(dim: int, articulated: b
         assert float(world.diagnostics().energy[0]) == pytest.approx(0.5, rel=2e-3)
 
 
-def whirl(dim: int, speed: float, held: bool) -> World:
-    """A heavy ball at the end of light links on a pivot, or two such balls joined by them, at 20 Hz."""
-    scene = Scene(dim=dim, gravity=vector(dim))
-    ball = planar.Circle(radius=0.1, mask=0) if dim == 2 else spatial.Sphere(radius=0.1, mask=0)
-    links = 6
-    joint = {2: "Revolute", 3: "Ball"}[dim]
-    for k in range(links):
-        scene.add_body(f"link {k}", shapes=[ball], mass=1e-3, position=vector(dim, 0.25 * (k + 1)))
-    scene.add_body("ball", shapes=[ball], mass=10.0, position=vector(dim, 0.25 * (links + 1)),
-                   linear_velocity=vector(dim, last=speed))  # fmt: skip
-    if held:
-        scene.add_body("other", "static")
-    else:
-        scene.add_body("other", shapes=[ball], mass=10.0, linear_velocity=vector(dim, last=-speed))
-    names = ["other", *(f"link {k}" for k in range(links)), "ball"]
-    for k in range(len(names) - 1):
-        anchor = vector(dim, 0.25 * k + 0.125)
-        scene.add_joint(f"joint {k}", getattr(module(dim), joint)(names[k], names[k + 1], anchor=anchor))
-    return World(scene, options=Options(timestep=0.05, articulated=False))
+def loaded_chain(dim: int, links: int, gravity: float, angle: float) -> World:
+    """A load of 10 kg at the end of links of 10 g, together 1 m, at an angle from the vertical; by rows."""
+    scene = Scene(dim=dim, gravity=vector(dim, last=-gravity))
+    scene.add_body("ceiling", "static")
+    along = vector(dim, np.sin(angle), -np.cos(angle))
+    ball = planar.Circle(radius=0.05, mask=0) if dim == 2 else spatial.Sphere(radius=0.05, mask=0)
+    joint = planar.Revolute if dim == 2 else spatial.Ball
+    names = ["ceiling", *(f"link {k}" for k in range(links)), "load"]
+    for k in range(1, links + 2):
+        place = along * min((k - 0.5) / links, 1.0)
+        scene.add_body(names[k], shapes=[ball], mass=0.01 if k <= links else 10.0, position=place)
+        scene.add_joint(f"joint {k}", joint(names[k - 1], names[k], anchor=along * (k - 1) / links))
+    return World(scene, options=Options(timestep=1 / 60, articulated=False, sleep=False))
 
 
 @DIMS
-@pytest.mark.parametrize("held", [True, False])
-@pytest.mark.parametrize("speed", [3.0, 30.0])
-def test_light_links_of_a_whirling_load_gain_no_energy(dim: int, held: bool, speed: float) -> None:
-    world = whirl(dim, speed, held)
-    start = float(world.diagnostics().energy[0])
-    for _ in range(100):
+@pytest.mark.parametrize("links", [4, 8])
+@pytest.mark.parametrize("applied", [False, True])
+def test_a_chain_of_light_links_keeps_the_energy_of_its_load(dim: int, links: int, applied: bool) -> None:
+    """Twenty seconds of a pendulum whose links have scaled masses, pulled by gravity or by forces equal to it."""
+    world = loaded_chain(dim, links, 0.0 if applied else 9.81, 0.3)
+    weight = 9.81 * world.parameters.bodies["mass"][0]
+    weight[0] = 0.0
+    mass = world.parameters.bodies["mass"][0]
+
+    def energy() -> float:
+        height = world.position[0, :, -1]
+        return float(world.diagnostics().kinetic_energy[0] + weight @ height)
+
+    start, swing = energy(), 10.0 * 9.81 * (1.0 - np.cos(0.3))
+    energies, swings = [], []
+    for _ in range(1200):
+        if applied:
+            for body in range(1, len(mass)):
+                world.apply_force(body, force=vector(dim, last=-float(weight[body])))
         world.step()
-        assert float(world.diagnostics().energy[0]) <= 1.001 * start
+        energies.append(energy())
+        swings.append(abs(float(world.position[0, -1, 0])))
+    assert max(energies) - start < 1e-4 * swing  # 1e-3 to 3e-3 without the guard
+    assert max(swings[-240:]) > 0.99 * np.sin(0.3)
