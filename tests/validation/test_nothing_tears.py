@@ -141,32 +141,119 @@ ROPE, RODS = (0.055, 0.06, True), (0.0195, 0.02, False)  # gap, length, whether 
 @BOTH
 @pytest.mark.parametrize(("gap", "length", "rope"), [ROPE, RODS])
 def test_bridge_on_short_ropes_and_rods_holds(dim: int, gap: float, length: float, rope: bool) -> None:
-    world = World(bridge(dim, gap, length, rope, crates=0))
+    """Planks that start with a micrometre per second whip otherwise; a rod turns by up to 0.3 rad in a substep."""
+    worlds = 48 if dim == 2 else 8
+    world = World(bridge(dim, gap, length, rope, crates=0), world_count=worlds)
+    rng = np.random.default_rng(0)
+    for k in range(30):
+        velocity = np.zeros((worlds, dim))
+        velocity[:, -1] = 1e-6 * rng.standard_normal(worlds)
+        world.set_velocity(f"plank{k}", linear=velocity)
     if not rope:
         world.step()  # the rods start too short
-    assert largest_stretch(world, 240) < 0.01
+    assert np.max(largest_stretch(world, 240)) < 2e-3
 
 
 @BOTH
 @pytest.mark.parametrize(("gap", "length", "rope"), [ROPE, RODS])
 def test_bridge_holds_when_crates_land_on_it(dim: int, gap: float, length: float, rope: bool) -> None:
-    """Crates that start with a few mm/s land elsewhere; the largest stretch is that of the step in which one does."""
-    worlds = 12 if dim == 2 else 4
+    """Crates that start with a few mm/s land elsewhere."""
+    worlds = 24 if dim == 2 else 4
     world = World(bridge(dim, gap, length, rope, crates=2), world_count=worlds)
     rng = np.random.default_rng(0)
     for crate in ("crate0", "crate1"):
         world.set_velocity(crate, linear=1e-3 * rng.standard_normal((worlds, dim)))
     if not rope:
         world.step()
-    stretch = largest_stretch(world, 180)
-    late = []
-    for _ in range(60):
-        largest = largest_stretch(world, 1)
-        late.append(largest > 0.01)
-        stretch = np.maximum(stretch, largest)
-    assert np.median(stretch) < 0.02
-    assert np.max(stretch) < 0.2
-    assert np.mean(late) < 0.02  # 0 to 1.4 % in groups of as many worlds: crates bounce to the end
+    assert np.max(largest_stretch(world, 240)) < 2e-3
+
+
+def taut_chain(dim: int, count: int, length: float, short: float) -> Scene:
+    """``count`` pairs of planks on a hinge in a straight line, tied by rods whose gaps are too short for them."""
+    scene = Scene(dim=dim)
+    plank = box(dim, 0.25, 0.05, 0.25)
+    left, right = place(dim, -0.25, 0), place(dim, 0.25, 0)
+    hinge: Any = planar.Revolute if dim == 2 else spatial.Hinge
+    axis: dict[str, Any] = {} if dim == 2 else {"axis": (0, 1, 0)}
+    gap = (1.0 - short) * length
+    scene.add_body("start", "static", position=place(dim, -0.25 - gap, 0))
+    last = "start"
+    for k in range(count):
+        x = k * (1.0 + gap)
+        for half, at in (("a", x), ("b", x + 0.5)):
+            scene.add_body(f"{half}{k}", shapes=[plank], mass=10.0, position=place(dim, at, 0))
+        scene.add_joint(f"hinge{k}", hinge(f"a{k}", f"b{k}", anchor_a=right, anchor_b=left, **axis))
+        from_start = place(dim, 0, 0) if k == 0 else right
+        rod = joints_of(dim).Distance(last, f"a{k}", anchor_a=from_start, anchor_b=left, length=length)
+        scene.add_joint(f"rod{k}", rod)
+        last = f"b{k}"
+    scene.add_body("end", "static", position=place(dim, count * (1.0 + gap) - 0.25, 0))
+    rod = joints_of(dim).Distance(last, "end", anchor_a=right, anchor_b=place(dim, 0, 0), length=length)
+    scene.add_joint(f"rod{count}", rod)
+    return scene
+
+
+@BOTH
+@pytest.mark.parametrize("short", [1e-3, 0.025, 0.2])
+@pytest.mark.parametrize(("count", "length"), [(1, 0.02), (1, 0.2), (2, 0.02), (2, 0.2), (15, 0.02), (15, 0.2)])
+def test_jointed_planks_on_rods_buckle_where_these_are_too_long(
+    dim: int, count: int, length: float, short: float
+) -> None:
+    """In the straight line the rods contradict each other: no small displacement makes room for them."""
+    world = World(taut_chain(dim, count, length, short))
+    worst = []
+    for _ in range(120):
+        world.step()
+        worst.append(float(world.diagnostics().relative_joint_error[0]))
+    assert max(worst) < 0.05
+    assert max(worst[5:]) < 0.01
+    assert abs(world.position).max() < count * (1.0 + length) + 1.0
+    assert world.diagnostics().energy[0] < 0.0  # of its start; buckling makes none
+
+
+def doll_on_chain(dim: int, links: int, rope: bool) -> Scene:
+    """A torso with two jointed legs on a chain of beads of 0.1 kg, let go 30 degrees from the vertical."""
+    scene = Scene(dim=dim)
+    sine, cosine = math.sin(math.pi / 6), math.cos(math.pi / 6)
+    length = 1.0 / (links + 1)
+    middle = place(dim, 0, 0)
+    given: dict[str, Any] = {"limits": (0.0, length)} if rope else {"length": length}
+    hinge: Any = planar.Revolute if dim == 2 else spatial.Hinge
+    axis: dict[str, Any] = {} if dim == 2 else {"axis": (0, 1, 0)}
+    scene.add_body("top", "static", position=middle)
+    last = "top"
+    for k in range(links):
+        at = (k + 1) * length
+        scene.add_body(f"bead{k}", shapes=[ball(dim, 0.01)], mass=0.1, position=place(dim, at * sine, -at * cosine))
+        tie = joints_of(dim).Distance(last, f"bead{k}", anchor_a=middle, anchor_b=middle, **given)
+        scene.add_joint(f"tie{k}", tie)
+        last = f"bead{k}"
+    x, z = sine, -cosine - 0.3
+    scene.add_body("torso", shapes=[box(dim, 0.2, 0.3, 0.1)], mass=20.0, position=place(dim, x, z))
+    tie = joints_of(dim).Distance(last, "torso", anchor_a=middle, anchor_b=place(dim, 0, 0.3), **given)
+    scene.add_joint("tie", tie)
+    for side, at in (("left", -0.15), ("right", 0.15)):
+        scene.add_body(side, shapes=[box(dim, 0.05, 0.3, 0.05)], mass=5.0, position=place(dim, x + at, z - 0.6))
+        anchors = {"anchor_a": place(dim, at, -0.3), "anchor_b": place(dim, 0, 0.3)}
+        scene.add_joint(f"hip {side}", hinge("torso", side, **anchors, **axis))
+    return scene
+
+
+@BOTH
+@pytest.mark.parametrize("rope", [False, True])
+@pytest.mark.parametrize("links", [0, 3, 20])
+def test_doll_on_a_chain_keeps_the_lengths_and_swings(dim: int, links: int, rope: bool) -> None:
+    world = World(doll_on_chain(dim, links, rope))
+    energy = world.diagnostics().energy[0]
+    worst = 0.0
+    x = [float(world.position[0, -3, 0])]
+    for _ in range(240):
+        world.step()
+        x.append(float(world.position[0, -3, 0]))
+        worst = max(worst, float(world.diagnostics().relative_joint_error[0]))
+    assert worst < 2e-3
+    assert world.diagnostics().energy[0] < energy + 1e-3 * 30.0 * 9.81
+    assert min(x) < -0.4  # of the 0.5 from which it starts: it is not braked
 
 
 def rope_over_drum(dim: int) -> Scene:
@@ -203,7 +290,7 @@ def rope_over_drum(dim: int) -> Scene:
 @BOTH
 def test_light_rope_with_weights_over_a_drum_holds(dim: int) -> None:
     world = World(rope_over_drum(dim))
-    assert largest_stretch(world, 240) < 0.06  # of 6 cm, where a link meets the drum
+    assert largest_stretch(world, 240) < 0.02  # of 6 cm, where a link meets the drum
     assert world.position[0, -1, -1] < -2.0  # the heavy end has sunk
 
 

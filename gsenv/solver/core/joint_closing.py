@@ -39,7 +39,9 @@ anchor_distance = by_dimension("joints.distance", "anchor_distance")
 _DISTANCE = int(JointKind.DISTANCE)
 LOOSE = 1e-3  # of its length: a rod or rope that is off by more is closed
 CLOSED = 1e-4  # of its length: smaller errors end the iteration
-MAX_CLOSINGS = 10
+MAX_CLOSINGS = 60  # a bridge whose rods turn across takes more than 20
+PATIENCE = 30  # iterations that may pass without progress; joints that contradict each other make none
+PROGRESS = 0.9  # of the smallest error so far
 LARGEST_TURN = 0.3  # rad: largest rotation in one iteration, for which directions are nearly constant
 _NOW = 1e-9  # of the substep: time ahead for which rows are made
 
@@ -56,16 +58,67 @@ def close_joints(world: Any, island: Any, joints: Any, joint_factor: Any) -> Non
         return
     if island.kinematic:
         move_kinematic(world, island.end)
-    if largest_stretch(world, island_joints) <= LOOSE:
+    least = largest_stretch(world, island_joints)
+    if least <= LOOSE:
         return
     _start_bodies(world, island)
     _start_contact_rows(world, island)
+    _keep_poses(world, island)
+    waited = 0
+    stretch = least
     for _ in range(MAX_CLOSINGS):
-        if not _take_step(world, island, joints, joint_factor):
+        if waited == PATIENCE or not _take_step(world, island, joints, joint_factor):
             break
-        if largest_stretch(world, island_joints) <= CLOSED:
+        stretch = largest_stretch(world, island_joints)
+        waited += 1
+        if stretch < PROGRESS * least:
+            least = stretch
+            waited = 0
+            _keep_poses(world, island)
+        if stretch <= CLOSED:
             break
+    if not stretch <= LOOSE:
+        _return_to_kept_poses(world, island)
     _slow_bodies(world, island)
+
+
+@njit
+def _keep_poses(world: Any, island: Any) -> None:
+    """Keep the present poses of the bodies, for the case that all further ones are worse."""
+    bodies = world.state.bodies
+    substep_bodies = world.scratch.substep_bodies
+    island_bodies = part(world.scratch.island_bodies, island.body_first, island.body_count)
+    for k in range(len(island_bodies)):
+        body = bodies[island_bodies[k]]
+        kept = substep_bodies[island_bodies[k]]
+        for d in range(len(body.position)):
+            kept.kept_position[d] = body.position[d]
+        for d in range(len(body.rotation)):
+            kept.kept_rotation[d] = body.rotation[d]
+        kept.kept_angle = body.angle
+        for d in range(len(body.velocity)):
+            kept.kept_velocity[d] = body.velocity[d]
+            kept.kept_displacement[d] = kept.impact_displacement[d]
+
+
+@njit
+def _return_to_kept_poses(world: Any, island: Any) -> None:
+    """Move the bodies to where the errors were least: joints that contradict each other never hold."""
+    bodies = world.state.bodies
+    substep_bodies = world.scratch.substep_bodies
+    island_bodies = part(world.scratch.island_bodies, island.body_first, island.body_count)
+    for k in range(len(island_bodies)):
+        body = bodies[island_bodies[k]]
+        kept = substep_bodies[island_bodies[k]]
+        for d in range(len(body.position)):
+            body.position[d] = kept.kept_position[d]
+        for d in range(len(body.rotation)):
+            body.rotation[d] = kept.kept_rotation[d]
+        body.angle = kept.kept_angle
+        for d in range(len(body.velocity)):
+            body.velocity[d] = kept.kept_velocity[d]
+            kept.impact_displacement[d] = kept.kept_displacement[d]
+        start_closing(body, kept)
 
 
 @njit

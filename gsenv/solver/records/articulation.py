@@ -61,6 +61,7 @@ def link_dtype(dim: int) -> np.dtype[Any]:
             ("numbers", "i4", (most,)),  # of their coordinates
             ("last", "i4"),  # last degree of freedom on the way to it, -1: none
             ("tree", "i4"),  # link that is the root of its tree
+            ("neighbour", "i4"),  # of the root of a free tree: root of the first tree that a rod or rope ties it to
             ("position", "f8", (dim,)),  # m, centre of mass
             ("rotation", "f8", (ROTATION_SIZE[dim],)),
             ("angle", "f8"),  # rad, unwrapped (2D)

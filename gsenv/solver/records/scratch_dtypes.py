@@ -97,6 +97,11 @@ def substep_body_dtype(dim: int) -> np.dtype[Any]:
             ("velocity_center", "f8", (dim,)),  # m/s, centre of a ball that contains these velocities
             ("velocity_radius", "f8"),  # m/s, radius of this ball
             ("widened_radius", "f8"),  # m/s, the radius by which the boxes of its shapes were last widened
+            ("kept_position", "f8", (dim,)),  # m, where rods and ropes have their least errors while they are closed
+            ("kept_rotation", "f8", (ROTATION_SIZE[dim],)),
+            ("kept_angle", "f8"),
+            ("kept_velocity", "f8", (ndof,)),
+            ("kept_displacement", "f8", (ndof,)),  # m and rad, ``impact_displacement`` there
             ("blocked", "i4"),  # 1: it may hit a fixed body in the step, directly or through others
             *spatial,
         ],

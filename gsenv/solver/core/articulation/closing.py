@@ -180,7 +180,8 @@ def _take_step(world: Any, island: Any, articulation: Any, others: Any) -> None:
     for f in range(island.freedoms):
         change[f] = z[f] * freedoms[f].root
     respond_outward(articulation.links, island.body_count, freedoms, change)
-    share = largest_share(island, articulation)
+    share = largest_share(world, island, articulation)
+    _keep_motion(world, island, articulation.links, share * island.h)
     for f in range(island.freedoms):
         step[f] = share * island.h * change[f]
         articulation.before[f] += share * change[f]
@@ -189,7 +190,17 @@ def _take_step(world: Any, island: Any, articulation: Any, others: Any) -> None:
     for r in range(island.other_rows):
         others.last[r] = share * rows[r].position_impulse
         others.moved[r] += others.last[r]
-    _place(world, island, articulation, others)
+    _place(world, island, articulation)
+
+
+@njit
+def _keep_motion(world: Any, island: Any, links: Any, h: Any) -> None:
+    """Set ``contact`` of each link to its mass times the way by which its velocity moves it in the time ``h``."""
+    body_parameters = world.parameters.bodies
+    for k in range(island.body_count):
+        mass = body_parameters[links[k].body].mass
+        for d in range(len(links[k].position)):
+            links[k].contact[d] = h * mass * links[k].velocity[d]
 
 
 @njit
@@ -203,29 +214,29 @@ def _take_back(world: Any, island: Any, articulation: Any, others: Any) -> None:
     for r in range(island.other_rows):
         others.last[r] = -others.last[r]
         others.moved[r] += others.last[r]
-    _place(world, island, articulation, others)
+    for k in range(island.body_count):
+        for d in range(len(articulation.links[k].position)):
+            articulation.links[k].contact[d] = -articulation.links[k].contact[d]
+    _place(world, island, articulation)
 
 
 @njit
-def _place(world: Any, island: Any, articulation: Any, others: Any) -> None:
-    """Move the links by ``step``, and each tree that nothing holds as a whole, to where the impulses move its centre.
+def _place(world: Any, island: Any, articulation: Any) -> None:
+    """Move the links by ``step``, and each tree that nothing holds as a whole, so that its centre moves by ``contact``.
 
-    Of finite rotations the first does not, by the square of the angles.
+    Of finite rotations the first does not, by the square of the angles.  The impulses of the rows, at the present
+    poses, would not do: where joints contradict each other they are huge, and balance at the poses of the factor only.
     """
-    rows = world.scratch.rows
     links = articulation.links
     body_parameters = world.parameters.bodies
     _start_again(world, island, articulation)
     place_links(world, island, articulation)
-    for r in range(island.other_rows):
-        rows[r].impulse = others.last[r]
-    add_impulses(world, island, articulation, island.rows)
     dim = len(world.parameters.world.gravity)
     for k in range(island.body_count):
         link = links[k]
         mass = body_parameters[link.body].mass
         for d in range(dim):
-            link.force[d] = island.h * link.contact[d] - mass * (link.position[d] - link.start[d])
+            link.force[d] = link.contact[d] - mass * (link.position[d] - link.start[d])
         link.force[dim] = mass
     average_over_trees(island, links, dim)
     for k in range(island.body_count):

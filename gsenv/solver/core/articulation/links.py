@@ -8,8 +8,10 @@ import numpy as np
 
 from ...jit import njit
 from ...records.articulation import SLIDES, LinkKind
+from ...records.model import JointKind
 from ..dispatch import by_dimension
-from ..joints import SWING_PER_SUBSTEP
+from ..joint_rows import has_limit
+from ..joints import SWING_PER_SUBSTEP, rod_length
 from ..slices import part
 from .other_joints import count_other_rows, is_soft
 
@@ -24,15 +26,20 @@ arm_over_inertia = by_dimension("joints", "arm_over_inertia")
 tension_of = by_dimension("joints", "tension_of")
 most_inverse = by_dimension("articulation", "most_inverse")
 mismatch = by_dimension("articulation", "mismatch")
+anchor_distance = by_dimension("joints.distance", "anchor_distance")
+line_speed = by_dimension("joints.distance", "line_speed")
 
+_DISTANCE = int(JointKind.DISTANCE)
 _FREE = int(LinkKind.FREE)
 _AXES = int(LinkKind.AXES)
+_NO_NEIGHBOUR = -2
 TURN_PER_SUBSTEP = 0.4  # rad: largest rotation of a link in a substep
 MOST_TURN = 1.0  # rad: where even the most substeps leave more, the rows of the joints are more robust
 LEAST_SWING = 1.0  # rad in a substep: slower swings of taut links need no care
 LARGEST_TURN = 0.3  # rad: largest rotation of a link by one correction of positions
 NEAR = 0.01  # of the size of a link: joints that are farther apart are first brought together by their rows
 ROUNDING = 1e-9  # m: smaller gaps are those of rounding, also of a wheel at the centre of mass that it hangs on
+_POINT = 1e-9  # m: shorter lines have no direction
 JUMP = 0.05  # of a link's speed: anchors that separate faster are first brought together
 
 
@@ -65,6 +72,53 @@ def list_links(world: Any, island: Any, articulation: Any) -> Any:
     if not _fits(island, articulation, len(world.scratch.rows[0].jacobian_a)):
         return False
     return _enter(world, island, articulation)
+
+
+@njit
+def has_chain(world: Any, island: Any, articulation: Any) -> Any:
+    """Whether rods or ropes tie trees that nothing holds into a chain: one of two tied trees has another neighbour.
+
+    There the stiffness is between the trees.  The factor of all joints in body space then solves it better than sweeps
+    over the ropes, and closes it in straight lines, too; joint coordinates keep the energy of fast links better.
+    """
+    if island.other_rows == 0:
+        return False
+    links = articulation.links
+    island_joints = part(world.scratch.island_joints, island.joint_first, island.joint_count)
+    for k in range(island.body_count):
+        links[k].neighbour = _NO_NEIGHBOUR
+    chained = False
+    tied = False
+    for k in range(len(island_joints)):
+        model = world.model.joints[island_joints[k]]
+        parameters = world.parameters.joints[island_joints[k]]
+        if model.kind == _DISTANCE and (parameters.rigid or has_limit(parameters)):
+            a = _free_tree(world, articulation, model.body_a)
+            b = _free_tree(world, articulation, model.body_b)
+            tied = tied or (a != b and a >= 0 and b >= 0)
+            chained = _is_second(links, a, b) or chained
+            chained = _is_second(links, b, a) or chained
+    return tied and chained
+
+
+@njit
+def _is_second(links: Any, tree: Any, neighbour: Any) -> Any:
+    """Whether a free tree is tied to a second neighbour; -1 is whatever is held."""
+    if tree < 0 or neighbour == tree:
+        return False
+    if links[tree].neighbour == _NO_NEIGHBOUR:
+        links[tree].neighbour = neighbour
+    return links[tree].neighbour != neighbour
+
+
+@njit
+def _free_tree(world: Any, articulation: Any, body: Any) -> Any:
+    """Return the root of the tree of a body, -1 where something holds it."""
+    if world.parameters.bodies[body].inv_mass == 0.0:
+        return -1
+    links = articulation.links
+    root = links[articulation.places[body]].tree
+    return root if links[root].kind == _FREE else -1
 
 
 @njit
@@ -293,8 +347,8 @@ def largest_turn(world: Any, island: Any, articulation: Any) -> Any:
 
 
 @njit
-def largest_share(island: Any, articulation: Any) -> Any:
-    """Return the share of the displacement ``change`` by which no link turns so far that directions change much."""
+def largest_share(world: Any, island: Any, articulation: Any) -> Any:
+    """Return the share of ``change`` by which no link, rod or rope turns so far that directions change much."""
     links = articulation.links
     move_links(island, articulation, articulation.change)
     farthest = LARGEST_TURN
@@ -303,4 +357,33 @@ def largest_share(island: Any, articulation: Any) -> Any:
         for d in range(len(links[k].position), len(links[k].velocity)):
             turn += abs(links[k].velocity[d])
         farthest = max(farthest, island.h * turn)
+    if island.other_rows > 0:
+        farthest = max(farthest, island.h * _fastest_line(world, island, articulation))
     return LARGEST_TURN / farthest
+
+
+@njit
+def _fastest_line(world: Any, island: Any, articulation: Any) -> Any:
+    """Return the largest angular velocity, at most, of the line between the anchors of a rod or rope, rad/s.
+
+    A stretched one turns by the way across the line over its present length; the way along it counts, too.
+    """
+    links, places = articulation.links, articulation.places
+    bodies = world.state.bodies
+    body_parameters = world.parameters.bodies
+    fastest = 0.0
+    island_joints = part(world.scratch.island_joints, island.joint_first, island.joint_count)
+    for k in range(len(island_joints)):
+        model = world.model.joints[island_joints[k]]
+        if model.kind != _DISTANCE:
+            continue
+        parameters = world.parameters.joints[island_joints[k]]
+        if not (parameters.rigid or has_limit(parameters)):
+            continue
+        i, j = model.body_a, model.body_b
+        a, b = body_parameters[i], body_parameters[j]
+        velocity_a, velocity_b = links[places[i]].velocity, links[places[j]].velocity
+        speed = line_speed(bodies[i], bodies[j], a, b, parameters, velocity_a, velocity_b)
+        length = max(anchor_distance(bodies[i], bodies[j], a, b, parameters), rod_length(parameters), _POINT)
+        fastest = max(fastest, speed / length)
+    return fastest

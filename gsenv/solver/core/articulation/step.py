@@ -37,6 +37,7 @@ from .equations import (
 )
 from .joining import join_velocities
 from .links import (
+    has_chain,
     largest_share,
     largest_turn,
     list_links,
@@ -76,6 +77,7 @@ keep_world_frames = by_dimension("articulation", "keep_world_frames", otherwise=
 
 SLOW_TURN = 0.004  # rad in a substep: slower links need no balance of momentum where rows act,
 STILL_TURN = 1e-5  # and these not even the forces at their new rates
+FAST_TURN = 0.3  # rad in a step: chains of trees whose links turn faster stay in joint coordinates
 TAUT_GAIN = 1e-4  # of the kinetic energy: larger gains in a substep with implicit tension are no rounding
 REST = 2  # value of ``taut`` in the rest of a step whose links swing too fast
 PARTS = 8  # of a substep whose rates do not settle
@@ -97,6 +99,8 @@ def step_articulated(world: Any, island: Any, joints: Any, articulation: Any) ->
     if not list_links(world, island, articulation):
         return False
     measure_motion(world, island, joints, articulation)
+    if island.spin * world.options.timestep < FAST_TURN and has_chain(world, island, articulation):
+        return False
     island.taut = 0
     island.substeps = substeps_of_links(world, island)
     if swings(world, island, joints, articulation):
@@ -335,7 +339,7 @@ def _correct(world: Any, island: Any, articulation: Any) -> Any:
     share = 0.0
     if corrected:
         change_of_rows(island, articulation)
-        share = largest_share(island, articulation)
+        share = largest_share(world, island, articulation)
         add_all_impulses(world, island, articulation)
     island.share = share
     for f in range(island.freedoms):

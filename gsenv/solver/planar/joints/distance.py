@@ -46,3 +46,15 @@ def anchor_distance(body_a: Any, body_b: Any, a: Any, b: Any, parameters: Any) -
     dx = body_b.position[0] + bx - body_a.position[0] - ax
     dy = body_b.position[1] + by - body_a.position[1] - ay
     return (dx * dx + dy * dy) ** 0.5
+
+
+@njit
+def line_speed(body_a: Any, body_b: Any, a: Any, b: Any, parameters: Any, velocity_a: Any, velocity_b: Any) -> Any:
+    """Return the speed of anchor b relative to anchor a at given velocities, m/s; bodies without inv_mass stay."""
+    ax, ay = arm(body_a, a, parameters.anchor_a)
+    bx, by = arm(body_b, b, parameters.anchor_b)
+    moves_a = 1.0 if a.inv_mass > 0.0 else 0.0
+    moves_b = 1.0 if b.inv_mass > 0.0 else 0.0
+    ux = moves_b * (velocity_b[0] - by * velocity_b[2]) - moves_a * (velocity_a[0] - ay * velocity_a[2])
+    uy = moves_b * (velocity_b[1] + bx * velocity_b[2]) - moves_a * (velocity_a[1] + ax * velocity_a[2])
+    return (ux * ux + uy * uy) ** 0.5

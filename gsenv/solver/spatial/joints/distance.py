@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from ...jit import njit
-from ..math import Vec, add, norm, scaled, sub, vec
+from ..math import Vec, add, cross, norm, scaled, sub, vec
 from .point import arm, frame_ahead, frame_rate, set_frame_direction
 
 SHORT = 1e-9  # m: for smaller distances the direction between the anchors is undefined
@@ -44,3 +44,13 @@ def anchor_distance(body_a: Any, body_b: Any, a: Any, b: Any, parameters: Any) -
     end_a = add(vec(body_a.position), arm(body_a, a, parameters.anchor_a))
     end_b = add(vec(body_b.position), arm(body_b, b, parameters.anchor_b))
     return norm(sub(end_b, end_a))
+
+
+@njit
+def line_speed(body_a: Any, body_b: Any, a: Any, b: Any, parameters: Any, velocity_a: Any, velocity_b: Any) -> Any:
+    """Return the speed of anchor b relative to anchor a at given velocities, m/s; bodies without inv_mass stay."""
+    turn_a = cross(vec(velocity_a[3:]), arm(body_a, a, parameters.anchor_a))
+    turn_b = cross(vec(velocity_b[3:]), arm(body_b, b, parameters.anchor_b))
+    u_a = scaled(add(vec(velocity_a[:3]), turn_a), 1.0 if a.inv_mass > 0.0 else 0.0)
+    u_b = scaled(add(vec(velocity_b[:3]), turn_b), 1.0 if b.inv_mass > 0.0 else 0.0)
+    return norm(sub(u_b, u_a))
