@@ -206,7 +206,8 @@ SETTINGS = {
         final_log_std=None,
         arguments={"difficulty": 0.5, "gate_reach": 0.4},
         lessons=(
-            *({"difficulty": 0.3, "gate_reach": reach} for reach in (12.0, 6.0, 3.0, 1.5)),
+            *({"difficulty": value, "gate_reach": 12.0} for value in (0.1, 0.2, 0.3)),
+            *({"difficulty": 0.3, "gate_reach": reach} for reach in (6.0, 3.0, 1.5)),
             {"difficulty": 0.3},
             {"difficulty": 0.4},
         ),
