@@ -15,6 +15,7 @@ from ..jit import njit
 from .broadphase import may_touch
 from .dispatch import by_dimension
 from .geometry import DYNAMIC, KINEMATIC, STATIC, MovingShape, bounding_box, placed, swing_speed
+from .integrate import copy_pose
 
 MAX_ADVANCES = 256
 TURN = 0.1  # rad: rotation of a body between two checks
@@ -44,11 +45,7 @@ def keep_start(world: Any, start_poses: Any) -> None:
         return
     bodies = world.state.bodies
     for b in range(len(bodies)):
-        for d in range(len(bodies[b].position)):
-            start_poses[b].position[d] = bodies[b].position[d]
-        for d in range(len(bodies[b].rotation)):
-            start_poses[b].rotation[d] = bodies[b].rotation[d]
-        start_poses[b].angle = bodies[b].angle
+        copy_pose(bodies[b], start_poses[b])
 
 
 @njit

@@ -207,3 +207,13 @@ def any_lost(bodies: Any) -> Any:
         for d in range(len(bodies[i].velocity)):
             total += 0.0 * bodies[i].velocity[d]
     return total != 0.0
+
+
+@njit
+def copy_pose(source: Any, target: Any) -> None:
+    """Copy position, rotation and angle of a body's record to another record that has these fields."""
+    for d in range(len(source.position)):
+        target.position[d] = source.position[d]
+    for d in range(len(source.rotation)):
+        target.rotation[d] = source.rotation[d]
+    target.angle = source.angle

@@ -24,7 +24,7 @@ from ..methods.joint_factor import compliance, factorise_equations
 from ..records.model import JointKind
 from .contact_rows import moved
 from .dispatch import by_dimension
-from .integrate import move_kinematic
+from .integrate import copy_pose, move_kinematic
 from .joint_rows import has_limit
 from .joints import add_joint_rows
 from .rows import BILATERAL, BOUNDED, EQUATION, UNILATERAL
@@ -87,18 +87,12 @@ def _keep_poses(world: Any, island: Any) -> None:
     """Keep the present poses of the bodies, for the case that all further ones are worse."""
     bodies = world.state.bodies
     substep_bodies = world.scratch.substep_bodies
+    kept = world.scratch.closing_poses
     island_bodies = part(world.scratch.island_bodies, island.body_first, island.body_count)
     for k in range(len(island_bodies)):
-        body = bodies[island_bodies[k]]
-        kept = substep_bodies[island_bodies[k]]
-        for d in range(len(body.position)):
-            kept.kept_position[d] = body.position[d]
-        for d in range(len(body.rotation)):
-            kept.kept_rotation[d] = body.rotation[d]
-        kept.kept_angle = body.angle
-        for d in range(len(body.velocity)):
-            kept.kept_velocity[d] = body.velocity[d]
-            kept.kept_displacement[d] = kept.impact_displacement[d]
+        i = island_bodies[k]
+        copy_pose(bodies[i], kept[i])
+        _copy_motion(bodies[i], substep_bodies[i], kept[i], kept[i])
 
 
 @njit
@@ -106,19 +100,21 @@ def _return_to_kept_poses(world: Any, island: Any) -> None:
     """Move the bodies to where the errors were least: joints that contradict each other never hold."""
     bodies = world.state.bodies
     substep_bodies = world.scratch.substep_bodies
+    kept = world.scratch.closing_poses
     island_bodies = part(world.scratch.island_bodies, island.body_first, island.body_count)
     for k in range(len(island_bodies)):
-        body = bodies[island_bodies[k]]
-        kept = substep_bodies[island_bodies[k]]
-        for d in range(len(body.position)):
-            body.position[d] = kept.kept_position[d]
-        for d in range(len(body.rotation)):
-            body.rotation[d] = kept.kept_rotation[d]
-        body.angle = kept.kept_angle
-        for d in range(len(body.velocity)):
-            body.velocity[d] = kept.kept_velocity[d]
-            kept.impact_displacement[d] = kept.kept_displacement[d]
-        start_closing(body, kept)
+        i = island_bodies[k]
+        copy_pose(kept[i], bodies[i])
+        _copy_motion(kept[i], kept[i], bodies[i], substep_bodies[i])
+        start_closing(bodies[i], substep_bodies[i])
+
+
+@njit
+def _copy_motion(body: Any, substep_body: Any, to_body: Any, to_substep_body: Any) -> None:
+    """Copy what a displacement changes besides the pose: a tilted body's velocity turns with it."""
+    for d in range(len(body.velocity)):
+        to_body.velocity[d] = body.velocity[d]
+        to_substep_body.impact_displacement[d] = substep_body.impact_displacement[d]
 
 
 @njit

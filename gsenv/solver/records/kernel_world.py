@@ -39,8 +39,8 @@ def kernel_world(
     ``world.state`` and ``world.parameters`` show the world that ``select_world`` has selected.
     ``world.variant.restitution`` is None without ``restitution`` (see ``has_restitution``), ``world.variant.soft``
     and ``newton`` are None unless that is the solver, ``world.variant.axes`` without 3D joints with axes. Further
-    parts that are None in scenes without them: joints, vertices, start_poses, joint_factor, articulation,
-    broadphase, narrowphase.field, narrowphase.convex.
+    parts that are None in scenes without them: joints, vertices, start_poses, closing_poses, joint_factor,
+    articulation, broadphase, narrowphase.field, narrowphase.convex.
     """
     dim = model.dim
     jointed = variant.joints

@@ -20,6 +20,7 @@ from .scratch_dtypes import (
     ISLAND_STEP_DTYPE,
     KEPT_PAIR_DTYPE,
     PAIR_DTYPE,
+    closing_pose_dtype,
     kept_box_dtype,
     shape_geometry_dtype,
     start_pose_dtype,
@@ -57,6 +58,7 @@ class Scratch:
         entries = max(len(model.shapes), 1)  # the first one has the number of kept pairs
         self.kept_boxes = np.zeros(entries, kept_box_dtype(dim)) if keeps else None
         self.start_poses = np.zeros(bodies, start_pose_dtype(dim)) if variant.continuous else None
+        self.closing_poses = np.zeros(bodies, closing_pose_dtype(dim)) if variant.linked else None
         self._narrowphase = dimension(dim).scratch.narrowphase_scratch(variant.fields, variant.convex)
         self._factor, self._joint_factor = (_factor_arrays(model) for _ in range(2))
         self.grow_pairs(16 + 4 * len(model.shapes))
@@ -130,6 +132,7 @@ class Scratch:
             displaced=self.displaced,
             found_places=self.found_places,
             start_poses=self.start_poses,
+            closing_poses=self.closing_poses,
             islands=self.islands,
             island=self.island,
             island_bodies=self.island_bodies,

@@ -97,11 +97,6 @@ def substep_body_dtype(dim: int) -> np.dtype[Any]:
             ("velocity_center", "f8", (dim,)),  # m/s, centre of a ball that contains these velocities
             ("velocity_radius", "f8"),  # m/s, radius of this ball
             ("widened_radius", "f8"),  # m/s, the radius by which the boxes of its shapes were last widened
-            ("kept_position", "f8", (dim,)),  # m, where rods and ropes have their least errors while they are closed
-            ("kept_rotation", "f8", (ROTATION_SIZE[dim],)),
-            ("kept_angle", "f8"),
-            ("kept_velocity", "f8", (ndof,)),
-            ("kept_displacement", "f8", (ndof,)),  # m and rad, ``impact_displacement`` there
             ("blocked", "i4"),  # 1: it may hit a fixed body in the step, directly or through others
             *spatial,
         ],
@@ -116,6 +111,19 @@ def start_pose_dtype(dim: int) -> np.dtype[Any]:
             ("position", "f8", (dim,)),  # m
             ("rotation", "f8", (ROTATION_SIZE[dim],)),
             ("angle", "f8"),  # rad, unwrapped (2D)
+        ],
+        align=True,
+    )
+
+
+def closing_pose_dtype(dim: int) -> np.dtype[Any]:
+    """Return the dtype of what closing rods and ropes changes of a body."""
+    ndof = NDOF[dim]
+    return np.dtype(
+        [
+            *((name, start_pose_dtype(dim)[name]) for name in ("position", "rotation", "angle")),
+            ("velocity", "f8", (ndof,)),
+            ("impact_displacement", "f8", (ndof,)),  # m and rad, of the substep body
         ],
         align=True,
     )

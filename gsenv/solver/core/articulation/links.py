@@ -10,10 +10,9 @@ from ...jit import njit
 from ...records.articulation import SLIDES, LinkKind
 from ...records.model import JointKind
 from ..dispatch import by_dimension
-from ..joint_rows import has_limit
 from ..joints import SWING_PER_SUBSTEP, rod_length
 from ..slices import part
-from .other_joints import count_other_rows, is_soft
+from .other_joints import count_other_rows, has_position, is_soft
 
 enter_link = by_dimension("articulation", "enter_link")
 enter_joint = by_dimension("articulation", "enter_joint")
@@ -92,7 +91,7 @@ def has_chain(world: Any, island: Any, articulation: Any) -> Any:
     for k in range(len(island_joints)):
         model = world.model.joints[island_joints[k]]
         parameters = world.parameters.joints[island_joints[k]]
-        if model.kind == _DISTANCE and (parameters.rigid or has_limit(parameters)):
+        if model.kind == _DISTANCE and has_position(model, parameters):
             a = _free_tree(world, articulation, model.body_a)
             b = _free_tree(world, articulation, model.body_b)
             tied = tied or (a != b and a >= 0 and b >= 0)
@@ -375,10 +374,8 @@ def _fastest_line(world: Any, island: Any, articulation: Any) -> Any:
     island_joints = part(world.scratch.island_joints, island.joint_first, island.joint_count)
     for k in range(len(island_joints)):
         model = world.model.joints[island_joints[k]]
-        if model.kind != _DISTANCE:
-            continue
         parameters = world.parameters.joints[island_joints[k]]
-        if not (parameters.rigid or has_limit(parameters)):
+        if model.kind != _DISTANCE or not has_position(model, parameters):
             continue
         i, j = model.body_a, model.body_b
         a, b = body_parameters[i], body_parameters[j]
