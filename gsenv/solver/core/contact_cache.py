@@ -7,12 +7,15 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 from numpy.typing import NDArray
 
 from ..jit import inline_njit, njit
 from .dispatch import by_dimension, never
 
 Array = NDArray[Any]
+
+NEAR = 0.1  # of a contact's distance to the next of its pair: one that is nearer to an old contact is the same
 
 is_witness = by_dimension("narrowphase.clip", "is_witness", otherwise=never)
 
@@ -37,6 +40,7 @@ def is_kept(contact: Any, geometry: Array) -> bool:
 def match_pair(old: Array, first: int, last: int, found: Array, start: int, found_count: int, articulation: Any) -> int:
     """Copy `impulse` from the contacts old[first:last] of one pair to found ones of the same feature.
 
+    If one has a new feature, all that are at the place of an old one take its impulse (`match_places`).
     With ``articulation`` that has links, the only contact of a pair is also the same as its only one before where one
     of them is at the nearest points: where an end of a capsule lies on the side of another, rounding decides in each
     step whether a feature touches.
@@ -52,14 +56,55 @@ def match_pair(old: Array, first: int, last: int, found: Array, start: int, foun
     if articulation is not None:
         trees = len(articulation.links) > 0
         same = trees and last - first == 1 and end - k == 1 and is_witness(old[first], found[k])
-    while k < end:
+    renamed = False
+    for j in range(k, end):
+        known = False
         for i in range(first, last):
-            if same or old[i].feature == found[k].feature:
-                for axis in range(len(found[k].impulse)):
-                    found[k].impulse[axis] = old[i].impulse[axis]
+            if same or old[i].feature == found[j].feature:
+                copy_impulse(old[i], found[j])
+                known = True
                 break
-        k += 1
-    return k
+        renamed = renamed or not known
+    if renamed:
+        match_places(old, first, last, found, k, end)
+    return end
+
+
+@inline_njit
+def copy_impulse(old: Any, found: Any) -> None:
+    """Copy all parts of a contact's impulse."""
+    for axis in range(len(found.impulse)):
+        found.impulse[axis] = old.impulse[axis]
+
+
+@njit
+def match_places(old: Array, first: int, last: int, found: Array, start: int, end: int) -> None:
+    """Copy `impulse` to each of found[start:end] that is where one of old[first:last] was.
+
+    Where edges of two boxes coincide, rounding decides in each step of which of them a point is the corner.
+    """
+    for k in range(start, end):
+        nearest = first
+        least = np.inf
+        for i in range(first, last):
+            distance = square_distance(old[i], found[k])
+            if distance < least:
+                nearest, least = i, distance
+        apart = np.inf
+        for j in range(start, end):
+            if j != k:
+                apart = min(apart, square_distance(found[j], found[k]))
+        if apart < np.inf and least < NEAR * NEAR * apart:
+            copy_impulse(old[nearest], found[k])
+
+
+@inline_njit
+def square_distance(one: Any, other: Any) -> float:
+    """Return the squared distance of the points of two contacts."""
+    s = 0.0
+    for axis in range(len(one.point)):
+        s += (one.point[axis] - other.point[axis]) ** 2
+    return s
 
 
 @njit
@@ -90,8 +135,8 @@ def update_contacts(
     """Replace the first `count` contacts by the `found` ones, but leave those of pairs asleep.
 
     `contacts`, `found` (contact,) of contact_dtype(dim), sorted by pair before and after; found ones
-    inherit the impulse of the contact of the same shapes and feature (`articulation`: see match_pair).  Returns
-    the number of contacts; if it exceeds len(contacts), none was changed.  `places` (int,) receives the new
+    inherit the impulse of the contact of the same shapes and feature or place (`articulation`: see match_pair).
+    Returns the number of contacts; if it exceeds len(contacts), none was changed.  `places` (int,) receives the new
     indices of the found ones.  `displaced` (contact,) is scratch.  A sleeping contact is copied only if its index
     changes, so a few awake contacts among thousands of sleeping ones cost little.
     """

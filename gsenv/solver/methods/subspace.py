@@ -7,7 +7,7 @@ removes the slow modes (a leaning tower, a light body under a heavy one), sweeps
 For the active rows, with w their present velocities and s = epsilon A_rr + softness,
 (A + diag(s - softness)) d = -w  is solved for the change d of the impulses in body space:
 (M + J^T s^-1 J) x = -J^T s^-1 w,  d = -(w + J x) / s.  epsilon makes redundant rows harmless: it
-keeps d small, so repeated steps converge to the exact solution whatever epsilon is.
+keeps d small, so repeated steps converge to the exact solution whatever s is.
 
 Sweeps leave the loads of redundant contacts, such as the four corners of a box, as uneven as their order made them,
 and a direct step that changes them little then asks corners to pull.  A step in an island that moves therefore solves
@@ -15,12 +15,15 @@ and a direct step that changes them little then asks corners to pull.  A step in
 (Tikhonov, "Solution of incorrectly formulated problems and the regularization method", Soviet Math. Doklady 4 (1963)).
 It leaves w = -c A_rr p; c is at most epsilon, and so small that this is about ``UNEVEN`` of the residual before.
 
-A step that fails is repeated with a larger epsilon (Levenberg, "A method for the solution of certain non-linear
-problems in least squares", Quarterly of Applied Mathematics 2 (1944)): the rows found active may ask for impulses far
-beyond their bounds, as those of gaps that no motion of a box can close at once.
+Rows whose impulse is near a bound will mostly reach it and hold nothing then, but as equations they may ask for
+impulses far beyond it: until the solve ends it is unknown which contacts between bricks side by side carry load.
+Their s is larger, by g E / m^2, where m is the distance of the impulse from its bound and E the mean of w^2 / A_rr over
+the active rows; so what is near a bound changes little, and the others hold.  This is the scaling of interior methods
+(Coleman, Li, "An interior trust region approach for nonlinear minimization subject to bounds", SIAM Journal on
+Optimization 6 (1996)).  A step that fails is repeated with a larger g.
 
-Where many contacts slide, steps are plain and end with the first that does not reduce the residual: they take the
-bounds of friction, which follow the loads, as fixed.
+Where many contacts slide, steps are taken once, without the draw, and end with the first that does not reduce the
+residual: they take the bounds of friction, which follow the loads, as fixed.
 A step that raises the energy function that the solve minimises is repeated without the rows that it left inactive,
 then shortened, or not taken;
 rows that contradict each other (a body between a press and the ground) would keep w = -epsilon A_rr d,
@@ -51,7 +54,8 @@ from .cholesky import (
 from .nncg import solve_nncg
 
 EPSILON = 1e-6
-DAMPED_EPSILON = 1e-3  # after a step that failed
+GIVES = (1e-5, 1.0, 1e4)  # g of a step, and of those after it has failed
+MOST_GIVE = 1e12  # most that s gains so, over A_rr
 UNEVEN = 0.003  # of the residual: error that a step may leave to share loads evenly
 CONTRADICTION = 0.05  # remaining fraction of sum w^2 / A_rr above which rows contradict each other
 ROUNDS = 5  # direct steps, each on the rows that the one before left active
@@ -63,7 +67,7 @@ TRIALS = 2  # step lengths 1/2, 1/4
 DRIFT = 0.1  # of the tolerance: root of the energy that bodies at rest may gain in a substep, on the scale of the rows
 BACK = 0.05  # share of the stopped velocity with which the next step may start the other way
 FIRST_SWEEPS = 4  # least number of sweeps before the first step
-SWEEPS_BETWEEN = 4  # sweeps between steps
+SWEEPS_BETWEEN = 4  # most sweeps between steps; also at most half of those that are left
 DEAREST = 2.0  # of the most sweeps: islands whose step would cost more are left to the sweeps
 DEAREST_SLIDING = 1.0 / 3.0  # the same where more than MANY of the contacts slide, as in a pile that moves:
 MANY = 0.2  # such steps fail
@@ -116,8 +120,12 @@ def _share_sliding(rows: Any, count: Any) -> Any:
 
 
 @njit
-def _objective(rows: Any, count: Any, island_bodies: Any, bodies: Any, substep_bodies: Any) -> Any:
-    """Return |v|_M^2 / 2 + bias . impulse + softness impulse^2 / 2, which the solution minimises."""
+def _objective(rows: Any, count: Any, island_bodies: Any, bodies: Any, substep_bodies: Any, carried: Any) -> Any:
+    """Return |v|_M^2 / 2 + (bias + J u) . impulse + softness impulse^2 / 2, which the solution minimises.
+
+    v are the velocities of the island's bodies; u is that of the only other body, if the island is ``carried``, else 0:
+    between bodies that approach each other the function has no minimum.
+    """
     s = 0.0
     for k in range(len(island_bodies)):
         v = bodies[island_bodies[k]].velocity
@@ -127,8 +135,39 @@ def _objective(rows: Any, count: Any, island_bodies: Any, bodies: Any, substep_b
                 s += 0.5 * mass[i, j] * v[i] * v[j]
     for r in range(count):
         row = rows[r]
-        s += row.impulse * (row.bias + 0.5 * row.softness * row.impulse)
+        given = row.bias
+        if carried:
+            given += _given_velocity(row.jacobian_a, bodies[row.body_a])
+            given += _given_velocity(row.jacobian_b, bodies[row.body_b])
+        s += row.impulse * (given + 0.5 * row.softness * row.impulse)
     return s
+
+
+@njit
+def _is_carried(rows: Any, count: Any, bodies: Any) -> Any:
+    """Whether all contacts and joints with bodies that no impulse moves are with one and the same."""
+    carrier = -1
+    for r in range(count):
+        for body in (rows[r].body_a, rows[r].body_b):
+            fixed = True
+            for i in range(len(bodies[body].inverse)):
+                fixed = fixed and bodies[body].inverse[i] == 0.0
+            if fixed and carrier >= 0 and body != carrier:
+                return False
+            if fixed:
+                carrier = int64(body)
+    return True
+
+
+@njit
+def _given_velocity(jacobian: Any, body: Any) -> Any:
+    """Return J u of a body that no impulse moves; 0 of any other."""
+    w = 0.0
+    for i in range(len(jacobian)):
+        if body.inverse[i] != 0.0:
+            return 0.0
+        w += jacobian[i] * body.velocity[i]
+    return w
 
 
 @njit
@@ -155,21 +194,60 @@ def _move(rows: Any, count: Any, bodies: Any, length: Any) -> None:
 
 
 @njit
+def _set_velocities(rows: Any, count: Any, bodies: Any) -> Any:
+    """Set ``direction`` to w for active rows, else to 0; return E, the mean of their w^2 / A_rr."""
+    total = 0.0
+    active = 0
+    for r in range(count):
+        row = rows[r]
+        row.direction = 0.0
+        if _is_active(rows, r):
+            row.direction = _row_velocity(row, bodies)
+            total += row.direction * row.direction / row.diagonal
+            active += 1
+    return total / active if active > 0 else 0.0
+
+
+@njit
+def _hold(rows: Any, r: Any, energy: Any) -> Any:
+    """Return s - softness of an active row; ``energy`` is g E."""
+    row = rows[r]
+    rigid = row.diagonal - row.softness
+    if energy <= 0.0:
+        return EPSILON * rigid
+    margin = _margin(rows, r)
+    return rigid * (EPSILON + energy / (row.diagonal * margin * margin + energy / MOST_GIVE))
+
+
+@njit
+def _margin(rows: Any, r: Any) -> Any:
+    """Return the distance of a row's impulse from the nearest of its bounds, in N s or N m s."""
+    row = rows[r]
+    if row.kind == FRICTION:
+        return row.friction * rows[r - int64(row.base)].impulse - abs(row.impulse)
+    if row.kind >= DISC:
+        one = r if row.kind == DISC else r - 1
+        bound = rows[one].friction * rows[one - int64(rows[one].base)].impulse
+        return bound - (rows[one].impulse ** 2 + rows[one + 1].impulse ** 2) ** 0.5
+    return min(row.impulse - row.lower, row.upper - row.impulse)
+
+
+@njit
 def _set_directions(rows: Any, count: Any, bodies: Any, scratch: Any, kinematic_contact: Any, step: Any) -> Any:
     """Set the direct step of the active rows; False where there is none, or where rows contradict each other."""
-    epsilon, draw = step
+    draw, give = step
     substep_bodies = scratch.substep_bodies
     entries = scratch.factor.entries
     blocks = scratch.factor.blocks
     n = scratch.factor.plan.size
     load_masses(n, entries, blocks, substep_bodies)
+    energy = give * _set_velocities(rows, count, bodies)
     for r in range(count):
         row = rows[r]
         row.previous = row.impulse
-        row.direction = 0.0
         if _is_active(rows, r):
-            s = epsilon * (row.diagonal - row.softness) + row.softness
-            row.direction = _row_velocity(row, bodies) + draw * (row.diagonal - row.softness) * row.impulse
+            s = _hold(rows, r, energy) + row.softness
+            row.direction += draw * (row.diagonal - row.softness) * row.impulse
             add_stiffness(row, entries, blocks, 1.0 / s)
             add_force(row, entries, -row.direction / s)
     if not factorise(n, entries, blocks):
@@ -181,7 +259,7 @@ def _set_directions(rows: Any, count: Any, bodies: Any, scratch: Any, kinematic_
         row = rows[r]
         if _is_active(rows, r):
             w = row.direction
-            hold = epsilon * (row.diagonal - row.softness)
+            hold = _hold(rows, r, energy)
             row.direction = -(w + change_of(row, entries)) / (hold + row.softness)
             violation += w * w / row.diagonal
             left += (hold * row.direction) ** 2 / row.diagonal
@@ -194,12 +272,13 @@ def subspace_step(
 ) -> Any:
     """Take a direct step on the active rows. Returns (outcome, factors it took). Bounds hold before and after.
 
-    ``step``: (epsilon, c), see above.
+    ``step``: (c, g), see above.
     A step that raises the energy function is followed by one on the rows that are still active after it, such as
     without the corners of a box that it lifts.  If these do not lower it in the end, a part of the way is tried.
     """
     substep_bodies = scratch.substep_bodies
-    before = _objective(rows, count, island_bodies, bodies, substep_bodies)
+    carried = kinematic_contact and _is_carried(rows, count, bodies)
+    before = _objective(rows, count, island_bodies, bodies, substep_bodies, carried)
     for r in range(count):
         rows[r].position_impulse = rows[r].impulse  # for the way back
     last = np.inf
@@ -212,7 +291,7 @@ def subspace_step(
                 return CONTRADICTORY, factors
             break
         _move(rows, count, bodies, 1.0)
-        after = _objective(rows, count, island_bodies, bodies, substep_bodies)
+        after = _objective(rows, count, island_bodies, bodies, substep_bodies, carried)
         if after <= before:
             return TAKEN, factors
         if after - before > NEARER * (last - before) or _share_sliding(rows, count) > SLIDING:
@@ -227,7 +306,7 @@ def subspace_step(
     for _ in range(TRIALS):
         length *= 0.5
         _move(rows, count, bodies, length)
-        if _objective(rows, count, island_bodies, bodies, substep_bodies) <= before:
+        if _objective(rows, count, island_bodies, bodies, substep_bodies, carried) <= before:
             return TAKEN, factors
     _move(rows, count, bodies, 0.0)
     return FAILED, factors
@@ -263,7 +342,7 @@ def _set_stops(rows: Any, count: Any, bodies: Any, island_bodies: Any, scratch: 
             bodies[i].start[d] = bodies[i].velocity[d]
             bodies[i].velocity[d] = scratch.substep_bodies[i].start_velocity[d]
             moved = moved or bodies[i].velocity[d] != 0.0
-    known = moved and _set_directions(rows, count, bodies, scratch, False, (EPSILON, 0.0))
+    known = moved and _set_directions(rows, count, bodies, scratch, False, (0.0, 0.0))
     for k in range(len(island_bodies)):
         i = island_bodies[k]
         for d in range(len(bodies[i].velocity)):
@@ -379,14 +458,15 @@ def solve_subspace(
             break
         # at rest, loads that are shared anew at each step would never keep
         draw = 0.0 if scratch.island.calm or sliding else _draw(rows, count, residual, scale)
-        step = (EPSILON, draw)
-        outcome, factors = subspace_step(rows, count, bodies, island_bodies, scratch, kinematic_contact, step)
-        if outcome == FAILED and not sliding:
-            step = (DAMPED_EPSILON, 0.0)
-            outcome, more = subspace_step(rows, count, bodies, island_bodies, scratch, kinematic_contact, step)
-            factors += more
-        left -= factors * cost
-        next_few = (min(SWEEPS_BETWEEN, max_sweeps - used), tolerance, scale)
+        outcome = FAILED
+        for give in GIVES:
+            step = (draw, give)
+            outcome, factors = subspace_step(rows, count, bodies, island_bodies, scratch, kinematic_contact, step)
+            left -= factors * cost
+            draw = 0.0
+            if outcome != FAILED or sliding or left <= 0.0:
+                break
+        next_few = (min(SWEEPS_BETWEEN, (max_sweeps - used + 1) // 2), tolerance, scale)
         before = residual
         more, residual = solve_nncg(rows, count, bodies, island_bodies, joint_factor, next_few)
         used += more

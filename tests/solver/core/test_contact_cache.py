@@ -110,6 +110,38 @@ def test_a_single_contact_at_the_nearest_points_is_the_same(before: int, after: 
     assert (contacts[: len(new)]["impulse"] == float(kept)).all()
 
 
+def corners(dim: int, features: list[int]) -> Array:
+    """The contacts of a face: its corners, a metre apart."""
+    contacts = np.zeros(len(features), contact_dtype(dim))
+    contacts["shape_b"] = 1
+    contacts["feature"] = features
+    contacts["point"][:, 0] = [0.0, 1.0, 1.0, 0.0][: len(features)]
+    contacts["point"][:, -1] = [0.0, 0.0, 1.0, 1.0][: len(features)]
+    return contacts
+
+
+@pytest.mark.parametrize(("dim", "before", "after"), [
+    (2, [1, 2], [3, 1]), (2, [1, 2], [3, 4]), (3, [1, 2, 3, 4], [1, 2, 3, 5]), (3, [1, 2, 3, 4], [4, 5, 6, 1]),
+    (3, [1, 2, 3, 4], [5, 1, 2]),
+])  # fmt: skip
+def test_renamed_contacts_inherit_the_impulse_of_their_place(dim: int, before: list[int], after: list[int]) -> None:
+    """As corners that coincide with those of another box: rounding decided whose they were, and loads were lost."""
+    old, new = corners(dim, before), corners(dim, after)
+    old["impulse"] = 1.0 + np.arange(old["impulse"].size).reshape(old["impulse"].shape)
+    new["point"] += 1e-3
+    _, contacts, _ = update(old, new, all_awake(dim))
+    assert (contacts["impulse"][: len(new)] == old["impulse"][: len(new)]).all()
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_contacts_elsewhere_are_new(dim: int) -> None:
+    old, new = corners(dim, [1, 2]), corners(dim, [2, 3])
+    old["impulse"][:, 0] = [5.0, 7.0]
+    new["point"][:, 0] += 0.3
+    _, contacts, _ = update(old, new, all_awake(dim))
+    assert contacts["impulse"][:2, 0].tolist() == [7.0, 0.0]
+
+
 def test_only_the_first_count_entries_are_real() -> None:
     rng = np.random.default_rng(1)
     old = random_contacts(rng, 2, [(0, 1)])

@@ -78,7 +78,7 @@ def test_the_accepted_overlap_grows_with_the_number_of_bodies() -> None:
 
 
 @pytest.mark.parametrize("seed", [0, 1])
-@pytest.mark.parametrize(("halvings", "least", "most"), [(4, 0.0045, 0.012), (0, 0.025, 0.1)])
+@pytest.mark.parametrize(("halvings", "least", "most"), [(4, 0.0045, 0.012), (0, 0.015, 0.1)])
 def test_overlaps_of_a_pile_that_falls(halvings: int, least: float, most: float, seed: int) -> None:
     """256 boxes of 0.4 to 0.8 m: a pair may gain 2 % of a half-width in a step; with 1 % they overlap by 4 mm."""
     rng = np.random.default_rng(seed)
