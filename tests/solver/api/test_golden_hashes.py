@@ -68,11 +68,11 @@ WORLDS: dict[str, tuple[Callable[[], World], int]] = {  # and how many steps
     "3D chain": (lambda: World(spatial_chain(), options=AWAKE), 120),
 }
 GOLDEN = {
-    "2D mixed": "2d4fea174bd946876b7c157b0ad2331a436aa22606d92428cbd503db995ad9f9",
-    "2D tumble": "0bc717b432db927f6b3ba5184b9b0ccf53ddd866f4684eed1679b2cf53c22010",
-    "2D pyramid": "1b0d833aec9208ef7fc9b800e6efa059242814cbec357937b1fceba9a70f5453",
-    "3D mixed": "18d22be08827eb42e8548b75b53002ef013dcdd3326af8a5b516ae8a2a51612b",
-    "3D tumble": "2b6d40214d1721f93f4e5224eb317bda9dfc81b359ab5f5dc632abd09f1ac56e",
+    "2D mixed": "dd718863d80cf27af9d865e9e7bccde87513f003414deb5cc4ed54cfbdab7b59",
+    "2D tumble": "a592162ba7dc56c248e60c4cf8036147a8260356fb8b96ea1520f749eeca2456",
+    "2D pyramid": "b16dae00c99eac503e1e2c3e23eb4902c3185eec3b7079e54e65fa10bdb98f5f",
+    "3D mixed": "35a5cb60be0895020757eacbf0a7ceb4e7defe7804a0306b81a0b70624e0da54",
+    "3D tumble": "1409f8b3a4c0eed5af84ead75746e9e79cbe79ed5805b60e597da7cf7268fe26",
     "3D chain": "e68ba28f8a08405eb889ff60d2009613d4da9dc7dcd765cf32b1e47551bd0621",
 }
 
