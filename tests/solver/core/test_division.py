@@ -77,10 +77,8 @@ def test_the_accepted_overlap_grows_with_the_number_of_bodies() -> None:
     np.testing.assert_allclose(depths, [0.01, 0.01, 0.01, 0.02, 0.08, 0.1, 0.1], rtol=1e-15)
 
 
-@pytest.mark.parametrize("seed", [0, 1])
-@pytest.mark.parametrize(("halvings", "least", "most"), [(4, 0.0045, 0.012), (0, 0.015, 0.1)])
-def test_overlaps_of_a_pile_that_falls(halvings: int, least: float, most: float, seed: int) -> None:
-    """256 boxes of 0.4 to 0.8 m: a pair may gain 2 % of a half-width in a step; with 1 % they overlap by 4 mm."""
+def overlap_of_a_pile_that_falls(halvings: int, seed: int) -> float:
+    """Return the largest overlap in m of 256 boxes of 0.4 to 0.8 m."""
     rng = np.random.default_rng(seed)
     scene = Scene()
     scene.add_body("ground", "static", shapes=[planar.HalfPlane()])
@@ -97,7 +95,15 @@ def test_overlaps_of_a_pile_that_falls(halvings: int, least: float, most: float,
         world.step()
         worst = max(worst, float(world.diagnostics().penetration[0]))
     assert world.diagnostics().finite.all()
-    assert least < worst < most
+    return worst
+
+
+@pytest.mark.parametrize(("halvings", "least", "most"), [(4, 0.0045, 0.012), (0, 0.025, 0.1)])
+def test_overlaps_of_a_pile_that_falls(halvings: int, least: float, most: float) -> None:
+    """A pair may gain 2 % of a half-width in a step; with 1 % they overlap by 4 mm. Undivided piles vary by three."""
+    overlaps = [overlap_of_a_pile_that_falls(halvings, seed) for seed in range(5)]
+    assert min(overlaps) > 0.0045
+    assert least < max(overlaps) < most
 
 
 @BOTH

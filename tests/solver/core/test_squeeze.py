@@ -58,17 +58,21 @@ def test_a_press_throws_nothing_out(dim: int, slant: float) -> None:
 
 
 def test_what_a_wall_pushes_is_not_held_back() -> None:
-    """A row of ten boxes without friction, pushed from one side, moves at the speed of the wall.
+    """Rows of boxes without friction, pushed from one side, move at the speed of the wall.
 
-    Landings of the row whose solves do not converge leave 0.4 to 0.7 %.
+    Some landings of such rows do not converge, which leaves up to 0.7 % in one row or another, so that one alone says
+    little.
     """
-    scene = Scene(gravity=(0.0, -9.81))
-    scene.add_body("ground", "static", shapes=[planar.HalfPlane(friction=0.0)])
-    wall = planar.Box(half_extents=(0.1, 0.5), friction=0.0)
-    scene.add_body("wall", "kinematic", shapes=[wall], position=(-0.5, 0.6), linear_velocity=(3.0, 0.0))
-    for k in range(10):
-        box = planar.Box(half_extents=(0.1, 0.1), friction=0.0, density=100.0 * (1 + k % 3))
-        scene.add_body(f"box {k}", shapes=[box], position=(0.25 * k, 0.1))
-    world = World(scene, options=Options(timestep=1 / 60))
-    world.step(120)
-    np.testing.assert_allclose(world.linear_velocity[0, 2:, 0], 3.0, rtol=1e-2)
+    errors = []
+    for count, speed in ((10, 3.0), (10, 1.0), (20, 3.0), (6, 8.0)):
+        scene = Scene(gravity=(0.0, -9.81))
+        scene.add_body("ground", "static", shapes=[planar.HalfPlane(friction=0.0)])
+        wall = planar.Box(half_extents=(0.1, 0.5), friction=0.0)
+        scene.add_body("wall", "kinematic", shapes=[wall], position=(-0.5, 0.6), linear_velocity=(speed, 0.0))
+        for k in range(count):
+            box = planar.Box(half_extents=(0.1, 0.1), friction=0.0, density=100.0 * (1 + k % 3))
+            scene.add_body(f"box {k}", shapes=[box], position=(0.25 * k, 0.1))
+        world = World(scene, options=Options(timestep=1 / 60))
+        world.step(120)
+        errors.append(np.abs(world.linear_velocity[0, 2:, 0] / speed - 1.0).max())
+    assert np.mean(errors) < 5e-3
