@@ -9,7 +9,7 @@ from typing import Any
 
 from ..jit import njit
 from .dispatch import by_dimension
-from .rows import BOUNDED, GROUNDED, NO_CORRECTION, UNILATERAL
+from .rows import BOUNDED, GROUNDED, NO_CORRECTION, UNILATERAL, row_product
 from .slices import part
 
 set_contact_rows = by_dimension("contact_rows", "set_contact_rows")
@@ -32,13 +32,17 @@ def any_restitution(world: Any, island: Any) -> Any:
 
 @njit
 def add_contact_rows(world: Any, island: Any) -> Any:
-    """Write the rows of the island's contacts after those of its joints; returns the number of all rows."""
+    """Write the rows of the island's contacts after those of its joints, for its first substep.
+
+    Returns the number of all rows.
+    """
+    slop = world.options.slop
     rows = world.scratch.rows
     contacts = world.state.contacts
-    bodies = world.state.bodies
     substep_bodies = world.scratch.substep_bodies
     island_contacts = part(world.scratch.island_contacts, island.contact_first, island.contact_count)
     row = island.joint_rows
+    last = -1
     for k in range(len(island_contacts)):
         contact = contacts[island_contacts[k]]
         span = contact_span(contact)
@@ -56,9 +60,12 @@ def add_contact_rows(world: Any, island: Any) -> Any:
         normal.upper = _INFINITY
         normal.flight = GROUNDED
         normal.span = span
-        set_contact_rows(rows, row, contact, bodies, substep_bodies, island.warm_start)
+        normal.error = contact.separation
+        normal.bias = _closing_bias(contact, contact.separation, slop, island.h)
+        set_contact_rows(rows, row, contact, last, substep_bodies, island.warm_start)
         for d in range(len(contact.total_impulse)):
             contact.total_impulse[d] = 0.0
+        last = row
         row += span
     return row
 
@@ -66,13 +73,17 @@ def add_contact_rows(world: Any, island: Any) -> Any:
 @njit
 def moved(row: Any, substep_bodies: Any) -> Any:
     """Return the change of a row's error by the displacements of this step so far, J dx."""
-    s = 0.0
     a = substep_bodies[row.body_a]
     b = substep_bodies[row.body_b]
-    for i in range(len(row.jacobian_a)):
-        s += row.jacobian_a[i] * (a.displacement[i] + a.impact_displacement[i])
-        s += row.jacobian_b[i] * (b.displacement[i] + b.impact_displacement[i])
-    return s
+    return row_product(row, a.displacement, b.displacement) + shifted(row, substep_bodies)
+
+
+@njit
+def shifted(row: Any, substep_bodies: Any) -> Any:
+    """Return J times the displacement by which impacts of this substep shift the bodies."""
+    a = substep_bodies[row.body_a]
+    b = substep_bodies[row.body_b]
+    return row_product(row, a.impact_displacement, b.impact_displacement)
 
 
 @njit
@@ -99,8 +110,14 @@ def refresh_contact_rows(world: Any, island: Any) -> None:
             row.bias = max(error - 0.5 * h * h * row.flight, 0.0) / h
             row.error = max(error, 0.0)  # a bounce within the substep may start below the surface
         else:
-            gap = error - slop * contacts[row.source].extent
-            row.bias = gap / h if gap > 0.0 else 0.0
+            row.bias = _closing_bias(contacts[row.source], error, slop, h)
+
+
+@njit
+def _closing_bias(contact: Any, error: Any, slop: Any, h: Any) -> Any:
+    """Return the bias that lets a gap close within h, m/s."""
+    gap = error - slop * contact.extent
+    return gap / h if gap > 0.0 else 0.0
 
 
 @njit

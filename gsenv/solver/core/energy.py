@@ -7,7 +7,18 @@ from typing import Any
 from ..jit import njit
 from .coupled import has_half
 from .dispatch import by_dimension
-from .rows import DISC, DISC_END, EQUATION, FRICTION, UNILATERAL, apply_impulse, free_rate, on_disc, row_velocities
+from .rows import (
+    DISC,
+    DISC_END,
+    EQUATION,
+    FRICTION,
+    UNILATERAL,
+    apply_impulse,
+    free_rate,
+    on_disc,
+    row_product,
+    row_velocities,
+)
 from .slices import part
 
 cone_span = by_dimension("friction_cone", "cone_span")
@@ -41,23 +52,20 @@ def apply_warm_start(world: Any, island: Any) -> Any:
         row = rows[r]
         a = solver_bodies[row.body_a]
         b = solver_bodies[row.body_b]
-        u = 0.0
-        for i in range(len(row.jacobian_a)):
-            u += row.jacobian_a[i] * a.start[i] + row.jacobian_b[i] * b.start[i]
+        u = row_product(row, a.start, b.start)
         row.free = u
         u += row.bias
+        square = u * u
         if row.correction == UNILATERAL:
-            u = min(u, 0.0)
+            if u > 0.0:
+                u = square = 0.0
             approach = gravity_norm * h - u
-        elif row.kind == FRICTION:
-            u = min(abs(u), row.friction * approach)
-        elif row.kind == DISC:
-            slip = u
-            u = min(abs(u), row.friction * approach)
+        elif row.kind == FRICTION or row.kind == DISC:
+            slip = square
+            square = min(square, (row.friction * approach) ** 2)
         elif row.kind == DISC_END:
-            left = (row.friction * approach) ** 2 - slip * slip
-            u = min(abs(u), max(left, 0.0) ** 0.5)
-        s += (gravity_norm * gravity_norm * h * h + u * u) * row.effective_mass
+            square = min(square, max((row.friction * approach) ** 2 - slip, 0.0))
+        s += (gravity_norm * gravity_norm * h * h + square) * row.effective_mass
         if row.impulse != 0.0:
             apply_impulse(row, a, b, row.impulse)
     return s
@@ -198,6 +206,7 @@ def natural_residual(world: Any, island: Any) -> Any:
 
     e = s r - P(s r - w / s) for each bounded row and each contact's cone, with s = sqrt(A_rr) (for a cone
     the mean of its rows), q = w before the impulses, and De Saxce's w_n + mu |w_t| in the normal direction.
+    Bounds and cones scale, so e = s (r - P(r - w / s^2)), which needs no root.
     """
     rows = world.scratch.rows
     bodies = world.state.bodies
@@ -239,10 +248,10 @@ def _row_residual(row: Any, lower: Any, upper: Any, bodies: Any) -> Any:
     if row.diagonal <= 0.0:
         return 0.0, 0.0, 0.0
     w, q = row_velocities(row, bodies)
-    s = row.diagonal**0.5
-    x = s * row.impulse
-    e = x - min(max(x - w / s, s * lower), s * upper)
-    return e * e, q * q / row.diagonal, x * x
+    a = row.diagonal
+    mass = 1.0 / a
+    e = row.impulse - min(max(row.impulse - mass * w, lower), upper)
+    return a * e * e, mass * q * q, a * row.impulse * row.impulse
 
 
 @njit
@@ -263,8 +272,8 @@ def _disc_residual(rows: Any, r: Any, bound: Any, bodies: Any) -> Any:
     d = 0.5 * (rows[r].diagonal + rows[r + 1].diagonal)
     if d <= 0.0:
         return 0.0, 0.0, 0.0
-    s = d**0.5
-    x = s * rows[r].impulse
-    y = s * rows[r + 1].impulse
-    px, py = on_disc(x - w / s, y - u / s, s * bound)
-    return (x - px) ** 2 + (y - py) ** 2, (q * q + p * p) / d, x * x + y * y
+    mass = 1.0 / d
+    x = rows[r].impulse
+    y = rows[r + 1].impulse
+    px, py = on_disc(x - mass * w, y - mass * u, bound)
+    return d * ((x - px) ** 2 + (y - py) ** 2), mass * (q * q + p * p), d * (x * x + y * y)

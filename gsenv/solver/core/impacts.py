@@ -25,8 +25,9 @@ from numba import int64
 from ..jit import njit
 from ..methods.cholesky import add_force, change_of, clear_sides, substitute
 from ..methods.joint_factor import EPSILON, solve_equations
+from .contact_rows import shifted
 from .dispatch import by_dimension
-from .rows import EQUATION, GROUNDED, UNILATERAL, relative_velocity
+from .rows import EQUATION, GROUNDED, UNILATERAL, relative_velocity, row_product
 from .slices import part
 
 apply_impact = by_dimension("impacts", "apply_impact")
@@ -39,12 +40,9 @@ MAX_PASSES = 8
 @njit
 def acceleration_of(row: Any, substep_bodies: Any) -> Any:
     """Return J times the accelerations, those of bodies with joints along the joints."""
-    s = 0.0
     a = substep_bodies[row.body_a]
     b = substep_bodies[row.body_b]
-    for i in range(len(row.jacobian_a)):
-        s += row.jacobian_a[i] * a.constrained_acceleration[i] + row.jacobian_b[i] * b.constrained_acceleration[i]
-    return s
+    return row_product(row, a.constrained_acceleration, b.constrained_acceleration)
 
 
 @njit
@@ -52,17 +50,6 @@ def speed_at(row: Any, bodies: Any, substep_bodies: Any, time: Any) -> Any:
     """Return J v of a row ``time`` s into the substep."""
     u = relative_velocity(row, bodies[row.body_a], bodies[row.body_b])
     return u + time * acceleration_of(row, substep_bodies)
-
-
-@njit
-def shifted(row: Any, substep_bodies: Any) -> Any:
-    """Return J times the displacement by which impacts of this substep shift the bodies."""
-    s = 0.0
-    a = substep_bodies[row.body_a]
-    b = substep_bodies[row.body_b]
-    for i in range(len(row.jacobian_a)):
-        s += row.jacobian_a[i] * a.impact_displacement[i] + row.jacobian_b[i] * b.impact_displacement[i]
-    return s
 
 
 @njit

@@ -19,7 +19,7 @@ from ..jit import njit
 from .impacts import ORDERED_LIMIT, meeting_time
 from .joint_closing import any_distance
 from .joints import add_joint_rows
-from .rows import CLOSED, GROUNDED, OPEN, relative_velocity
+from .rows import CLOSED, GROUNDED, OPEN, add_response, relative_velocity, row_product
 from .slices import part
 
 LEAST_SPEED = 1.0  # of g h: slower landings are left to the contact solve
@@ -119,9 +119,7 @@ def _set_accelerations(world: Any, island: Any, joints: Any, linked: Any) -> Non
         a = substep_bodies[row.body_a]
         b = substep_bodies[row.body_b]
         force = row.impulse / island.h
-        for d in range(len(row.jacobian_a)):
-            a.correction[d] += a.inverse[d] * row.jacobian_a[d] * force
-            b.correction[d] += b.inverse[d] * row.jacobian_b[d] * force
+        add_response(row, force, a.correction, a.inverse, b.correction, b.inverse)
         if r >= island.joint_rows:
             a.event_time = a.inverse[0]
             b.event_time = b.inverse[0]
@@ -139,10 +137,7 @@ def _landing_time(row: Any, world: Any, h: Any, least: Any) -> Any:
     u = relative_velocity(row, bodies[row.body_a], bodies[row.body_b])
     if u >= -0.5 * least:
         return NONE
-    a = 0.0
-    for d in range(len(row.jacobian_a)):
-        a += row.jacobian_a[d] * substep_bodies[row.body_a].correction[d]
-        a += row.jacobian_b[d] * substep_bodies[row.body_b].correction[d]
+    a = row_product(row, substep_bodies[row.body_a].correction, substep_bodies[row.body_b].correction)
     time = meeting_time(max(row.error, 0.0), u, a, 0.0)
     speed = -(u + a * time)
     if time > h or speed < least or abs(a) * h < LEAST_CHANGE * speed:

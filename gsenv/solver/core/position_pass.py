@@ -11,8 +11,21 @@ from typing import Any
 from ..jit import njit
 from ..methods.cholesky import add_force, change_of, clear_sides, substitute
 from ..methods.joint_factor import compliance
+from .contact_rows import shifted
 from .coupled import has_half
-from .rows import BILATERAL, COUPLED, EQUATION, LIMIT_SLOP, NO_CORRECTION, OPEN, UNILATERAL, start_rate
+from .rows import (
+    BILATERAL,
+    COUPLED,
+    EQUATION,
+    LIMIT_SLOP,
+    NO_CORRECTION,
+    OPEN,
+    UNILATERAL,
+    add_response,
+    relative_velocity,
+    row_product,
+    start_rate,
+)
 from .slices import part
 
 REACH = 0.1  # rad, and of a body's radius: largest correction of joints in one sweep
@@ -42,8 +55,10 @@ def correct_positions(world: Any, island: Any, joint_factor: Any) -> None:
         elif exact and not separates:
             break  # equations alone, which one solve solves exactly
         else:
-            for r in range(island.rows):
+            r = 0
+            while r < island.rows:
                 _correct_row(rows[r], substep_bodies, exact)
+                r += 1 if r < island.joint_rows else int(rows[r].span)
         if joint_factor is not None:
             if exact:
                 _correct_equations(world, island, joint_factor)
@@ -64,8 +79,11 @@ def _first_sweep(world: Any, island: Any, exact: Any) -> Any:
     rate = options.correction_rate / h
     busy = False
     separates = False
-    for r in range(island.rows):
+    r = 0
+    while r < island.rows:
+        first = r
         row = rows[r]
+        r += 1 if r < island.joint_rows else int(row.span)
         row.position_impulse = 0.0
         row.previous = 0.0
         if row.correction == BILATERAL:
@@ -73,7 +91,7 @@ def _first_sweep(world: Any, island: Any, exact: Any) -> Any:
             if exact:
                 displacement = displacement_rate(row, bodies, substep_bodies, island.smooth, h)
                 row.previous = row.error / h + displacement + row.drive
-        elif row.correction == UNILATERAL and r < island.joint_rows:
+        elif row.correction == UNILATERAL and first < island.joint_rows:
             row.previous = rate * min(row.error, 0.0)
         elif row.correction == UNILATERAL:
             extent = contacts[row.source].extent
@@ -91,16 +109,9 @@ def _first_sweep(world: Any, island: Any, exact: Any) -> Any:
 @njit
 def displacement_rate(row: Any, bodies: Any, substep_bodies: Any, smooth: Any, h: Any) -> Any:
     """Return J times the displacement of the coming substep, divided by h."""
-    s = 0.0
-    for side in range(2):
-        i = row.body_a if side == 0 else row.body_b
-        jacobian = row.jacobian_a if side == 0 else row.jacobian_b
-        substep_body = substep_bodies[i]
-        for d in range(len(jacobian)):
-            v = bodies[i].velocity[d]
-            mean = v + 0.5 * smooth * (substep_body.start_velocity[d] - v)
-            s += jacobian[d] * (mean + substep_body.impact_displacement[d] / h)
-    return s
+    v = relative_velocity(row, bodies[row.body_a], bodies[row.body_b])
+    mean = v + 0.5 * smooth * (start_rate(row, substep_bodies) - v)
+    return mean + shifted(row, substep_bodies) / h
 
 
 @njit
@@ -122,20 +133,13 @@ def _correct_row(row: Any, substep_bodies: Any, exact: Any) -> None:
     if d != 0.0:
         a = substep_bodies[row.body_a]
         b = substep_bodies[row.body_b]
-        for i in range(len(row.jacobian_a)):
-            a.correction[i] += a.inverse[i] * row.jacobian_a[i] * d
-            b.correction[i] += b.inverse[i] * row.jacobian_b[i] * d
+        add_response(row, d, a.correction, a.inverse, b.correction, b.inverse)
 
 
 @njit
 def _correction_of(row: Any, substep_bodies: Any) -> Any:
     """Return J times the pseudo-velocities."""
-    s = 0.0
-    a = substep_bodies[row.body_a]
-    b = substep_bodies[row.body_b]
-    for i in range(len(row.jacobian_a)):
-        s += row.jacobian_a[i] * a.correction[i] + row.jacobian_b[i] * b.correction[i]
-    return s
+    return row_product(row, substep_bodies[row.body_a].correction, substep_bodies[row.body_b].correction)
 
 
 @njit
@@ -208,14 +212,7 @@ def _nothing_jumped(island_bodies: Any, bodies: Any, body_parameters: Any, subst
 @njit
 def _mean_velocity(row: Any, bodies: Any, substep_bodies: Any) -> Any:
     """Return J (v_old + v_new) / 2."""
-    s = 0.0
-    a = bodies[row.body_a].velocity
-    b = bodies[row.body_b].velocity
-    start_a = substep_bodies[row.body_a].start_velocity
-    start_b = substep_bodies[row.body_b].start_velocity
-    for i in range(len(row.jacobian_a)):
-        s += row.jacobian_a[i] * (a[i] + start_a[i]) + row.jacobian_b[i] * (b[i] + start_b[i])
-    return 0.5 * s
+    return 0.5 * (relative_velocity(row, bodies[row.body_a], bodies[row.body_b]) + start_rate(row, substep_bodies))
 
 
 @njit

@@ -21,6 +21,10 @@ import numpy as np
 
 from ..jit import njit
 from ..records.model import NDOF
+from .dispatch import by_dimension
+
+row_product = by_dimension("row_products", "row_product")
+add_response = by_dimension("row_products", "add_response")
 
 BOUNDED = 0  # impulse within [lower, upper]
 FRICTION = 1  # |impulse| <= friction * impulse of the row ``base`` before it
@@ -114,51 +118,37 @@ def solver_body_dtype(dim: int) -> np.dtype[Any]:
 @njit
 def relative_velocity(row: Any, a: Any, b: Any) -> Any:
     """Return J v of a row for two records with a ``velocity``."""
-    s = 0.0
-    for i in range(len(row.jacobian_a)):
-        s += row.jacobian_a[i] * a.velocity[i] + row.jacobian_b[i] * b.velocity[i]
-    return s
+    return row_product(row, a.velocity, b.velocity)
 
 
 @njit
 def start_rate(row: Any, substep_bodies: Any) -> Any:
     """Return J v at the start of the substep."""
-    s = 0.0
-    a = substep_bodies[row.body_a].start_velocity
-    b = substep_bodies[row.body_b].start_velocity
-    for i in range(len(row.jacobian_a)):
-        s += row.jacobian_a[i] * a[i] + row.jacobian_b[i] * b[i]
-    return s
+    return row_product(row, substep_bodies[row.body_a].start_velocity, substep_bodies[row.body_b].start_velocity)
 
 
 @njit
 def free_rate(row: Any, substep_bodies: Any) -> Any:
     """Return J v after forces and before all impulses of the substep."""
-    s = 0.0
-    a = substep_bodies[row.body_a].free_velocity
-    b = substep_bodies[row.body_b].free_velocity
-    for i in range(len(row.jacobian_a)):
-        s += row.jacobian_a[i] * a[i] + row.jacobian_b[i] * b[i]
-    return s
+    return row_product(row, substep_bodies[row.body_a].free_velocity, substep_bodies[row.body_b].free_velocity)
+
+
+@njit
+def row_velocity(row: Any, bodies: Any) -> Any:
+    """Return w = J v + bias + softness * impulse of a row."""
+    return row.bias + row.softness * row.impulse + relative_velocity(row, bodies[row.body_a], bodies[row.body_b])
 
 
 @njit
 def row_velocities(row: Any, bodies: Any) -> Any:
     """Return (w, q): the velocity J v + bias + softness * impulse of a row after and before the impulses."""
-    w = row.bias + row.softness * row.impulse
-    a = bodies[row.body_a]
-    b = bodies[row.body_b]
-    for i in range(len(row.jacobian_a)):
-        w += row.jacobian_a[i] * a.velocity[i] + row.jacobian_b[i] * b.velocity[i]
-    return w, row.bias + row.free
+    return row_velocity(row, bodies), row.bias + row.free
 
 
 @njit
 def apply_impulse(row: Any, a: Any, b: Any, impulse: Any) -> None:
     """Apply an impulse to two records with a ``velocity`` and an ``inverse`` mass: v += M^-1 J^T impulse."""
-    for i in range(len(row.jacobian_a)):
-        a.velocity[i] += a.inverse[i] * row.jacobian_a[i] * impulse
-        b.velocity[i] += b.inverse[i] * row.jacobian_b[i] * impulse
+    add_response(row, impulse, a.velocity, a.inverse, b.velocity, b.inverse)
 
 
 @njit

@@ -7,7 +7,16 @@ from typing import Any
 from ..jit import njit
 from ..methods.cholesky import add_force, clear_sides, substitute
 from ..methods.joint_factor import compliance, solve_equations
-from .rows import BOUNDED, EQUATION, NO_CORRECTION, relative_velocity, start_rate
+from .rows import (
+    BOUNDED,
+    EQUATION,
+    NO_CORRECTION,
+    add_response,
+    free_rate,
+    relative_velocity,
+    row_product,
+    start_rate,
+)
 from .slices import part
 from .trig import exp_minus, sin_cos
 
@@ -297,11 +306,7 @@ def _energy_gain(world: Any, island: Any) -> Any:
         if row.kind == EQUATION:
             gain += (0.5 * rate + row.bias) * rate / row.softness
         elif row.correction == NO_CORRECTION:  # a slow spring: its work
-            free_rate = 0.0
-            for i in range(len(row.jacobian_a)):
-                free_rate += row.jacobian_a[i] * substep_bodies[row.body_a].free_velocity[i]
-                free_rate += row.jacobian_b[i] * substep_bodies[row.body_b].free_velocity[i]
-            gain -= 0.5 * row.impulse * (rate + free_rate)
+            gain -= 0.5 * row.impulse * (rate + free_rate(row, substep_bodies))
     return gain
 
 
@@ -322,11 +327,9 @@ def _respond_to_contacts(world: Any, island: Any, joint_factor: Any) -> None:
         counts = r >= island.joint_rows or row.correction != NO_CORRECTION
         if row.impulse != 0.0 and row.kind != EQUATION and counts:
             add_force(row, entries, row.impulse)
-            for i in range(len(row.jacobian_a)):  # of bodies without joints
-                a = solver_bodies[row.body_a]
-                b = solver_bodies[row.body_b]
-                a.direction[i] += a.inverse[i] * row.jacobian_a[i] * row.impulse
-                b.direction[i] += b.inverse[i] * row.jacobian_b[i] * row.impulse
+            a = solver_bodies[row.body_a]  # the response of bodies without joints
+            b = solver_bodies[row.body_b]
+            add_response(row, row.impulse, a.direction, a.inverse, b.direction, b.inverse)
     substitute(size, entries, joint_factor.blocks)
     for p in range(size):
         for i in range(len(entries[p].x)):
@@ -336,9 +339,4 @@ def _respond_to_contacts(world: Any, island: Any, joint_factor: Any) -> None:
 @njit
 def _rate_of(row: Any, solver_bodies: Any) -> Any:
     """Return J dv of a row."""
-    s = 0.0
-    a = solver_bodies[row.body_a]
-    b = solver_bodies[row.body_b]
-    for i in range(len(row.jacobian_a)):
-        s += row.jacobian_a[i] * a.direction[i] + row.jacobian_b[i] * b.direction[i]
-    return s
+    return row_product(row, solver_bodies[row.body_a].direction, solver_bodies[row.body_b].direction)

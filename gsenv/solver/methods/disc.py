@@ -25,8 +25,9 @@ def minimise_on_disc(a: Any, c: Any, d: Any, g: Any, h: Any, bound: Any) -> Any:
     """Return t for A = [[a, c], [c, d]], g = (g, h) and R = ``bound``; 0 where A is singular and g is 0."""
     det = a * d - c * c
     if det > 1e-12 * a * d:
-        x = (c * h - d * g) / det
-        y = (c * g - a * h) / det
+        inverse = 1.0 / det
+        x = (c * h - d * g) * inverse
+        y = (c * g - a * h) * inverse
         if x * x + y * y <= bound * bound:
             return x, y
     length = (g * g + h * h) ** 0.5

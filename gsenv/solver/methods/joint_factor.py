@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..core.rows import EQUATION, push_row
+from ..core.rows import EQUATION, push_row, row_velocity
 from ..jit import njit
 from .cholesky import (
     ANY_COST,
@@ -51,16 +51,6 @@ def factorise_equations(
 
 
 @njit
-def _velocity_of(row: Any, bodies: Any) -> Any:
-    a = bodies[row.body_a]
-    b = bodies[row.body_b]
-    w = row.bias + row.softness * row.impulse
-    for i in range(len(row.jacobian_a)):
-        w += row.jacobian_a[i] * a.velocity[i] + row.jacobian_b[i] * b.velocity[i]
-    return w
-
-
-@njit
 def solve_equations(rows: Any, end: Any, bodies: Any, n: Any, entries: Any, blocks: Any, enough: Any, push: Any) -> Any:
     """Solve the equations; returns sum w^2 / A_rr before.  Does nothing where that is at most ``enough``.
 
@@ -76,7 +66,7 @@ def solve_equations(rows: Any, end: Any, bodies: Any, n: Any, entries: Any, bloc
             if row.kind == EQUATION:
                 push_row(row, push)
         if row.kind == EQUATION and row.diagonal > 0.0:
-            w = _velocity_of(row, bodies)
+            w = row_velocity(row, bodies)
             change += w * w * row.effective_mass
             sprung = sprung or row.softness > 0.0
             add_force(row, entries, -w / compliance(row))
@@ -90,7 +80,7 @@ def solve_equations(rows: Any, end: Any, bodies: Any, n: Any, entries: Any, bloc
     for r in range(end):
         row = rows[r]
         if row.kind == EQUATION and row.diagonal > 0.0:
-            w = _velocity_of(row, bodies) + change_of(row, entries)
+            w = row_velocity(row, bodies) + change_of(row, entries)
             row.impulse -= share * w / compliance(row)
             if share != 1.0 and row.softness == 0.0:
                 row.bias -= w
@@ -108,7 +98,7 @@ def _left_of(rows: Any, end: Any, bodies: Any, entries: Any) -> Any:
     for r in range(end):
         row = rows[r]
         if row.kind == EQUATION and row.softness == 0.0 and row.diagonal > 0.0:
-            w = _velocity_of(row, bodies) + change_of(row, entries)
+            w = row_velocity(row, bodies) + change_of(row, entries)
             left += w * w * row.effective_mass
     return left
 
@@ -131,7 +121,7 @@ def _remove_self_stress(rows: Any, end: Any, bodies: Any, entries: Any) -> Any:
         row = rows[r]
         if row.kind == EQUATION and row.softness == 0.0 and row.diagonal > 0.0:
             change = change_of(row, entries)
-            q = (_velocity_of(row, bodies) + change) / compliance(row)
+            q = (row_velocity(row, bodies) + change) / compliance(row)
             work -= q * change
             size += row.diagonal * q * q
             along += row.diagonal * q * row.impulse
@@ -142,7 +132,7 @@ def _remove_self_stress(rows: Any, end: Any, bodies: Any, entries: Any) -> Any:
     for r in range(end):
         row = rows[r]
         if row.kind == EQUATION and row.softness == 0.0 and row.diagonal > 0.0:
-            q = (_velocity_of(row, bodies) + change_of(row, entries)) / compliance(row)
+            q = (row_velocity(row, bodies) + change_of(row, entries)) / compliance(row)
             row.direction -= of_direction / size * q
             row.previous -= of_previous / size * q
     return along / size

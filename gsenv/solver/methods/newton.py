@@ -23,7 +23,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..core.rows import EQUATION, FRICTION, apply_impulse, relative_velocity
+from ..core.rows import EQUATION, FRICTION, apply_impulse, free_rate, relative_velocity, row_product
 from ..jit import njit
 from .cholesky import (
     ANY_COST,
@@ -172,10 +172,7 @@ def _start_cheaper(rows: Any, count: Any, island_bodies: Any, bodies: Any, subst
         row = rows[r]
         a = bodies[row.body_a].velocity
         b = bodies[row.body_b].velocity
-        row.direction = 0.0
-        for i in range(len(a)):
-            row.direction += row.jacobian_a[i] * (substep_bodies[row.body_a].free_velocity[i] - a[i])
-            row.direction += row.jacobian_b[i] * (substep_bodies[row.body_b].free_velocity[i] - b[i])
+        row.direction = free_rate(row, substep_bodies) - row_product(row, a, b)
     if _potential(rows, count, 1.0) < cost + _potential(rows, count, 0.0):
         for r in range(count):
             rows[r].position_impulse += rows[r].direction

@@ -10,7 +10,18 @@ from typing import Any
 
 from ..core.coupled import solve_coupled
 from ..core.dispatch import by_dimension
-from ..core.rows import COUPLED, DISC, EQUATION, FRICTION, GEARED, HALF, push_row
+from ..core.rows import (
+    COUPLED,
+    DISC,
+    EQUATION,
+    FRICTION,
+    GEARED,
+    HALF,
+    apply_impulse,
+    push_row,
+    row_product,
+    row_velocity,
+)
 from ..jit import njit
 from .joint_factor import solve_equations
 
@@ -67,9 +78,7 @@ def sweep(rows: Any, count: Any, bodies: Any, joint_factor: Any, enough: Any, pu
         a = bodies[row.body_a]
         b = bodies[row.body_b]
         old = row.impulse
-        w = row.bias + row.softness * old
-        for i in range(len(row.jacobian_a)):
-            w += row.jacobian_a[i] * a.velocity[i] + row.jacobian_b[i] * b.velocity[i]
+        w = row.bias + row.softness * old + row_product(row, a.velocity, b.velocity)
         new = old - row.effective_mass * w
         if row.kind == FRICTION:
             bound = row.friction * normal
@@ -79,9 +88,7 @@ def sweep(rows: Any, count: Any, bodies: Any, joint_factor: Any, enough: Any, pu
             normal = new
         d = new - old
         row.impulse = new
-        for i in range(len(row.jacobian_a)):
-            a.velocity[i] += a.inverse[i] * row.jacobian_a[i] * d
-            b.velocity[i] += b.inverse[i] * row.jacobian_b[i] * d
+        apply_impulse(row, a, b, d)
         change += d * d * row.diagonal
     return change
 
@@ -97,10 +104,9 @@ def _solve_geared(rows: Any, r: Any, bodies: Any) -> Any:
     rotor = rows[r - row.rotor]
     a = bodies[row.body_a]
     b = bodies[row.body_b]
-    w = row.bias + row.softness * row.impulse
+    w = row_velocity(row, bodies)
     coupling = 0.0
     for i in range(len(row.jacobian_a)):
-        w += row.jacobian_a[i] * a.velocity[i] + row.jacobian_b[i] * b.velocity[i]
         coupling += row.jacobian_a[i] * a.inverse[i] * rotor.jacobian_a[i]
         coupling += row.jacobian_b[i] * b.inverse[i] * rotor.jacobian_b[i]
     share = coupling / rotor.diagonal

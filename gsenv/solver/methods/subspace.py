@@ -39,7 +39,7 @@ import numpy as np
 from numba import int64
 
 from ..core.coupled import any_coupled
-from ..core.rows import BOUNDED, DISC, EQUATION, FRICTION, apply_impulse, on_disc
+from ..core.rows import BOUNDED, DISC, EQUATION, FRICTION, apply_impulse, on_disc, row_velocity
 from ..jit import njit
 from .cholesky import (
     add_force,
@@ -79,16 +79,6 @@ CONTRADICTORY = 2  # the active rows contradict each other, or have no factor
 # two blocks, in sweeps over one row, for the square of the degrees of freedom.
 ROWS_COST = 0.65
 PRODUCT_COST = 1.0 / 15.0
-
-
-@njit
-def _row_velocity(row: Any, bodies: Any) -> Any:
-    a = bodies[row.body_a]
-    b = bodies[row.body_b]
-    w = row.bias + row.softness * row.impulse
-    for i in range(len(row.jacobian_a)):
-        w += row.jacobian_a[i] * a.velocity[i] + row.jacobian_b[i] * b.velocity[i]
-    return w
 
 
 @njit
@@ -202,7 +192,7 @@ def _set_velocities(rows: Any, count: Any, bodies: Any) -> Any:
         row = rows[r]
         row.direction = 0.0
         if _is_active(rows, r):
-            row.direction = _row_velocity(row, bodies)
+            row.direction = row_velocity(row, bodies)
             total += row.direction * row.direction / row.diagonal
             active += 1
     return total / active if active > 0 else 0.0

@@ -15,17 +15,17 @@ def contact_span(contact: Any) -> Any:
 
 
 @njit
-def set_contact_rows(rows: Any, row: Any, contact: Any, bodies: Any, substep_bodies: Any, scale: Any) -> None:
+def set_contact_rows(rows: Any, row: Any, contact: Any, last: Any, substep_bodies: Any, scale: Any) -> None:
     """Set Jacobians and friction of a contact's rows, and ``scale`` times the stored impulses.
 
-    The Jacobians are constant in the step.
+    The Jacobians are constant in the step. ``last``: first row of the contact before it, or -1.
     """
     nx = contact.normal[0]
     ny = contact.normal[1]
-    _set_point_row(rows[row], contact, bodies, nx, ny)
+    _set_point_row(rows[row], contact, substep_bodies, nx, ny)
     if contact.friction > 0.0:
         tangent = rows[row + 1]
-        _set_point_row(tangent, contact, bodies, -ny, nx)
+        _set_point_row(tangent, contact, substep_bodies, -ny, nx)
         tangent.kind = FRICTION
         tangent.base = 1
         tangent.friction = contact.friction
@@ -35,18 +35,18 @@ def set_contact_rows(rows: Any, row: Any, contact: Any, bodies: Any, substep_bod
 
 
 @njit
-def _set_point_row(row: Any, contact: Any, bodies: Any, ux: Any, uy: Any) -> None:
+def _set_point_row(row: Any, contact: Any, substep_bodies: Any, ux: Any, uy: Any) -> None:
     """Set the Jacobian of J v = (velocity of b's point - velocity of a's point) . u at the contact's point."""
     px = contact.point[0]
     py = contact.point[1]
-    a = bodies[row.body_a]
-    b = bodies[row.body_b]
+    a = substep_bodies[row.body_a].start_position
+    b = substep_bodies[row.body_b].start_position
     row.jacobian_a[0] = -ux
     row.jacobian_a[1] = -uy
-    row.jacobian_a[2] = -((px - a.position[0]) * uy - (py - a.position[1]) * ux)
+    row.jacobian_a[2] = -((px - a[0]) * uy - (py - a[1]) * ux)
     row.jacobian_b[0] = ux
     row.jacobian_b[1] = uy
-    row.jacobian_b[2] = (px - b.position[0]) * uy - (py - b.position[1]) * ux
+    row.jacobian_b[2] = (px - b[0]) * uy - (py - b[1]) * ux
 
 
 @njit

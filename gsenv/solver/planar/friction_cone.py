@@ -22,11 +22,12 @@ def cone_residual(rows: Any, r: Any, bodies: Any) -> Any:
     w, q = row_velocities(row, bodies)
     wt, qt = row_velocities(tangent, bodies)
     d = 0.5 * (row.diagonal + tangent.diagonal)
-    s = d**0.5
-    x = s * row.impulse
-    y = s * tangent.impulse
-    n, t = _nearest(x - (w + tangent.friction * abs(wt)) / s, y - wt / s, tangent.friction)
-    return (x - n) * (x - n) + (y - t) * (y - t), (q * q + qt * qt) / d, x * x + y * y
+    mass = 1.0 / d
+    x = row.impulse
+    y = tangent.impulse
+    n, t = _nearest(x - mass * (w + tangent.friction * abs(wt)), y - mass * wt, tangent.friction)
+    error = (x - n) * (x - n) + (y - t) * (y - t)
+    return d * error, mass * (q * q + qt * qt), d * (x * x + y * y)
 
 
 @njit

@@ -6,7 +6,8 @@ from typing import Any
 
 from numba import int64
 
-from ..core.impacts import acceleration_of, apply_impulse_at, couple, shifted, speed_at
+from ..core.contact_rows import shifted
+from ..core.impacts import acceleration_of, apply_impulse_at, couple, speed_at
 from ..core.rows import FRICTION, relative_velocity
 from ..jit import njit
 from ..methods.joint_factor import EPSILON

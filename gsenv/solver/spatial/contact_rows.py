@@ -24,72 +24,108 @@ def contact_span(contact: Any) -> Any:
 
 
 @njit
-def set_jacobian(row: Any, substep_bodies: Any, u: Vec, turn_a: Vec, turn_b: Vec) -> None:
-    """Set the Jacobian of J v = u . (v_b - v_a) + turn_a . w_a + turn_b . w_b, directions in the world."""
-    a = in_frame(substep_bodies[row.body_a], turn_a)
-    b = in_frame(substep_bodies[row.body_b], turn_b)
+def set_jacobian(row: Any, a: Any, b: Any, u: Vec, turn_a: Vec, turn_b: Vec) -> Any:
+    """Set the Jacobian of J v = u . (v_b - v_a) + turn_a . w_a + turn_b . w_b, directions in the world.
+
+    ``a``, ``b``: the two substep bodies. Returns the turns in their frames.
+    """
+    x = in_frame(a, turn_a)
+    y = in_frame(b, turn_b)
     for d in range(3):
         row.jacobian_a[d] = -u[d]
         row.jacobian_b[d] = u[d]
-        row.jacobian_a[3 + d] = a[d]
-        row.jacobian_b[3 + d] = b[d]
+        row.jacobian_a[3 + d] = x[d]
+        row.jacobian_b[3 + d] = y[d]
+    return x, y
 
 
 @njit
 def set_effective_mass(row: Any, substep_bodies: Any) -> None:
     """Set diagonal and effective mass from Jacobian, softness and the masses of the bodies."""
-    d = row.softness + coupling_of(row, row, substep_bodies)
+    a = substep_bodies[row.body_a].inverse
+    b = substep_bodies[row.body_b].inverse
+    j = row.jacobian_a
+    k = row.jacobian_b
+    d = row.softness
+    for i in range(6):
+        d += j[i] * (a[i] * j[i]) + k[i] * (b[i] * k[i])
+    _set_diagonal(row, d)
+
+
+@njit
+def _set_diagonal(row: Any, d: Any) -> None:
     row.diagonal = d
     row.effective_mass = 1.0 / d if d > 0.0 else 0.0
 
 
 @njit
-def coupling_of(row: Any, other: Any, substep_bodies: Any) -> Any:
-    """Return J M^-1 J'^T of two rows on the same bodies."""
-    a = substep_bodies[row.body_a].inverse
-    b = substep_bodies[row.body_b].inverse
-    s = 0.0
-    for i in range(len(row.jacobian_a)):
-        s += row.jacobian_a[i] * (a[i] * other.jacobian_a[i]) + row.jacobian_b[i] * (b[i] * other.jacobian_b[i])
-    return s
+def set_contact_jacobians(rows: Any, row: Any, contact: Any, last: Any, substep_bodies: Any) -> None:
+    """Set Jacobians and effective masses of a contact's rows, in the present frames of its bodies.
 
-
-@njit
-def set_contact_jacobians(rows: Any, row: Any, contact: Any, substep_bodies: Any) -> None:
-    """Set Jacobians and effective masses of a contact's rows, in the present frames of its bodies."""
+    ``last``: first row of the contact before it, or -1.
+    """
+    a = substep_bodies[contact.body_a]
+    b = substep_bodies[contact.body_b]
     point = vec(contact.point)
     n = vec(contact.normal)
-    t, s = tangents(n)
+    t, s = _tangents(rows, last, n)
+    arm_a = sub(point, vec(a.start_position))
+    arm_b = sub(point, vec(b.start_position))
     zero = (0.0, 0.0, 0.0)
-    arm_a = sub(point, vec(substep_bodies[contact.body_a].start_position))
-    arm_b = sub(point, vec(substep_bodies[contact.body_b].start_position))
-    _set_point(rows[row], substep_bodies, n, arm_a, arm_b)
+    _set_row(rows[row], a, b, n, cross(n, arm_a), cross(arm_b, n))
     k = row + 1
     if contact.friction > 0.0:
-        _set_point(rows[k], substep_bodies, t, arm_a, arm_b)
-        _set_point(rows[k + 1], substep_bodies, s, arm_a, arm_b)
+        _set_row(rows[k], a, b, t, cross(t, arm_a), cross(arm_b, t))
+        _set_row(rows[k + 1], a, b, s, cross(s, arm_a), cross(arm_b, s))
+        _set_coupling(rows[k], rows[k + 1], a.inverse, b.inverse)
         k += 2
     if contact.torsional_friction > 0.0:
-        set_jacobian(rows[k], substep_bodies, zero, (-n[0], -n[1], -n[2]), n)
+        _set_row(rows[k], a, b, zero, (-n[0], -n[1], -n[2]), n)
         k += 1
     if contact.rolling_friction > 0.0:
-        set_jacobian(rows[k], substep_bodies, zero, (-t[0], -t[1], -t[2]), t)
-        set_jacobian(rows[k + 1], substep_bodies, zero, (-s[0], -s[1], -s[2]), s)
-        k += 2
-    for r in range(row, k):
-        set_effective_mass(rows[r], substep_bodies)
-        if rows[r].kind == DISC:
-            rows[r].coupling = coupling_of(rows[r], rows[r + 1], substep_bodies)
+        _set_row(rows[k], a, b, zero, (-t[0], -t[1], -t[2]), t)
+        _set_row(rows[k + 1], a, b, zero, (-s[0], -s[1], -s[2]), s)
+        _set_coupling(rows[k], rows[k + 1], a.inverse, b.inverse)
 
 
 @njit
-def _set_point(row: Any, substep_bodies: Any, u: Vec, arm_a: Vec, arm_b: Vec) -> None:
-    a = cross(arm_a, u)
-    set_jacobian(row, substep_bodies, u, (-a[0], -a[1], -a[2]), cross(arm_b, u))
+def _set_row(row: Any, a: Any, b: Any, u: Vec, turn_a: Vec, turn_b: Vec) -> None:
+    """Set the Jacobian of a contact's row, whose ``u`` is a unit vector or zero, and its effective mass."""
+    x, y = set_jacobian(row, a, b, u, turn_a, turn_b)
+    moves = (a.inverse[0] + b.inverse[0]) * dot(u, u)
+    turns = _dot_over(x, a.inverse) + _dot_over(y, b.inverse)
+    _set_diagonal(row, row.softness + moves + turns)
 
 
 @njit
-def set_contact_rows(rows: Any, row: Any, contact: Any, bodies: Any, substep_bodies: Any, scale: Any) -> None:
+def _dot_over(x: Vec, m: Any) -> Any:
+    return x[0] * (m[3] * x[0]) + x[1] * (m[4] * x[1]) + x[2] * (m[5] * x[2])
+
+
+@njit
+def _set_coupling(one: Any, two: Any, inverse_a: Any, inverse_b: Any) -> None:
+    """Set J_1 M^-1 J_2^T of the two rows of a disc, to which their linear parts, perpendicular or 0, add nothing."""
+    c = 0.0
+    for d in range(3, 6):
+        c += one.jacobian_a[d] * (inverse_a[d] * two.jacobian_a[d])
+        c += one.jacobian_b[d] * (inverse_b[d] * two.jacobian_b[d])
+    one.coupling = c
+
+
+@njit
+def _tangents(rows: Any, last: Any, n: Vec) -> Any:
+    """Return the tangents to a normal.
+
+    Contacts of the same two boxes have one normal: to look the tangents up saves a root and a division for each.
+    """
+    if last >= 0:
+        if rows[last].span > 2 and rows[last + 1].kind == DISC and n == vec(rows[last].jacobian_b):
+            return vec(rows[last + 1].jacobian_b), vec(rows[last + 2].jacobian_b)
+    return tangents(n)
+
+
+@njit
+def set_contact_rows(rows: Any, row: Any, contact: Any, last: Any, substep_bodies: Any, scale: Any) -> None:
     """Set Jacobians and frictions of a contact's rows, and ``scale`` times the stored impulses."""
     rows[row].impulse = scale * contact.impulse[0]
     place = 1
@@ -104,7 +140,7 @@ def set_contact_rows(rows: Any, row: Any, contact: Any, bodies: Any, substep_bod
         place += 1
     if contact.rolling_friction > 0.0:
         _set_disc(rows, row, place, contact.rolling_friction, scale, contact.impulse, 4)
-    set_contact_jacobians(rows, row, contact, substep_bodies)
+    set_contact_jacobians(rows, row, contact, last, substep_bodies)
 
 
 @njit
@@ -124,8 +160,10 @@ def rotate_contact_rows(world: Any, island: Any) -> None:
     contacts = world.state.contacts
     substep_bodies = world.scratch.substep_bodies
     r = island.joint_rows
+    last = -1
     while r < island.rows:
-        set_contact_jacobians(rows, r, contacts[rows[r].source], substep_bodies)
+        set_contact_jacobians(rows, r, contacts[rows[r].source], last, substep_bodies)
+        last = r
         r += int(rows[r].span)
 
 

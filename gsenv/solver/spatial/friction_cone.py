@@ -24,14 +24,14 @@ def cone_residual(rows: Any, r: Any, bodies: Any) -> Any:
     u, p = row_velocities(rows[r + 1], bodies)
     v, o = row_velocities(rows[r + 2], bodies)
     d = (rows[r].diagonal + rows[r + 1].diagonal + rows[r + 2].diagonal) / 3.0
+    mass = 1.0 / d
     mu = rows[r + 1].friction
-    s = d**0.5
-    x = s * rows[r].impulse
-    y = s * rows[r + 1].impulse
-    z = s * rows[r + 2].impulse
-    n, t1, t2 = _nearest(x - (w + mu * (u * u + v * v) ** 0.5) / s, y - u / s, z - v / s, mu)
+    x = rows[r].impulse
+    y = rows[r + 1].impulse
+    z = rows[r + 2].impulse
+    n, t1, t2 = _nearest(x - mass * (w + mu * (u * u + v * v) ** 0.5), y - mass * u, z - mass * v, mu)
     error = (x - n) ** 2 + (y - t1) ** 2 + (z - t2) ** 2
-    return error, (q * q + p * p + o * o) / d, x * x + y * y + z * z
+    return d * error, mass * (q * q + p * p + o * o), d * (x * x + y * y + z * z)
 
 
 @njit

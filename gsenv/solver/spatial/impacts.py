@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..core.impacts import acceleration_of, apply_impulse_at, couple, shifted, speed_at
+from ..core.contact_rows import shifted
+from ..core.impacts import acceleration_of, apply_impulse_at, couple, speed_at
 from ..core.rows import UNILATERAL
 from ..jit import njit
 from ..methods.disc import minimise_on_disc

@@ -68,12 +68,12 @@ WORLDS: dict[str, tuple[Callable[[], World], int]] = {  # and how many steps
     "3D chain": (lambda: World(spatial_chain(), options=AWAKE), 120),
 }
 GOLDEN = {
-    "2D mixed": "dd718863d80cf27af9d865e9e7bccde87513f003414deb5cc4ed54cfbdab7b59",
-    "2D tumble": "a592162ba7dc56c248e60c4cf8036147a8260356fb8b96ea1520f749eeca2456",
+    "2D mixed": "7cbe7c31914b866d7b8a32d069a0156717c52ef4d87c53bd0f624e9206e4b57a",
+    "2D tumble": "7055e6c9fbe4f1673145b78acc67ec79d41b64fc72fb030acdf44980bc789902",
     "2D pyramid": "b16dae00c99eac503e1e2c3e23eb4902c3185eec3b7079e54e65fa10bdb98f5f",
-    "3D mixed": "35a5cb60be0895020757eacbf0a7ceb4e7defe7804a0306b81a0b70624e0da54",
-    "3D tumble": "1409f8b3a4c0eed5af84ead75746e9e79cbe79ed5805b60e597da7cf7268fe26",
-    "3D chain": "e68ba28f8a08405eb889ff60d2009613d4da9dc7dcd765cf32b1e47551bd0621",
+    "3D mixed": "173b73f636d2d92314a61b8fdfd050a55fb8b6f43aaca45758b7ebdb4ea55a12",
+    "3D tumble": "259220682ab366bd19bbd49c3e887036eff3e43ff384ccb98aa57c7fb6d3b8d3",
+    "3D chain": "f5c72d8d67a82bb1bb5c675ab4beff23c8b480503b9732db2d66ce00fe4f2c7a",
 }
 
 

@@ -17,7 +17,7 @@ from ..coupled import make_equations, share_corrections
 from ..dispatch import by_dimension
 from ..integrate import move_kinematic
 from ..joints import write_joint_rows
-from ..rows import BILATERAL, UNILATERAL
+from ..rows import BILATERAL, UNILATERAL, relative_velocity
 from ..slices import part
 from .balance import average_over_trees, restore_momenta
 from .dynamics import factorise_links, respond_outward, set_middle
@@ -281,12 +281,7 @@ def _slow_links(world: Any, island: Any, articulation: Any, others: Any) -> Any:
     curve = 0.0
     for r in range(island.other_rows):
         if others.moved[r] != 0.0:
-            a = bodies[rows[r].body_a].velocity
-            b = bodies[rows[r].body_b].velocity
-            u = 0.0
-            for d in range(len(rows[r].jacobian_a)):
-                u += rows[r].jacobian_a[d] * a[d] + rows[r].jacobian_b[d] * b[d]
-            slope += others.moved[r] * u
+            slope += others.moved[r] * relative_velocity(rows[r], bodies[rows[r].body_a], bodies[rows[r].body_b])
     for f in range(island.freedoms):
         curve += z[f] * z[f]
     share = min(max(-slope / curve, 0.0), 1.0) if curve > 0.0 else 0.0

@@ -25,7 +25,7 @@ from ..joints import (
     tension_of,
     write_joint_rows,
 )
-from ..rows import HALF
+from ..rows import HALF, free_rate, start_rate
 from ..slices import part
 from ..springs import has_spring
 
@@ -167,11 +167,7 @@ def _bend(world: Any, island: Any) -> None:
         row = rows[r]
         if row.softness > 0.0 or row.kind == HALF or has_half(rows, r, island.other_rows):
             continue
-        a = substep_bodies[row.body_a]
-        b = substep_bodies[row.body_b]
-        for d in range(len(row.jacobian_a)):
-            row.bias += row.jacobian_a[d] * (a.start_velocity[d] - a.free_velocity[d])
-            row.bias += row.jacobian_b[d] * (b.start_velocity[d] - b.free_velocity[d])
+        row.bias += start_rate(row, substep_bodies) - free_rate(row, substep_bodies)
 
 
 @njit

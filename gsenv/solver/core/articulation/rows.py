@@ -13,7 +13,7 @@ from numba import int64, uint64
 from ...jit import inline_njit, njit
 from ..coupled import has_half
 from ..dispatch import by_dimension
-from ..rows import DISC, FRICTION, HALF, IDLE
+from ..rows import DISC, FRICTION, HALF, IDLE, free_rate
 
 REGULAR = 1e-12  # of the product of the diagonals: smallest determinant of the block of two tangents
 GIVE = 1e-4  # of the inverse masses of a contact that joints hold in one direction: compliance
@@ -62,7 +62,7 @@ def whiten_rows(world: Any, island: Any, articulation: Any) -> None:
             span.values = value + i
             span.stride = width
             span.width = width if i == 0 else 0
-            span.free = rows[r + i].bias + _free_velocity(rows[r + i], substep_bodies)
+            span.free = rows[r + i].bias + free_rate(rows[r + i], substep_bodies)
         if width == 3:
             _whiten_three(rows, r, (a, b), counts, articulation)
         else:
@@ -110,7 +110,7 @@ def _add_half(world: Any, island: Any, articulation: Any, others: Any, at: Any) 
     span.stride = 1
     _whiten_one(rows, r + 1, (a, b), counts, articulation)
     articulation.spans[r].count += counts[2]
-    articulation.spans[r].free += _free_velocity(row, world.scratch.substep_bodies)
+    articulation.spans[r].free += free_rate(row, world.scratch.substep_bodies)
     _set_size(rows[r], _square(articulation.spans[r], articulation, others))
     return counts[2]
 
@@ -249,16 +249,6 @@ def _list_way(freedoms: Any, ends: Any, ways: Any, first: Any) -> Any:
         n += 1
         shared = freedoms[shared].parent
     return alone, apart, n
-
-
-@njit
-def _free_velocity(row: Any, substep_bodies: Any) -> Any:
-    a = substep_bodies[row.body_a].free_velocity
-    b = substep_bodies[row.body_b].free_velocity
-    s = 0.0
-    for d in range(len(row.jacobian_a)):
-        s += row.jacobian_a[d] * a[d] + row.jacobian_b[d] * b[d]
-    return s
 
 
 @njit

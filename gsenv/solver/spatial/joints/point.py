@@ -138,13 +138,13 @@ def bend_across(w: Vec, change: Vec, to_anchor: Vec) -> Vec:
 @njit
 def set_point_direction(row: Any, substep_bodies: Any, u: Vec, arm_a: Vec, arm_b: Vec) -> None:
     """Set the Jacobian of J v = u . (velocity of b's anchor - velocity of a's anchor)."""
-    set_jacobian(row, substep_bodies, u, cross(u, arm_a), cross(arm_b, u))
+    set_jacobian(row, substep_bodies[row.body_a], substep_bodies[row.body_b], u, cross(u, arm_a), cross(arm_b, u))
 
 
 @njit
 def set_turn_direction(row: Any, substep_bodies: Any, u: Vec) -> None:
     """Set the Jacobian of J v = u . (w_b - w_a)."""
-    set_jacobian(row, substep_bodies, (0.0, 0.0, 0.0), (-u[0], -u[1], -u[2]), u)
+    set_jacobian(row, substep_bodies[row.body_a], substep_bodies[row.body_b], (0.0, 0.0, 0.0), (-u[0], -u[1], -u[2]), u)
 
 
 @njit
