@@ -115,9 +115,9 @@ def limit_squeeze(world: Any, island: Any) -> None:
     """Limit the velocities where moving kinematic bodies leave the rows of others no solution.
 
     An unfinished solve of such rows may throw a body at any speed.  Here none becomes faster than the fastest of the
-    island before the impulses, or than twice the fastest kinematic body, so that the speed does not grow from step to
-    step: without restitution, what is hit becomes at most as fast as what hits it, but where a wedge squeezes it out,
-    which a finished solve tells.
+    island before the impulses and the fastest kinematic body together: without restitution, what is hit becomes at most
+    as fast as what hits it, but where a wedge squeezes it out, which a finished solve tells.  Nor does it become faster
+    than twice the kinematic body, unless it was: in a jam that lasts, speeds would grow in each step.
     """
     bodies = world.state.bodies
     body_parameters = world.parameters.bodies
@@ -128,7 +128,7 @@ def limit_squeeze(world: Any, island: Any) -> None:
     for k in range(len(island_bodies)):
         i = island_bodies[k]
         own = max(own, _speed(substep_bodies[i].free_velocity, body_parameters[i]))
-    most = max(own, 2.0 * drive)
+    most = min(own + drive, max(own, 2.0 * drive))
     for k in range(len(island_bodies)):
         i = island_bodies[k]
         velocity = bodies[i].velocity

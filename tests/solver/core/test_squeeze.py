@@ -43,7 +43,7 @@ def fastest(world: World) -> float:
     "slant", [0.02, 0.2]
 )  # with more, balls land, and the parts of a step have solves of their own
 def test_a_press_throws_nothing_out(dim: int, slant: float) -> None:
-    """An unfinished solve makes none faster than the fastest was, and a wall together."""
+    """An unfinished solve makes none faster than the fastest was and a wall, nor than two walls if none was."""
     unfinished = 0
     for seed in range(6):
         for count in (2, 3, 5):
@@ -53,7 +53,7 @@ def test_a_press_throws_nothing_out(dim: int, slant: float) -> None:
                 world.step()
                 if world.diagnostics().unconverged[0] > 0:
                     unfinished += 1
-                    assert fastest(world) <= (before + SPEED) * (1.0 + 1e-9)
+                    assert fastest(world) <= min(before + SPEED, max(before, 2.0 * SPEED)) * (1.0 + 1e-9)
     assert unfinished > 50  # no velocity obeys both walls
 
 
