@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+
 from gsenv.solver.spatial.free_rotation import PLAIN, rotate_with_velocity
 
 Extended = np.ndarray[tuple[int, ...], np.dtype[np.longdouble]]
