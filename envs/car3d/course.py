@@ -19,8 +19,7 @@ OFTEN = 2.5  # times the difficulty: how likely a slot has its obstacle
 SLOT_JITTER = 2.0  # m, to both sides
 KINDS = n.RAMPS + n.BUMPS + n.BALL_GROUPS
 SLOT_DRAWS = 1 + n.GROUP_BALLS
-COURSE_DRAWS = ROAD_DRAWS + 2 * KINDS + SLOT_DRAWS * n.SLOTS
-DRAW_COUNT = COURSE_DRAWS + 1  # the last one is for the reach of gates
+DRAW_COUNT = ROAD_DRAWS + 2 * KINDS + SLOT_DRAWS * n.SLOTS
 FAR = 1e9  # m, place of slots without an obstacle
 
 _SLOTS, _FIRST_SLOT, _SLOT_SPACING = n.SLOTS, n.FIRST_SLOT, n.SLOT_SPACING

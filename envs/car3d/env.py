@@ -14,7 +14,7 @@ from gsenv.envs import time_limit
 from gsenv.envs.car.env import check_difficulty
 from gsenv.envs.car3d import observe, rules, scene
 from gsenv.envs.car3d.build import NAMES, build_scene
-from gsenv.envs.core.arguments import Quantity, Setting, number_within
+from gsenv.envs.core.arguments import Quantity, Setting
 from gsenv.envs.core.env import TaskEnv
 from gsenv.envs.core.spec_tables import Entry, RewardTerm
 from gsenv.envs.core.steering import Stick, pair
@@ -26,11 +26,6 @@ TOLERANCE = 1e-3  # of "balanced": contacts of many tyres converge slowly, and e
 HALVINGS = {"fast": 0, "balanced": 0, "accurate": Options().halvings}  # steps in parts take half as long again
 AXES = ("forwards", "to the left", "upwards")
 KIND_NAMES = ("ramps", "bumps", "balls")
-
-
-def check_gate_reach(reach: Any) -> float:
-    """Return a length as a float; raises ValueError for anything but 0.4 to 20 m."""
-    return number_within(reach, scene.GATE_HALF, 20.0, f"gate_reach must be a length from {scene.GATE_HALF:g} to 20 m")
 
 
 def _wheel_entries() -> list[Entry]:
@@ -123,25 +118,22 @@ class Car3DTask(Task):
         ),
         RewardTerm("time", f"{rules.TIME_REWARD:g} per step"),
         RewardTerm("finish", f"{rules.FINISH_REWARD:g} at the finish"),
-        RewardTerm("failure", f"{rules.FAILURE_REWARD:g} for rolling over, leaving the road, or a missed gate"),
+        RewardTerm("failure", f"{rules.FAILURE_REWARD:g} for rolling over or leaving the road"),
+        RewardTerm(
+            "gates",
+            f"{rules.MISS_REWARD:g} for a missed gate, and {rules.JUMP_WEIGHT:g} per m beyond it until both axles have "
+            "touched something",
+        ),
         RewardTerm("smoothness", f"{rules.SMOOTH_WEIGHT:g} times the mean square change of the actions"),
     )
     task_state_fields = rules.TASK_STATE_FIELDS
     info_fields = (
-        ("success", "?"), ("is_success", "?"), ("distance", "f8"), ("gates", "i8"), ("missed_gate", "?"),
-        ("rolled_over", "?"), ("off_road", "?"),
+        ("success", "?"), ("is_success", "?"), ("distance", "f8"), ("gates", "i8"),
+        ("missed_gates", "i8"), ("rolled_over", "?"), ("off_road", "?"),
     )  # fmt: skip
     max_episode_steps = time_limit("GCar3D-v0")
     draw_count = rules.DRAW_COUNT
-    arguments = (
-        Setting("difficulty", 0.5, check_difficulty, "0 to 1: see above"),
-        Setting(
-            "gate_reach",
-            scene.GATE_HALF,
-            check_gate_reach,
-            "m behind a gate within which a wheel of each axle must touch something, at most: see Episode End",
-        ),
-    )
+    arguments = (Setting("difficulty", 0.5, check_difficulty, "0 to 1: see above"),)
     quantities = (
         Quantity("friction", "friction coefficient of everything", scene.FRICTION, 0.05, 2.0),
         Quantity("mass", "mass of the chassis", scene.CHASSIS_MASS, 50.0, 500.0, "kg"),
@@ -162,7 +154,7 @@ class Car3DTask(Task):
         return replace(options, tolerance=max(options.tolerance, TOLERANCE)) if self.fidelity == "balanced" else options
 
     def initialize_episode(self, worlds: Array, draws: Array, options: Mapping[str, Any]) -> None:
-        rules.initialize_worlds(self.kernel_world, worlds, options["difficulty"], options["gate_reach"], draws)
+        rules.initialize_worlds(self.kernel_world, worlds, options["difficulty"], draws)
 
     def apply_action(self, actions: Array) -> int:
         return rules.apply_actions(self.kernel_world, actions)
@@ -193,7 +185,9 @@ class Car3DTask(Task):
         velocity = self.world.state.bodies["velocity"][world, scene.CHASSIS_BODY, :3]
         state, info = self.task_state[world], self.infos[world]
         lines = [f"{state['place']:.0f} / {scene.FINISH:.0f} m", f"{3.6 * np.linalg.norm(velocity):.0f} km/h"]
-        ends = (("missed_gate", "gate missed"), ("rolled_over", "rolled over"), ("off_road", "off the road"))
+        if info["missed_gates"]:
+            lines.append(f"{info['missed_gates']} gate{'s' if info['missed_gates'] > 1 else ''} missed")
+        ends = (("rolled_over", "rolled over"), ("off_road", "off the road"))
         lines += [text for name, text in ends if info[name]]
         return lines
 
@@ -210,6 +204,11 @@ class Car3DEnv(TaskEnv, Env[Any, Any]):
     pass on the ground. A car that is too fast slides off the road in bends and jumps the gates, and one
     that is slow enough everywhere runs out of time: the way to the banner is to brake before bends,
     crests and gates, and nowhere else. Control runs at 30 Hz.
+
+    Gates stand shortly behind the middle of ramps, at the last of three bumps and in the row of balls. An
+    axle passes where one of its wheels touches something within 0.4 m before and behind the gate, no farther
+    than 2 m from the centre line. When both axles have passed, the gate's bar turns from red to green; it is
+    missed as soon as an axle is 0.4 m beyond it without.
 
     At `difficulty` 0 the road is nearly straight and level and empty. With rising difficulty, its bends
     become tighter and turn farther, its climbs and the hills beside it steeper, and obstacles more
@@ -239,7 +238,8 @@ class Car3DEnv(TaskEnv, Env[Any, Any]):
 
     {reward_table}
 
-    Progress is a difference of places, so going to and fro earns nothing.
+    Progress is a difference of places, so going to and fro earns nothing. A jump over a gate costs more the farther
+    it goes, so that a little less speed always pays a little.
 
     ## Starting State
     The car is at rest on level ground at the start of the road; bends and climbs begin after 6 m. The
@@ -251,19 +251,14 @@ class Car3DEnv(TaskEnv, Env[Any, Any]):
     and order, which of them stand, and the places of balls are drawn anew in each episode.
 
     ## Episode End
-    - Termination, success: the middle of the chassis is at 122 m along the centre line.
+    - Termination: the middle of the chassis is at 122 m along the centre line. It is a success if no gate was
+      missed.
     - Termination, failure: the car has rolled over (its upward axis has a vertical part below 0.2), or is
       more than 2.2 m from the centre line, so that its middle is beside the drawn road.
-    - Termination, failure: a missed gate. An axle is 0.4 m beyond it, and within 0.4 m before and behind
-      the gate, no farther than 2 m from the centre line, none of its wheels has touched anything.
-      With a `gate_reach` above 0.4 m, as a curriculum needs, each episode draws from between 0.4 m and that
-      how far behind it: then a car that is a little slower passes a little more often. Gates
-      stand shortly behind the middle of ramps, at the last of three bumps and in the row of balls.
-      A gate's bar turns from red to green when both axles have passed.
     - Truncation: after 585 steps (19.5 s), by `gymnasium.make`, `gymnasium.make_vec` and the vector environment.
 
     `info` has `success` and `is_success` (bool), `distance` (m, the largest along the centre line),
-    `gates` (number passed), `missed_gate`, `rolled_over` and `off_road` (bool).
+    `gates` (number passed), `missed_gates` (number), `rolled_over` and `off_road` (bool).
 
     ## Arguments
     {argument_table}
@@ -287,7 +282,6 @@ class Car3DEnv(TaskEnv, Env[Any, Any]):
 
     task_class = Car3DTask
     difficulty: float
-    gate_reach: float
 
 
 class Car3DVectorEnv(TaskVectorEnv, VectorEnv[Any, Any, Any]):
@@ -295,4 +289,3 @@ class Car3DVectorEnv(TaskVectorEnv, VectorEnv[Any, Any, Any]):
 
     task_class = Car3DTask
     difficulty: float
-    gate_reach: float

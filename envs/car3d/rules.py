@@ -6,18 +6,17 @@ from typing import Any
 
 from gsenv.envs.car3d import scene as n
 from gsenv.envs.car3d.course import (
-    COURSE_DRAWS,
+    DRAW_COUNT as DRAW_COUNT,
+)
+from gsenv.envs.car3d.course import (
     KINDS,
     build_course,
     gate_place,
     place_thing,
 )
-from gsenv.envs.car3d.course import (
-    DRAW_COUNT as DRAW_COUNT,
-)
 from gsenv.envs.car3d.observe import observe_world
 from gsenv.envs.car3d.road import COLUMNS, HEADING, nearest, path_at
-from gsenv.envs.core.kernels import active_contacts, between, first_not_finite
+from gsenv.envs.core.kernels import active_contacts, first_not_finite
 from gsenv.solver.core.edit import disable_body, set_mass
 from gsenv.solver.core.trig import sin_cos
 from gsenv.solver.jit import njit
@@ -39,8 +38,9 @@ TASK_STATE_FIELDS: list[tuple[Any, ...]] = [
     ("flight", "i8"),  # control steps since a wheel touched something
     ("slot", "i8"),  # of the next gate; SLOTS: none
     ("gates", "i8"),  # that were passed
-    ("reach", "f8"),  # m behind a gate within which a wheel of each axle must touch something
-    ("below", "f8", (2,)),  # 1 once a wheel of the rear and of the front axle has touched something at the next gate
+    ("missed", "i8"),  # gates
+    ("jumping", "i8"),  # 1 while the next gate has been missed, and an axle has not touched anything since
+    ("down", "i8", (2,)),  # 1 once a wheel of the rear and of the front axle has touched something from there on
     ("gaze", "f8", (4,)),  # m, point (x, y, z) that the camera follows, and rad, its heading
 ]
 
@@ -53,6 +53,8 @@ PROGRESS_WEIGHT = 0.1  # per m
 TIME_REWARD = -0.005  # per step
 FINISH_REWARD = 5.0
 FAILURE_REWARD = -1.0
+MISS_REWARD = -3.0  # for each missed gate
+JUMP_WEIGHT = -0.5  # per m behind a missed gate, until both axles have touched something
 SMOOTH_WEIGHT = -0.005
 
 _CHASSIS, _WHEEL, _CABIN = n.CHASSIS_BODY, n.FIRST_WHEEL, n.CABIN_BODY
@@ -88,12 +90,11 @@ def _next_gate(kinds, slot):  # type: ignore[no-untyped-def]
 
 
 @njit
-def initialize_world(world, difficulty, reach, draws):  # type: ignore[no-untyped-def]
+def initialize_world(world, difficulty, draws):  # type: ignore[no-untyped-def]
     """Begin an episode: build a new course; the car is at rest at its start."""
     _apply_physics(world.task.physics, world.parameters)
     build_course(world, difficulty, draws)
     task, position = world.task.state, world.state.bodies[_CHASSIS].position
-    task.reach = between(_GATE_HALF, reach, draws[COURSE_DRAWS])
     task.slot = _next_gate(task.kinds, 0)
     for d in range(3):
         task.gaze[d] = position[d]
@@ -164,7 +165,7 @@ def _feel(contacts, touch):  # type: ignore[no-untyped-def]
 
 @njit
 def _update_task(world):  # type: ignore[no-untyped-def]
-    """Update what the car has done; return the progress in m in this step that counts."""
+    """Update what the car has done; return the progress in m in this step."""
     task, chassis = world.task.state, world.state.bodies[_CHASSIS]
     _feel(active_contacts(world), task.touch)
     on_ground = task.touch[0] + task.touch[1] + task.touch[2] + task.touch[3] > 0.0
@@ -174,33 +175,47 @@ def _update_task(world):  # type: ignore[no-untyped-def]
     progress = place - task.place
     task.place = place
     task.best = max(task.best, place)
-    return progress if task.flight <= FLIGHT_STEPS or progress < 0.0 else 0.0
+    return progress
 
 
 @njit
-def _pass_gates(world):  # type: ignore[no-untyped-def]
-    """Note axles whose wheels touch something at the next gate; return whether one has passed it without."""
+def _ahead_of_gate(world, axle):  # type: ignore[no-untyped-def]
+    """Return how far in m an axle is beyond the next gate."""
     task, bodies = world.task.state, world.state.bodies
-    if task.slot >= _SLOTS:
-        return False
     cosine, sine = sin_cos(path_at(task.path, task.place, HEADING))
     middle = bodies[_CHASSIS].position
+    ahead = task.place - gate_place(task, task.slot)
+    for k in range(2 * axle, 2 * axle + 2):
+        wheel = bodies[_WHEEL + k].position
+        ahead += 0.5 * (cosine * (wheel[0] - middle[0]) + sine * (wheel[1] - middle[1]))
+    return ahead
+
+
+@njit
+def _pass_gates(world, progress):  # type: ignore[no-untyped-def]
+    """Note axles whose wheels touch something at the next gate or behind it; return the reward for gates."""
+    task = world.task.state
+    if task.slot >= _SLOTS:
+        return 0.0
+    reward = 0.0
     for axle in range(2):
-        ahead = task.place - gate_place(task, task.slot)
-        for k in range(2 * axle, 2 * axle + 2):
-            wheel = bodies[_WHEEL + k].position
-            ahead += 0.5 * (cosine * (wheel[0] - middle[0]) + sine * (wheel[1] - middle[1]))
+        ahead = _ahead_of_gate(world, axle)
+        beyond = ahead > _GATE_HALF
+        if beyond and task.down[axle] + task.jumping == 0:
+            task.jumping = 1
+            task.missed += 1
+            reward = MISS_REWARD
         touches = task.touch[2 * axle] + task.touch[2 * axle + 1] > 0.0
-        if touches and -_GATE_HALF <= ahead <= task.reach and abs(task.aside) <= _GATE_WIDTH:
-            task.below[axle] = 1.0
-        if ahead > task.reach and task.below[axle] == 0.0:
-            return True
-    if task.below[0] != 0.0 and task.below[1] != 0.0:
+        if touches and (beyond or (ahead >= -_GATE_HALF and abs(task.aside) <= _GATE_WIDTH)):
+            task.down[axle] = 1
+    if task.down[0] + task.down[1] < 2:
+        return reward + task.jumping * JUMP_WEIGHT * max(progress, 0.0)
+    if task.jumping == 0:
         _turn_green(world, task.slot)
         task.gates += 1
-        task.slot = _next_gate(task.kinds, task.slot + 1)
-        task.below[0] = task.below[1] = 0.0
-    return False
+    task.jumping = task.down[0] = task.down[1] = 0
+    task.slot = _next_gate(task.kinds, task.slot + 1)
+    return reward
 
 
 @njit
@@ -229,38 +244,41 @@ def evaluate_world(world):  # type: ignore[no-untyped-def]
     """Set reward terms and info of one world after a control step; return (reward, terminated)."""
     task, term, info = world.task.state, world.task.terms, world.task.info
     progress = _update_task(world)
-    missed = _pass_gates(world)
+    gates = _pass_gates(world, progress)
     up = turned(quaternion(world.state.bodies[_CHASSIS].rotation), (0.0, 0.0, 1.0))
     rolled = up[2] < LEAST_UP
     off = abs(task.aside) > _OFF_ROAD or task.place < -5.0
-    failed = missed or rolled or off
-    success = task.place >= _FINISH and not failed
+    failed = rolled or off
+    finished = task.place >= _FINISH and not failed
+    success = finished and task.missed == 0
     _follow(world)
-    term.progress = PROGRESS_WEIGHT * progress
+    counts = task.flight <= FLIGHT_STEPS or progress < 0.0
+    term.progress = PROGRESS_WEIGHT * progress if counts else 0.0
     term.time = TIME_REWARD
-    term.finish = FINISH_REWARD if success else 0.0
+    term.finish = FINISH_REWARD if finished else 0.0
     term.failure = FAILURE_REWARD if failed else 0.0
+    term.gates = gates
     term.smoothness = SMOOTH_WEIGHT * task.change
     info.success = success
     info.is_success = success
     info.distance = max(task.best, 0.0)
     info.gates = task.gates
-    info.missed_gate = missed
+    info.missed_gates = task.missed
     info.rolled_over = rolled
     info.off_road = off
-    reward = term.progress + term.time + term.finish + term.failure + term.smoothness
-    return reward, success or failed
+    reward = term.progress + term.time + term.finish + term.failure + term.gates + term.smoothness
+    return reward, finished or failed
 
 
 # ---------------------------------------------------------------- all worlds
 
 
 @njit
-def initialize_worlds(world, worlds, difficulty, reach, draws):  # type: ignore[no-untyped-def]
+def initialize_worlds(world, worlds, difficulty, draws):  # type: ignore[no-untyped-def]
     """Begin episodes in chosen worlds; `draws` is (chosen world, number), uniform in [0, 1)."""
     for i in range(len(worlds)):
         select_world(world, worlds[i])
-        initialize_world(world, difficulty, reach, draws[i])
+        initialize_world(world, difficulty, draws[i])
         observe_world(world)
 
 
