@@ -121,8 +121,8 @@ class Car3DTask(Task):
         RewardTerm("failure", f"{rules.FAILURE_REWARD:g} for rolling over or leaving the road"),
         RewardTerm(
             "gates",
-            f"{rules.MISS_REWARD:g} for a missed gate, and {rules.JUMP_WEIGHT:g} per m beyond it until both axles have "
-            "touched something",
+            f"{rules.MISS_REWARD:g} for a missed gate, and {rules.JUMP_WEIGHT:g} per m that the car moves forwards "
+            "from there until both axles have touched something at the gate or behind it",
         ),
         RewardTerm("smoothness", f"{rules.SMOOTH_WEIGHT:g} times the mean square change of the actions"),
     )
@@ -202,13 +202,13 @@ class Car3DEnv(TaskEnv, Env[Any, Any]):
     sharp bends that differ in radius and turn, and across the straights stand up to three obstacles:
     ramps, speed bumps, and rows of loose balls. At each obstacle stands a gate, which both axles must
     pass on the ground. A car that is too fast slides off the road in bends and jumps the gates, and one
-    that is slow enough everywhere runs out of time: the way to the banner is to brake before bends,
+    that is slow enough everywhere runs out of time: the way to succeed is to brake before bends,
     crests and gates, and nowhere else. Control runs at 30 Hz.
 
     Gates stand shortly behind the middle of ramps, at the last of three bumps and in the row of balls. An
-    axle passes where one of its wheels touches something within 0.4 m before and behind the gate, no farther
-    than 2 m from the centre line. When both axles have passed, the gate's bar turns from red to green; it is
-    missed as soon as an axle is 0.4 m beyond it without.
+    axle passes where one of its wheels touches something while the axle is within 0.4 m before and behind
+    the gate, and the middle of the car within 2 m of the centre line. When both axles have passed, the
+    gate's bar turns from red to green; it is missed as soon as an axle is 0.4 m beyond it without.
 
     At `difficulty` 0 the road is nearly straight and level and empty. With rising difficulty, its bends
     become tighter and turn farther, its climbs and the hills beside it steeper, and obstacles more
@@ -238,8 +238,8 @@ class Car3DEnv(TaskEnv, Env[Any, Any]):
 
     {reward_table}
 
-    Progress is a difference of places, so going to and fro earns nothing. A jump over a gate costs more the farther
-    it goes, so that a little less speed always pays a little.
+    Progress is a difference of places, so going to and fro earns nothing. A jump over a gate costs more the
+    farther it goes, so that a car that is too fast for a gate gains by being a little slower.
 
     ## Starting State
     The car is at rest on level ground at the start of the road; bends and climbs begin after 6 m. The

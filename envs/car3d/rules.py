@@ -40,7 +40,11 @@ TASK_STATE_FIELDS: list[tuple[Any, ...]] = [
     ("gates", "i8"),  # that were passed
     ("missed", "i8"),  # gates
     ("jumping", "i8"),  # 1 while the next gate has been missed, and an axle has not touched anything since
-    ("down", "i8", (2,)),  # 1 once a wheel of the rear and of the front axle has touched something from there on
+    (
+        "down",
+        "i8",
+        (2,),
+    ),  # 1 once a wheel of the rear, the front axle has touched something at the next gate or later
     ("gaze", "f8", (4,)),  # m, point (x, y, z) that the camera follows, and rad, its heading
 ]
 
@@ -54,7 +58,7 @@ TIME_REWARD = -0.005  # per step
 FINISH_REWARD = 5.0
 FAILURE_REWARD = -1.0
 MISS_REWARD = -3.0  # for each missed gate
-JUMP_WEIGHT = -0.5  # per m behind a missed gate, until both axles have touched something
+JUMP_WEIGHT = -0.5  # per m forwards after a miss, until both axles have touched something
 SMOOTH_WEIGHT = -0.005
 
 _CHASSIS, _WHEEL, _CABIN = n.CHASSIS_BODY, n.FIRST_WHEEL, n.CABIN_BODY
