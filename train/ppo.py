@@ -196,16 +196,18 @@ SETTINGS = {
         lessons=tuple({"difficulty": value} for value in (0.2, 0.35, 0.5, 0.65, 0.8, 0.9)),
         tests=({"difficulty": 0.5}, {"difficulty": 1.0}),
     ),
-    "GCar3D-v0": replace(  # without lessons: on an easier road it learns to be fast, which takes long to unlearn
+    "GCar3D-v0": replace(
         CAR,
-        steps=1_500_000,
+        steps=1_600_000,
         world_count=128,
         batch_size=1024,
         discount=0.9997,
+        gae_lambda=0.95,
         entropy_weight=0.004,
         log_std=-0.7,
         final_log_std=None,
         arguments={"difficulty": 0.5},
+        lessons=({"difficulty": 0.1},),  # without, seed 0 slid off the first bends in all its 1.5 million steps
         tests=({"difficulty": 0.3}, {"difficulty": 0.5}),
     ),
     "GRagdoll2D-v0": RAGDOLL,
