@@ -198,11 +198,10 @@ SETTINGS = {
     ),
     "GCar3D-v0": replace(
         CAR,
-        steps=1_600_000,
+        steps=2_000_000,
         world_count=128,
         batch_size=1024,
         discount=0.9997,
-        gae_lambda=0.95,
         entropy_weight=0.004,
         log_std=-0.7,
         final_log_std=None,

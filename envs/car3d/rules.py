@@ -57,8 +57,8 @@ PROGRESS_WEIGHT = 0.1  # per m
 TIME_REWARD = -0.005  # per step
 FINISH_REWARD = 5.0
 FAILURE_REWARD = -1.0
-MISS_REWARD = -3.0  # for each missed gate
-JUMP_WEIGHT = -0.5  # per m forwards after a miss, until both axles have touched something
+MISS_REWARD = -1.0  # for each missed gate
+JUMP_WEIGHT = -1.0  # per m forwards after a miss, until both axles have touched something
 SMOOTH_WEIGHT = -0.005
 
 _CHASSIS, _WHEEL, _CABIN = n.CHASSIS_BODY, n.FIRST_WHEEL, n.CABIN_BODY
