@@ -113,8 +113,8 @@ class Car3DTask(Task):
     reward_terms = (
         RewardTerm(
             "progress",
-            f"{rules.PROGRESS_WEIGHT:g} per m along the centre line, less on the way back; nothing once no wheel "
-            f"has touched anything for {rules.FLIGHT_STEPS / 30:g} s",
+            f"{rules.PROGRESS_WEIGHT:g} per m along the centre line, at up to {rules.PAID_SPEED:g} m/s, less on the "
+            f"way back; nothing once no wheel has touched anything for {rules.FLIGHT_STEPS / 30:g} s",
         ),
         RewardTerm("time", f"{rules.TIME_REWARD:g} per step"),
         RewardTerm("finish", f"{rules.FINISH_REWARD:g} at the finish"),

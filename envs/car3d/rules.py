@@ -54,6 +54,7 @@ FLIGHT_STEPS = 15  # without a wheel on anything, after which progress is not pa
 LEAST_UP = 0.2  # cosine of the tilt at which the car has rolled over
 
 PROGRESS_WEIGHT = 0.1  # per m
+PAID_SPEED = 8.0  # m/s: progress is not paid beyond, else a learner's first habit is to be fast
 TIME_REWARD = -0.005  # per step
 FINISH_REWARD = 5.0
 FAILURE_REWARD = -1.0
@@ -61,6 +62,7 @@ MISS_REWARD = -1.0  # for each missed gate
 JUMP_WEIGHT = -1.0  # per m forwards after a miss, until both axles have touched something
 SMOOTH_WEIGHT = -0.005
 
+_PAID_PROGRESS = PAID_SPEED * CONTROL_TIME
 _CHASSIS, _WHEEL, _CABIN = n.CHASSIS_BODY, n.FIRST_WHEEL, n.CABIN_BODY
 _SLOTS, _FINISH = n.SLOTS, n.FINISH
 _AXLES = n.AXLE_JOINTS
@@ -257,7 +259,7 @@ def evaluate_world(world):  # type: ignore[no-untyped-def]
     success = finished and task.missed == 0
     _follow(world)
     counts = task.flight <= FLIGHT_STEPS or progress < 0.0
-    term.progress = PROGRESS_WEIGHT * progress if counts else 0.0
+    term.progress = PROGRESS_WEIGHT * min(progress, _PAID_PROGRESS) if counts else 0.0
     term.time = TIME_REWARD
     term.finish = FINISH_REWARD if finished else 0.0
     term.failure = FAILURE_REWARD if failed else 0.0

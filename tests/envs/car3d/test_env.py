@@ -17,7 +17,7 @@ from gsenv.envs import time_limit
 from gsenv.envs.car3d import course, road, rules, scene
 from gsenv.envs.car3d.env import Car3DEnv, Car3DTask, Car3DVectorEnv
 from gsenv.envs.car3d.observe import surface_at
-from gsenv.envs.car3d.policy import hold_speed, pursue
+from gsenv.envs.car3d.policy import HABITS, hold_speed, pursue
 from tests.envs.car3d.level_road import drive_for, level_env
 from tests.envs.single_worlds import SingleWorlds, assert_info
 
@@ -234,12 +234,29 @@ def test_the_finish_ends_the_episode_with_success() -> None:
     observation, info = env.reset(seed=0)
     total, steps, terminated = 0.0, 0, False
     while not terminated:
-        observation, reward, terminated, _, info = env.step(pursue(observation))
+        observation, reward, terminated, _, info = env.step(pursue(observation, HABITS._replace(cruise=7.0)))
         total, steps = total + reward, steps + 1
     assert info["success"]
     assert info["reward_finish"] == rules.FINISH_REWARD
     earned = rules.PROGRESS_WEIGHT * info["distance"] + steps * rules.TIME_REWARD + rules.FINISH_REWARD
     assert total == pytest.approx(earned, rel=0.02)
+
+
+def test_progress_is_paid_up_to_a_speed_and_to_and_fro_earns_nothing() -> None:
+    env = level_env()
+    state = env.task.task_state
+    drive_for(env, 90, (1.0, 0.0))
+    place = float(state["place"][0])
+    info = env.step(np.array([1.0, 0.0], np.float32))[4]
+    assert 30.0 * (state["place"][0] - place) > 10.0  # m/s
+    assert info["reward_progress"] == pytest.approx(rules.PROGRESS_WEIGHT * rules.PAID_SPEED / 30.0)
+    position = env.task.world.state.bodies["position"]
+    earned = 0.0
+    for metres in (-1.0, 1.0):
+        env.task.world.state.bodies["velocity"][0] = 0.0
+        position[0, [scene.CHASSIS_BODY, *range(scene.FIRST_WHEEL, scene.FIRST_WHEEL + 4)], 0] += metres
+        earned += env.step(np.zeros(2, np.float32))[4]["reward_progress"]
+    assert earned < 0.0
 
 
 def test_gates_that_are_driven_through_turn_green() -> None:
