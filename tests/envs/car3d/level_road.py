@@ -7,6 +7,8 @@ import numpy as np
 from gsenv.envs.car3d import road, scene
 from gsenv.envs.car3d.env import Car3DEnv
 
+CAR = [scene.CHASSIS_BODY, *range(scene.FIRST_WHEEL, scene.FIRST_WHEEL + 4)]  # the bodies that move with it
+
 
 def level_env(**randomize: tuple[float, float]) -> Car3DEnv:
     """The car on an empty, level and straight road."""
@@ -22,3 +24,8 @@ def level_env(**randomize: tuple[float, float]) -> Car3DEnv:
 def drive_for(env: Car3DEnv, steps: int, action: tuple[float, float]) -> None:
     for _ in range(steps):
         env.task.step((action,))
+
+
+def move_car(env: Car3DEnv, axis: int, by: float) -> None:
+    """Move the car by so many m along an axis of the world."""
+    env.task.world.state.bodies["position"][0, CAR, axis] += by

@@ -18,7 +18,7 @@ from gsenv.envs.car3d import course, road, rules, scene
 from gsenv.envs.car3d.env import Car3DEnv, Car3DTask, Car3DVectorEnv
 from gsenv.envs.car3d.observe import surface_at
 from gsenv.envs.car3d.policy import HABITS, hold_speed, pursue
-from tests.envs.car3d.level_road import drive_for, level_env
+from tests.envs.car3d.level_road import drive_for, level_env, move_car
 from tests.envs.single_worlds import SingleWorlds, assert_info
 
 G = 9.81
@@ -250,11 +250,10 @@ def test_progress_is_paid_up_to_a_speed_and_to_and_fro_earns_nothing() -> None:
     info = env.step(np.array([1.0, 0.0], np.float32))[4]
     assert 30.0 * (state["place"][0] - place) > 10.0  # m/s
     assert info["reward_progress"] == pytest.approx(rules.PROGRESS_WEIGHT * rules.PAID_SPEED / 30.0)
-    position = env.task.world.state.bodies["position"]
     earned = 0.0
     for metres in (-1.0, 1.0):
         env.task.world.state.bodies["velocity"][0] = 0.0
-        position[0, [scene.CHASSIS_BODY, *range(scene.FIRST_WHEEL, scene.FIRST_WHEEL + 4)], 0] += metres
+        move_car(env, 0, metres)
         earned += env.step(np.zeros(2, np.float32))[4]["reward_progress"]
     assert earned < 0.0
 

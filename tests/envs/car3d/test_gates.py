@@ -12,7 +12,7 @@ from gsenv.envs.car3d import course, road, rules, scene
 from gsenv.envs.car3d.env import Car3DEnv, Car3DVectorEnv
 from gsenv.envs.car3d.policy import HABITS, pursue
 from gsenv.envs.core.task import Task
-from tests.envs.car3d.level_road import drive_for, level_env
+from tests.envs.car3d.level_road import CAR, drive_for, level_env, move_car
 
 
 class Umpire:
@@ -56,9 +56,9 @@ class Umpire:
             self.cost += rules.JUMP_WEIGHT * forwards
 
 
-def ride_over_ramps(speed: float, difficulty: float = 0.5) -> tuple[list[Umpire], list[float], int]:
+def ride_over_ramps(speed: float) -> tuple[list[Umpire], list[float], int]:
     """Drive at `speed` in m/s over ramps; return the umpires, the cost of gates by the task, and successes."""
-    vector = Car3DVectorEnv(24, difficulty=difficulty, autoreset_mode="Disabled", split="test")
+    vector = Car3DVectorEnv(24, autoreset_mode="Disabled", split="test")
     vector.reset(seed=0)
     task = vector.task
     umpires = [Umpire(task, w) for w in range(24)]
@@ -101,8 +101,7 @@ def gate_on_a_level_road(behind: float) -> tuple[Car3DEnv, Any, float]:
     state = env.task.task_state
     state["kinds"][0, 0], state["places"][0, 0], state["slot"][0] = scene.RAMPS, scene.FIRST_SLOT, 0
     gate = course.gate_place(state[0], 0)
-    car = [scene.CHASSIS_BODY, *range(scene.FIRST_WHEEL, scene.FIRST_WHEEL + 4)]
-    env.task.world.state.bodies["position"][0, car, 0] += gate + behind
+    move_car(env, 0, gate + behind)
     drive_for(env, 20, (0.0, 0.0))
     return env, state, gate
 
@@ -115,11 +114,6 @@ def drive_until(env: Car3DEnv, place: float, throttle: float = 0.3) -> tuple[flo
         total += info["reward_gates"]
         assert not terminated or place >= scene.FINISH
     return total, info
-
-
-def move_car(env: Car3DEnv, axis: int, by: float) -> None:
-    car = [scene.CHASSIS_BODY, *range(scene.FIRST_WHEEL, scene.FIRST_WHEEL + 4)]
-    env.task.world.state.bodies["position"][0, car, axis] += by
 
 
 def test_a_gate_that_is_passed_on_its_side_is_missed() -> None:
@@ -141,10 +135,8 @@ def test_a_car_whose_rear_axle_flies_past_a_gate_has_missed_it() -> None:
     env, state, gate = gate_on_a_level_road(-3.0)
     drive_until(env, gate - scene.AXLES)  # the front axle is at the gate
     assert state["down"][0].tolist() == [0, 1]
-    position = env.task.world.state.bodies["position"][0]
-    position[[scene.CHASSIS_BODY, *range(scene.FIRST_WHEEL, scene.FIRST_WHEEL + 4)], 2] += 1.0
-    velocity = env.task.world.state.bodies["velocity"][0]
-    velocity[[scene.CHASSIS_BODY, *range(scene.FIRST_WHEEL, scene.FIRST_WHEEL + 4)], 0] = 8.0
+    move_car(env, 2, 1.0)
+    env.task.world.state.bodies["velocity"][0, CAR, 0] = 8.0  # m/s
     umpire = Umpire(env.task, 0)
     umpire.down = [False, True]
     total = 0.0
