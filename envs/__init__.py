@@ -69,7 +69,7 @@ ENVS = (
         "car3d.env:Car3DEnv",
         "car3d.env:Car3DVectorEnv",
         585,
-        11.0,
+        12.5,
         "3D: drive a car along a winding road over hills and obstacles",
         "car3d.policy:pursue",
     ),
