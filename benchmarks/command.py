@@ -23,7 +23,7 @@ from typing import Any
 
 from rich.console import Console
 
-from benchmarks.common.files import read_json
+from benchmarks.common.files import as_stored, read_json
 from benchmarks.common.report import Outputs, show, write
 from benchmarks.common.run import Run, Unable, UsageError
 from benchmarks.common.stamp import ROOT, load, make_stamp
@@ -122,7 +122,7 @@ def run(benchmark: Benchmark, words: list[str]) -> int:
     else:
         command = shlex.join(["python", "-m", "benchmarks", *map(without_place, words)])
         job = Run(options, options.quick, dim, make_stamp(command), outputs.results)
-        results = measured(benchmark, module, job)
+        results = as_stored(measured(benchmark, module, job))
         interrupted = job.interrupted
     report = module.report(results)
     console = Console(emoji=False)  # "15:100:" is no pictogram

@@ -29,6 +29,12 @@ def write_json(path: Path, data: Mapping[str, Any]) -> None:
     write_text(path, encoded(data))
 
 
+def as_stored(data: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what ``read_json`` returns after ``write_json``: a page made of it agrees with the file."""
+    stored: dict[str, Any] = json.loads(encoded(data))
+    return stored
+
+
 def write_figure(path: Path, figure: Figure) -> None:
     """Write the figure as PNG and close it."""
     from benchmarks.common.plots import plt

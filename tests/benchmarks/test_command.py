@@ -35,7 +35,7 @@ class Small:
         if run.options.fail == "interrupt":
             raise KeyboardInterrupt
         run.interrupted = run.options.fail == "partly"
-        return {"quick": run.quick, "values": [["a", 1.5]]}
+        return {"quick": run.quick, "values": [["a", 1.5]], "third": 1.0 / 3.0}
 
     def report(self, results: Mapping[str, Any]) -> Report:
         def draw() -> Figure:
@@ -43,7 +43,10 @@ class Small:
             axes.plot([0, 1])
             return figure
 
-        return Report("Small", ["Some text.", Table(["name", "value"], [["a", "1.5"]]), Picture("a line", draw)])
+        return Report(
+            "Small",
+            [f"A third is {results['third']}.", Table(["name", "value"], [["a", "1.5"]]), Picture("a line", draw)],
+        )
 
 
 @pytest.fixture
@@ -124,12 +127,15 @@ def test_full_run_writes_results_page_and_picture(small: Path, capsys: pytest.Ca
     page = (small / "docs" / "small.md").read_text()
     assert page.startswith("# Small\n\n`python -m benchmarks small` writes this page. Measured on ")
     assert "[small.json](../results/small.json)" in page
-    assert page.endswith("Some text.\n\n| name | value |\n| --- | ---: |\n| a | 1.5 |\n\n![a line](small.png)\n")
+    assert page.endswith(
+        "A third is 0.3333333.\n\n| name | value |\n| --- | ---: |\n| a | 1.5 |\n\n![a line](small.png)\n"
+    )
     results = read_json(small / "results" / "small.json")
     assert results["stamp"]["command"] == "python -m benchmarks small"
     assert len(results["stamp"]["load"]) == 2
     assert results["values"] == [["a", 1.5]]
-    assert "Some text." in capsys.readouterr().out
+    assert results["third"] == 0.3333333
+    assert "A third is 0.3333333." in capsys.readouterr().out
 
 
 def test_quick_run_writes_nothing_unless_asked(small: Path) -> None:
@@ -148,7 +154,7 @@ def test_page_from_stored_results_keeps_their_stamp_and_notes(small: Path) -> No
     assert read_json(small / "b" / "small.json") == read_json(stored)
     page = (small / "b" / "small.md").read_text()
     assert "`python -m benchmarks small --quick --out FOLDER` writes this page." in page
-    assert "\n\nThe window was open.\n\nSome text." in page
+    assert "\n\nThe window was open.\n\nA third is 0.3333333." in page
 
 
 def test_page_from_results_that_are_not_there(small: Path, capsys: pytest.CaptureFixture[str]) -> None:
