@@ -114,15 +114,20 @@ class Car3DTask(Task):
         RewardTerm(
             "progress",
             f"{rules.PROGRESS_WEIGHT:g} per m along the centre line, at up to {rules.PAID_SPEED:g} m/s, less on the "
-            f"way back; nothing once no wheel has touched anything for {rules.FLIGHT_STEPS / 30:g} s",
+            f"way back; nothing beside the road, and once no wheel has touched anything for "
+            f"{rules.FLIGHT_STEPS / 30:g} s",
         ),
         RewardTerm("time", f"{rules.TIME_REWARD:g} per step"),
         RewardTerm("finish", f"{rules.FINISH_REWARD:g} at the finish"),
-        RewardTerm("failure", f"{rules.FAILURE_REWARD:g} for rolling over or leaving the road"),
+        RewardTerm("failure", f"{rules.FAILURE_REWARD:g} for rolling over or being lost"),
         RewardTerm(
             "gates",
             f"{rules.MISS_REWARD:g} for a missed gate, and {rules.JUMP_WEIGHT:g} per m that the car moves forwards "
             "from there until both axles have touched something at the gate or behind it",
+        ),
+        RewardTerm(
+            "off_road",
+            f"{rules.STRAY_REWARD:g} per step beside the road, and {rules.STRAY_WEIGHT:g} more for each m farther out",
         ),
         RewardTerm("smoothness", f"{rules.SMOOTH_WEIGHT:g} times the mean square change of the actions"),
     )
@@ -130,6 +135,7 @@ class Car3DTask(Task):
     info_fields = (
         ("success", "?"), ("is_success", "?"), ("distance", "f8"), ("gates", "i8"),
         ("missed_gates", "i8"), ("rolled_over", "?"), ("off_road", "?"),
+        ("off_road_time", "f8"), ("lost", "?"),
     )  # fmt: skip
     max_episode_steps = time_limit("GCar3D-v0")
     draw_count = rules.DRAW_COUNT
@@ -187,7 +193,9 @@ class Car3DTask(Task):
         lines = [f"{state['place']:.0f} / {scene.FINISH:.0f} m", f"{3.6 * np.linalg.norm(velocity):.0f} km/h"]
         if info["missed_gates"]:
             lines.append(f"{info['missed_gates']} gate{'s' if info['missed_gates'] > 1 else ''} missed")
-        ends = (("rolled_over", "rolled over"), ("off_road", "off the road"))
+        if info["off_road_time"] > 0.0:
+            lines.append(f"{info['off_road_time']:.1f} s off the road")
+        ends = (("rolled_over", "rolled over"), ("lost", "lost"))
         lines += [text for name, text in ends if info[name]]
         return lines
 
@@ -239,7 +247,8 @@ class Car3DEnv(TaskEnv, Env[Any, Any]):
     {reward_table}
 
     Progress is a difference of places, so going to and fro earns nothing. A jump over a gate costs more the
-    farther it goes, so that a car that is too fast for a gate gains by being a little slower.
+    farther it goes, and a slide off the road the longer and farther it goes, so that a car that is too fast
+    gains by being a little slower.
 
     ## Starting State
     The car is at rest on level ground at the start of the road; bends and climbs begin after 6 m. The
@@ -252,13 +261,14 @@ class Car3DEnv(TaskEnv, Env[Any, Any]):
 
     ## Episode End
     - Termination: the middle of the chassis is at 122 m along the centre line. It is a success if no gate was
-      missed.
+      missed and the middle was never beside the drawn road, more than 2.2 m from the centre line.
     - Termination, failure: the car has rolled over (its upward axis has a vertical part below 0.2), or is
-      more than 2.2 m from the centre line, so that its middle is beside the drawn road.
+      lost, more than 6 m from the centre line or 5 m behind the start.
     - Truncation: after 585 steps (19.5 s), by `gymnasium.make`, `gymnasium.make_vec` and the vector environment.
 
     `info` has `success` and `is_success` (bool), `distance` (m, the largest along the centre line),
-    `gates` (number passed), `missed_gates` (number), `rolled_over` and `off_road` (bool).
+    `gates` (number passed), `missed_gates` (number), `rolled_over` (bool), `off_road` (bool, now beside the
+    road), `off_road_time` (s, until now) and `lost` (bool).
 
     ## Arguments
     {argument_table}

@@ -39,6 +39,7 @@ TASK_STATE_FIELDS: list[tuple[Any, ...]] = [
     ("slot", "i8"),  # of the next gate; SLOTS: none
     ("gates", "i8"),  # that were passed
     ("missed", "i8"),  # gates
+    ("strayed", "i8"),  # control steps beside the road
     ("jumping", "i8"),  # 1 while the next gate has been missed, and an axle has not touched anything since
     (
         "down",
@@ -60,6 +61,8 @@ FINISH_REWARD = 5.0
 FAILURE_REWARD = -1.0
 MISS_REWARD = -1.0  # for each missed gate
 JUMP_WEIGHT = -1.0  # per m forwards after a miss, until both axles have touched something
+STRAY_REWARD = -0.05  # for each step beside the road
+STRAY_WEIGHT = -0.02  # per m and step beyond OFF_ROAD
 SMOOTH_WEIGHT = -0.005
 
 _PAID_PROGRESS = PAID_SPEED * CONTROL_TIME
@@ -69,7 +72,8 @@ _AXLES = n.AXLE_JOINTS
 _STEER = n.FIRST_STEERING
 _TOP_SPEED, _REVERSE_SPEED, _BRAKE_SHARE = n.TOP_SPEED, n.REVERSE_SPEED, n.BRAKE_TORQUE / n.TORQUE
 _STEERING, _STEERING_STEP = n.STEERING, n.STEERING_RATE * CONTROL_TIME
-_GATE_HALF, _GATE_WIDTH, _OFF_ROAD = n.GATE_HALF, n.GATE_WIDTH, n.OFF_ROAD
+_GATE_HALF, _GATE_WIDTH = n.GATE_HALF, n.GATE_WIDTH
+_OFF_ROAD, _LOST, _LOST_BEHIND = n.OFF_ROAD, n.LOST, n.LOST_BEHIND
 _RED, _GREEN = n.FIRST_RED, n.FIRST_GREEN
 
 
@@ -253,17 +257,21 @@ def evaluate_world(world):  # type: ignore[no-untyped-def]
     gates = _pass_gates(world, progress)
     up = turned(quaternion(world.state.bodies[_CHASSIS].rotation), (0.0, 0.0, 1.0))
     rolled = up[2] < LEAST_UP
-    off = abs(task.aside) > _OFF_ROAD or task.place < -5.0
-    failed = rolled or off
+    beyond = abs(task.aside) - _OFF_ROAD
+    off = beyond > 0.0
+    task.strayed += int(off)
+    lost = abs(task.aside) > _LOST or task.place < -_LOST_BEHIND
+    failed = rolled or lost
     finished = task.place >= _FINISH and not failed
-    success = finished and task.missed == 0
+    success = finished and task.missed + task.strayed == 0
     _follow(world)
-    counts = task.flight <= FLIGHT_STEPS or progress < 0.0
+    counts = (task.flight <= FLIGHT_STEPS and not off) or progress < 0.0
     term.progress = PROGRESS_WEIGHT * min(progress, _PAID_PROGRESS) if counts else 0.0
     term.time = TIME_REWARD
     term.finish = FINISH_REWARD if finished else 0.0
     term.failure = FAILURE_REWARD if failed else 0.0
     term.gates = gates
+    term.off_road = STRAY_REWARD + STRAY_WEIGHT * beyond if off else 0.0
     term.smoothness = SMOOTH_WEIGHT * task.change
     info.success = success
     info.is_success = success
@@ -272,7 +280,9 @@ def evaluate_world(world):  # type: ignore[no-untyped-def]
     info.missed_gates = task.missed
     info.rolled_over = rolled
     info.off_road = off
-    reward = term.progress + term.time + term.finish + term.failure + term.gates + term.smoothness
+    info.off_road_time = CONTROL_TIME * task.strayed
+    info.lost = lost
+    reward = term.progress + term.time + term.finish + term.failure + term.gates + term.off_road + term.smoothness
     return reward, finished or failed
 
 

@@ -7,7 +7,7 @@ import math
 # Ground: a heightfield of square cells, whose heights each episode sets anew
 CELL = 1.0  # m
 FIRST_X, LAST_X = -10.0, 144.0  # m
-HALF_DEPTH = 21.0  # m
+HALF_DEPTH = 24.0  # m
 COLUMNS = round((LAST_X - FIRST_X) / CELL) + 1
 ROWS = round(2.0 * HALF_DEPTH / CELL) + 1
 
@@ -21,7 +21,9 @@ FINISH = 122.0  # m
 ROAD_HALF = 2.2  # m, of the drawn road
 SHOULDER = 3.2  # m from the centre line, up to where the ground is level across
 VERGE = 5.0  # m beyond that, over which it turns into hills
-OFF_ROAD = ROAD_HALF  # m from the centre line, where the ride ends: the middle of the car is beside the road
+OFF_ROAD = ROAD_HALF  # m from the centre line, beyond which it costs: the middle of the car is beside the road
+LOST = 6.0  # m from the centre line, where the ride ends
+LOST_BEHIND = 5.0  # m behind the start, where it ends, too
 FIRST_STRIP = -4.0  # m, where the drawn road begins
 STRIP = 1.25  # m, length of a mark of the kerbs
 EDGE = 0.16  # m, width of the lines along the road

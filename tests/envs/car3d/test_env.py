@@ -165,7 +165,7 @@ def test_the_ground_is_level_across_the_road_and_courses_grow_harder() -> None:
         vector.reset(seed=0)
         path = vector.task.task_state["path"]
         bends.append(abs(np.diff(path[..., road.HEADING])).max())
-        assert abs(path[..., road.Y]).max() < scene.HALF_DEPTH - scene.OFF_ROAD
+        assert abs(path[..., road.Y]).max() < scene.HALF_DEPTH - scene.LOST
         assert np.diff(path[..., road.X]).min() > 0.0
         for w in range(10):
             x, y, _ = road.road_point(path[w], 45.0)
@@ -217,15 +217,53 @@ def test_a_car_on_its_roof_ends_the_episode() -> None:
     assert info["reward_failure"] == rules.FAILURE_REWARD
 
 
-def test_leaving_the_road_ends_the_episode() -> None:
+@pytest.mark.parametrize("side", [-1, 1])
+def test_beside_the_road_the_car_pays_for_distance_and_time_until_it_is_lost(side: int) -> None:
     env = level_env()
-    terminated, info = False, dict[str, Any]()
+    steps, earned = 0, 0.0
     for _ in range(200):
-        _, _, terminated, _, info = env.step(np.array([0.4, 0.6], np.float32))
+        _, reward, terminated, _, info = env.step(np.array([0.4, 0.3 * side], np.float32))
+        aside = abs(env.task.world.state.bodies["position"][0, scene.CHASSIS_BODY, 1])
+        off = aside > scene.ROAD_HALF
+        steps += off
+        assert info["off_road"] == off
+        assert info["off_road_time"] == pytest.approx(steps / 30.0)
+        cost = 0.05 + 0.02 * (aside - scene.ROAD_HALF) if off else 0.0
+        assert info["reward_off_road"] == pytest.approx(-cost)
+        assert info["reward_progress"] > 0.0 or off
+        assert info["reward_progress"] <= 0.0 or not off
+        earned += reward
+        assert terminated == info["lost"] == (aside > scene.LOST)
         if terminated:
             break
-    assert terminated
-    assert info["off_road"]
+    assert steps > 5
+    assert info["reward_failure"] == rules.FAILURE_REWARD
+    assert not info["success"]
+
+
+def test_a_car_that_backs_away_from_the_start_is_lost() -> None:
+    env = level_env()
+    terminated, info = False, dict[str, Any]()
+    while not terminated:
+        _, _, terminated, _, info = env.step(np.array([-1.0, 0.0], np.float32))
+    assert info["lost"]
+    assert not info["off_road"]
+    x = env.task.world.state.bodies["position"][0, scene.CHASSIS_BODY, 0]
+    assert -scene.LOST_BEHIND - 0.2 < x < -scene.LOST_BEHIND
+
+
+def test_a_ride_beside_the_road_is_no_success() -> None:
+    env = level_env()
+    terminated, info, steps = False, dict[str, Any](), 0
+    while not terminated:
+        if steps in (60, 64):
+            move_car(env, 1, 3.0 if steps == 60 else -3.0)
+        _, _, terminated, _, info = env.step(np.array([0.3, 0.0], np.float32))
+        steps += 1
+    assert info["reward_finish"] == rules.FINISH_REWARD
+    assert info["off_road_time"] == pytest.approx(4 / 30)
+    assert not info["off_road"]
+    assert not info["lost"]
     assert not info["success"]
 
 
@@ -313,6 +351,7 @@ def test_planning_of_speed_pays() -> None:
         "({:g} to {:g} m and {:g} to {:g} m)".format(*np.ravel(road.RISES)),
         f"below {rules.LEAST_UP:g}",
         f"more than {scene.OFF_ROAD:g} m from the centre line",
+        f"lost, more than {scene.LOST:g} m from the centre line or {scene.LOST_BEHIND:g} m behind the start",
         f"at {scene.FINISH:g} m along the centre line",
         f"within {scene.GATE_HALF:g} m before and behind the gate, and",
         f"within {scene.GATE_WIDTH:g} m of the centre line",
