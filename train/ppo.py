@@ -206,7 +206,7 @@ SETTINGS = {
         log_std=-0.7,
         final_log_std=None,
         arguments={"difficulty": 0.5},
-        lessons=({"difficulty": 0.1},),
+        lessons=({"difficulty": 0.1}, {"difficulty": 0.3}),
         tests=({"difficulty": 0.3}, {"difficulty": 0.5}),
     ),
     "GRagdoll2D-v0": RAGDOLL,

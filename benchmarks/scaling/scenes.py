@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
 
 import numpy as np
@@ -51,13 +51,25 @@ def tower(count: int) -> Scene:
     return scene
 
 
-def wall(count: int) -> Scene:
-    """Return bricks in running bond, as many side by side as on top of each other, at most 50."""
-    scene = grounded()
+def bricks(count: int) -> Iterator[tuple[float, float, float]]:
+    """Yield place, height and half length in m of bricks in running bond, at most 50 side by side.
+
+    There are half bricks at the ends of every second course: a whole one would be about to tilt over the edge below.
+    """
     width = min(50, round(math.sqrt(count)))
-    for k in range(count):
-        course = k // width
-        add_box(scene, k % width + 0.5 * (course % 2), 0.25 + 0.5 * course, (0.5, 0.25))
+    inner = [(k + 0.5, 0.5) for k in range(width - 1)]
+    courses = [(float(k), 0.5) for k in range(width)], [(-0.25, 0.25), *inner, (width - 0.75, 0.25)]
+    for course in range(count):
+        for x, half in courses[course % 2][:count]:
+            yield x, 0.25 + 0.5 * course, half
+            count -= 1
+
+
+def wall(count: int) -> Scene:
+    """Return a wall about as many bricks wide as high."""
+    scene = grounded()
+    for x, y, half in bricks(count):
+        add_box(scene, x, y, (half, 0.25))
     return scene
 
 
@@ -111,12 +123,9 @@ def cube_tower(count: int) -> Scene:
 
 
 def brick_wall(count: int) -> Scene:
-    """Return bricks in running bond, at most 50 side by side."""
     scene = floored()
-    width = min(50, round(math.sqrt(count)))
-    for k in range(count):
-        course = k // width
-        add_block(scene, (k % width + 0.5 * (course % 2), 0.0, 0.25 + 0.5 * course), (0.5, 0.25, 0.25))
+    for x, z, half in bricks(count):
+        add_block(scene, (x, 0.0, z), (half, 0.25, 0.25))
     return scene
 
 

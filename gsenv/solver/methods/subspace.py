@@ -55,6 +55,7 @@ from .nncg import solve_nncg
 
 EPSILON = 1e-6
 GIVES = (1e-5, 1.0, 1e4)  # g of a step, and of those after it has failed
+MOVING_GIVES = 2  # how many of them where bodies move: in a pile that settles, what fails twice fails again
 MOST_GIVE = 1e12  # most that s gains so, over A_rr
 UNEVEN = 0.003  # of the residual: error that a step may leave to share loads evenly
 CONTRADICTION = 0.05  # remaining fraction of sum w^2 / A_rr above which rows contradict each other
@@ -449,8 +450,8 @@ def solve_subspace(
         # at rest, loads that are shared anew at each step would never keep
         draw = 0.0 if scratch.island.calm or sliding else _draw(rows, count, residual, scale)
         outcome = FAILED
-        for give in GIVES:
-            step = (draw, give)
+        for k in range(len(GIVES) if scratch.island.calm else MOVING_GIVES):
+            step = (draw, GIVES[k])
             outcome, factors = subspace_step(rows, count, bodies, island_bodies, scratch, kinematic_contact, step)
             left -= factors * cost
             draw = 0.0

@@ -68,11 +68,11 @@ WORLDS: dict[str, tuple[Callable[[], World], int]] = {  # and how many steps
     "3D chain": (lambda: World(spatial_chain(), options=AWAKE), 120),
 }
 GOLDEN = {
-    "2D mixed": "7cbe7c31914b866d7b8a32d069a0156717c52ef4d87c53bd0f624e9206e4b57a",
-    "2D tumble": "7055e6c9fbe4f1673145b78acc67ec79d41b64fc72fb030acdf44980bc789902",
+    "2D mixed": "9b516672d961c06f3ca366a2561cd44a549b3fd1a3bb9278d6893d56ad97bdf2",
+    "2D tumble": "0d37f517ac83fdf5ce6869281c69d7c8d608b6a14b1afb907a8a6d0d4df5ada1",
     "2D pyramid": "b16dae00c99eac503e1e2c3e23eb4902c3185eec3b7079e54e65fa10bdb98f5f",
-    "3D mixed": "173b73f636d2d92314a61b8fdfd050a55fb8b6f43aaca45758b7ebdb4ea55a12",
-    "3D tumble": "259220682ab366bd19bbd49c3e887036eff3e43ff384ccb98aa57c7fb6d3b8d3",
+    "3D mixed": "dc03055d695498d607ad8bd6f285be9c31d0c909035904ee6cbe5547d5e32914",
+    "3D tumble": "4de1a828d87ead30769d0fcfbff1398f6c6a69136eabc96f0b056add14c77c6d",
     "3D chain": "f5c72d8d67a82bb1bb5c675ab4beff23c8b480503b9732db2d66ce00fe4f2c7a",
 }
 
