@@ -4,9 +4,10 @@
     python -m benchmarks heaps --dim 3 --box3d-source FOLDER
 
 A stack of 50 boxes, a pyramid with a base of 20 and a wall of 16 courses of bricks that touch sideways, too, at 60
-steps per second: gsenv's fidelities balanced and fast and, built from the folder of its sources, Box2D v3 or Box3D.
-Boxes start exactly touching. "Settling" are the first 60 steps, "resting" the 60 steps after 5 s. All settings take
-turns on one core, each run in a new world; times are medians. Overlaps are exact, from the poses of one more run.
+steps per second, and a pile of 200 boxes of all sizes that fall between walls: gsenv's fidelities balanced and fast
+and, built from the folder of its sources, Box2D v3 or Box3D. Boxes start exactly touching, those of the pile apart.
+"Settling" are the first 60 steps, 150 of the pile, "resting" the 60 steps after 5 s. All settings take turns on one
+core, each run in a new world; times are medians. Overlaps are exact, from the poses of one more run.
 """
 
 from __future__ import annotations
@@ -34,6 +35,7 @@ from benchmarks.common.report import Report
 from benchmarks.common.run import Run
 from benchmarks.common.tables import Table
 from benchmarks.common.timing import cpu_time, median_ratio
+from benchmarks.scaling.scenes import cube_pile, pile
 from gsenv.scenes import pyramid, stack
 from gsenv.scenes.spatial import cube_pyramid, cube_stack
 from gsenv.solver import Model, Scene, planar, spatial
@@ -74,21 +76,34 @@ def wall(dim: int, width: int, courses: int, gap: float) -> Scene:
     return scene
 
 
+STEPS, REST = 60, 300  # steps that are timed, and those before the resting ones
+
+
+@dataclass(frozen=True)
+class Heap:
+    """A scene of boxes: the steps that it takes to settle, and whether they should stay where they begin."""
+
+    build: Callable[[], Scene]
+    settling: int = STEPS
+    stays: bool = True
+
+
 WALL = (16, 16, 0.0)
-HEAPS: dict[int, dict[str, Callable[[], Scene]]] = {
+HEAPS: dict[int, dict[str, Heap]] = {
     2: {
-        "stack of 50": partial(stack, 50),
-        "pyramid, base 20": partial(pyramid, 20),
-        "wall of 16 courses": partial(wall, 2, *WALL),
+        "stack of 50": Heap(partial(stack, 50)),
+        "pyramid, base 20": Heap(partial(pyramid, 20)),
+        "wall of 16 courses": Heap(partial(wall, 2, *WALL)),
+        "pile of 200": Heap(partial(pile, 200), 150, stays=False),
     },
     3: {
-        "stack of 50": partial(cube_stack, 50),
-        "pyramid, base 20": partial(cube_pyramid, 20),
-        "wall of 16 courses": partial(wall, 3, *WALL),
+        "stack of 50": Heap(partial(cube_stack, 50)),
+        "pyramid, base 20": Heap(partial(cube_pyramid, 20)),
+        "wall of 16 courses": Heap(partial(wall, 3, *WALL)),
+        "pile of 200": Heap(partial(cube_pile, 200), 150, stays=False),
     },
 }
 TIMESTEP = 1.0 / 60.0
-STEPS, REST = 60, 300  # steps in a timed call, and before the resting ones
 RUNS, QUICK_RUNS = 15, 3
 OURS = ("balanced", "fast")
 PLAIN, SCALAR = "4 substeps", "4 substeps, scalar"  # the usual setting of Box2D v3 and Box3D, of each build
@@ -103,8 +118,8 @@ class Timing:
         settling, resting: us per box and step.
         settling_ratio, resting_ratio: over the time of gsenv's balanced fidelity, median of the runs' ratios.
         settling_overlap, resting_overlap: m, the largest of all steps.
-        sunk: m, how far the highest box is below its place at the end.
-        drift: m, the farthest that a box is sideways from its place at the end.
+        sunk: m, how far the highest box is below its place at the end; None where boxes fall.
+        drift: m, the farthest that a box is sideways from its place at the end; None where boxes fall.
     """
 
     heap: str
@@ -116,8 +131,8 @@ class Timing:
     resting_ratio: float
     settling_overlap: float
     resting_overlap: float
-    sunk: float
-    drift: float
+    sunk: float | None
+    drift: float | None
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -141,11 +156,11 @@ def settings_of(suite: Suite) -> list[Setting]:
     return out
 
 
-def times_of(simulation: Simulation) -> tuple[float, float]:
-    """Return the CPU times in s of the settling and the resting steps."""
-    settling = cpu_time(lambda: simulation.step(STEPS))
-    simulation.step(REST - STEPS)
-    return settling, cpu_time(lambda: simulation.step(STEPS))
+def times_of(simulation: Simulation, settling: int) -> tuple[float, float]:
+    """Return the CPU time in s of a settling and of a resting step."""
+    first = cpu_time(lambda: simulation.step(settling)) / settling
+    simulation.step(REST - settling)
+    return first, cpu_time(lambda: simulation.step(STEPS)) / STEPS
 
 
 def overlap_of(model: Model, states: Array) -> float:
@@ -157,50 +172,49 @@ def overlap_of(model: Model, states: Array) -> float:
     return deepest_box_overlap(states[boxes, 0:3], states[boxes, 3:7], half)
 
 
-def worst_overlap(simulation: Simulation, model: Model) -> float:
+def worst_overlap(simulation: Simulation, model: Model, steps: int) -> float:
     """Take the steps one by one; return the largest overlap in m."""
     worst = 0.0
-    for _ in range(STEPS):
+    for _ in range(steps):
         simulation.step(1)
         worst = max(worst, overlap_of(model, simulation.read()))
     return worst
 
 
-def places_of(simulation: Simulation, model: Model) -> tuple[float, float, float, float]:
+def places_of(simulation: Simulation, model: Model, heap: Heap) -> tuple[float, float, float | None, float | None]:
     """Return in m the largest overlaps, settling and resting, how far the top has sunk, and the largest drift."""
     up = model.dim - 1
     start = simulation.read()
-    settling = worst_overlap(simulation, model)
-    simulation.step(REST - STEPS)
-    resting = worst_overlap(simulation, model)
+    settling = worst_overlap(simulation, model, heap.settling)
+    simulation.step(REST - heap.settling)
+    resting = worst_overlap(simulation, model, STEPS)
+    if not heap.stays:
+        return settling, resting, None, None
     end = simulation.read()
     top = int(start[:, up].argmax())
     drift = np.linalg.norm((end - start)[:, :up], axis=1).max()
     return settling, resting, float(start[top, up] - end[top, up]), float(drift)
 
 
-def time_heap(suite: Suite, heap: str, runs: int, advance: Callable[[], None]) -> list[Timing]:
+def time_heap(suite: Suite, name: str, runs: int, advance: Callable[[], None]) -> list[Timing]:
     """Return the timings of all settings on one heap, measured by turns."""
-    model = HEAPS[suite.dim][heap]().compile()
+    heap = HEAPS[suite.dim][name]
+    model = heap.build().compile()
     count = int((model.bodies["kind"] == BodyKind.DYNAMIC).sum())
     settings = settings_of(suite)
     times: list[list[tuple[float, float]]] = [[] for _ in settings]
     for _ in range(runs):
         for setting, found in zip(settings, times, strict=True):
-            found.append(times_of(suite.build(setting.engine)(model, setting)))
+            found.append(times_of(suite.build(setting.engine)(model, setting), heap.settling))
         advance()
     out = []
     base = [list(column) for column in zip(*times[0], strict=True)]
     for setting, found in zip(settings, times, strict=True):
         phases = [list(column) for column in zip(*found, strict=True)]
-        us = [1e6 * statistics.median(phase) / (STEPS * count) for phase in phases]
+        us = [1e6 * statistics.median(phase) / count for phase in phases]
         ratios = [median_ratio(phase, other) for phase, other in zip(phases, base, strict=True)]
-        settling, resting, sunk, drift = places_of(suite.build(setting.engine)(model, setting), model)
-        out.append(
-            Timing(
-                heap, setting.engine, setting.label, us[0], us[1], ratios[0], ratios[1], settling, resting, sunk, drift
-            )
-        )  # fmt: skip
+        places = places_of(suite.build(setting.engine)(model, setting), model, heap)
+        out.append(Timing(name, setting.engine, setting.label, us[0], us[1], ratios[0], ratios[1], *places))
     return out
 
 
@@ -212,9 +226,9 @@ def measure(run: Run) -> dict[str, Any]:
     runs = run.options.runs or (QUICK_RUNS if run.quick else RUNS)
     timings: list[Timing] = []
     with progress_bar("", runs * len(HEAPS[run.dim])) as bar:
-        for heap in HEAPS[run.dim]:
-            bar.describe(heap)
-            timings += time_heap(suite, heap, runs, bar.advance)
+        for name in HEAPS[run.dim]:
+            bar.describe(name)
+            timings += time_heap(suite, name, runs, bar.advance)
     return {"dim": run.dim, "runs": runs, "timings": packed(timings)}
 
 
@@ -222,9 +236,10 @@ def report(results: Mapping[str, Any]) -> Report:
     timings = unpacked(Timing, results["timings"])
     text = (
         f"CPU us per box and step, median of {results['runs']} runs; ratios are over gsenv's balanced. Settling: the"
-        f" first {STEPS} steps from boxes that just touch; resting: {STEPS} steps after {REST * TIMESTEP:g} s. Overlaps"
-        " are the largest at any of these steps, in mm; sunk: how far the highest box is below its place at the end;"
-        " drift: the farthest that a box is sideways from its place."
+        " first 60 steps from boxes that just touch, or the first 150 of a pile, whose boxes fall between walls;"
+        f" resting: {STEPS} steps after {REST * TIMESTEP:g} s. Overlaps are the largest of two boxes, or of a box and"
+        " the ground, at any of these steps, in mm; sunk: how far the highest box is below its place at the end; drift:"
+        " the farthest that a box is sideways from its place."
     )
     return Report(f"Heaps in {results['dim']}D", [text, *(table(timings, heap) for heap in HEAPS[results["dim"]])])
 
@@ -235,7 +250,7 @@ def table(timings: Sequence[Timing], heap: str) -> Table:
             f"{t.engine}, {t.setting}", f"{t.settling:.3f}", f"{t.resting:.3f}",
             f"{t.settling_ratio:.2f}", f"{t.resting_ratio:.2f}",
             *(f"{1e3 * value:.3f}" for value in (t.settling_overlap, t.resting_overlap)),
-            *(f"{1e3 * value:.2f}" for value in (t.sunk, t.drift)),
+            *("-" if value is None else f"{1e3 * value:.2f}" for value in (t.sunk, t.drift)),
         ]
         for t in timings
         if t.heap == heap

@@ -102,7 +102,7 @@ def profiles_of(
     suite: Suite, heap: str, loaded: Mapping[int, bytes], seconds: float
 ) -> tuple[list[Profile], list[PeerProfile]]:
     """Sample the first steps of a heap, again and again from its start, and then steps at rest; of gsenv and peers."""
-    world = World(HEAPS[suite.dim][heap](), options=AWAKE)
+    world = World(HEAPS[suite.dim][heap].build(), options=AWAKE)
     boxes = int((world.model.bodies["kind"] == BodyKind.DYNAMIC).sum())
     world.step()
     symbols = Symbols.of_steps(loaded)
@@ -138,8 +138,9 @@ def measure(run: Run) -> dict[str, Any]:
     run.stamp["versions"] = run.stamp["versions"] | {engine: suite.version(engine) for engine in sources}
     found: list[Profile] = []
     peers: list[PeerProfile] = []
-    with progress_bar("", len(HEAPS[run.dim])) as bar, machine_code_kept() as loaded:
-        for heap in HEAPS[run.dim]:
+    heaps = [name for name, heap in HEAPS[run.dim].items() if heap.stays]
+    with progress_bar("", len(heaps)) as bar, machine_code_kept() as loaded:
+        for heap in heaps:
             bar.describe(heap)
             ours, theirs = profiles_of(suite, heap, loaded, seconds)
             found += ours
