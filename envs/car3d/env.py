@@ -110,6 +110,7 @@ class Car3DTask(Task):
         ),
         *_patch_entries(),
     )
+    max_episode_steps = time_limit("GCar3D-v0")
     reward_terms = (
         RewardTerm(
             "progress",
@@ -119,7 +120,11 @@ class Car3DTask(Task):
         ),
         RewardTerm("time", f"{rules.TIME_REWARD:g} per step"),
         RewardTerm("finish", f"{rules.FINISH_REWARD:g} at the finish"),
-        RewardTerm("failure", f"{rules.FAILURE_REWARD:g} for rolling over or being lost"),
+        RewardTerm(
+            "failure",
+            f"{rules.FAILURE_REWARD:g} for rolling over or being lost, and {rules.TIME_REWARD:g} for each step that is "
+            f"left of {max_episode_steps}",
+        ),
         RewardTerm(
             "gates",
             f"{rules.MISS_REWARD:g} for a missed gate, and {rules.JUMP_WEIGHT:g} per m that the car moves forwards "
@@ -137,7 +142,6 @@ class Car3DTask(Task):
         ("missed_gates", "i8"), ("rolled_over", "?"), ("off_road", "?"),
         ("off_road_time", "f8"), ("lost", "?"),
     )  # fmt: skip
-    max_episode_steps = time_limit("GCar3D-v0")
     draw_count = rules.DRAW_COUNT
     arguments = (Setting("difficulty", 0.5, check_difficulty, "0 to 1: see above"),)
     quantities = (
@@ -248,7 +252,7 @@ class Car3DEnv(TaskEnv, Env[Any, Any]):
 
     Progress is a difference of places, so going to and fro earns nothing. A jump over a gate costs more the
     farther it goes, and a slide off the road the longer and farther it goes, so that a car that is too fast
-    gains by being a little slower.
+    gains by being a little slower. Who gives up pays for the time that is left, so it saves none.
 
     ## Starting State
     The car is at rest on level ground at the start of the road; bends and climbs begin after 6 m. The

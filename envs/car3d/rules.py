@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from gsenv.envs import time_limit
 from gsenv.envs.car3d import scene as n
 from gsenv.envs.car3d.course import (
     DRAW_COUNT as DRAW_COUNT,
@@ -58,7 +59,7 @@ PROGRESS_WEIGHT = 0.1  # per m
 PAID_SPEED = 8.0  # m/s: progress is not paid beyond, else a learner's first habit is to be fast
 TIME_REWARD = -0.005  # per step
 FINISH_REWARD = 5.0
-FAILURE_REWARD = -1.0
+FAILURE_REWARD = -1.0  # and TIME_REWARD for each step that is left: giving up saves no time
 MISS_REWARD = -1.0  # for each missed gate
 JUMP_WEIGHT = -1.0  # per m forwards after a miss, until both axles have touched something
 STRAY_REWARD = -0.05  # for each step beside the road
@@ -66,6 +67,7 @@ STRAY_WEIGHT = -0.02  # per m and step beyond OFF_ROAD
 SMOOTH_WEIGHT = -0.005
 
 _PAID_PROGRESS = PAID_SPEED * CONTROL_TIME
+_TIME_LIMIT = time_limit("GCar3D-v0")
 _CHASSIS, _WHEEL, _CABIN = n.CHASSIS_BODY, n.FIRST_WHEEL, n.CABIN_BODY
 _SLOTS, _FINISH = n.SLOTS, n.FINISH
 _AXLES = n.AXLE_JOINTS
@@ -269,7 +271,7 @@ def evaluate_world(world):  # type: ignore[no-untyped-def]
     term.progress = PROGRESS_WEIGHT * min(progress, _PAID_PROGRESS) if counts else 0.0
     term.time = TIME_REWARD
     term.finish = FINISH_REWARD if finished else 0.0
-    term.failure = FAILURE_REWARD if failed else 0.0
+    term.failure = FAILURE_REWARD + TIME_REWARD * max(_TIME_LIMIT - task.steps, 0) if failed else 0.0
     term.gates = gates
     term.off_road = STRAY_REWARD + STRAY_WEIGHT * beyond if off else 0.0
     term.smoothness = SMOOTH_WEIGHT * task.change

@@ -214,15 +214,16 @@ def test_a_car_on_its_roof_ends_the_episode() -> None:
     _, _, terminated, _, info = env.step(np.zeros(2, np.float32))
     assert terminated
     assert info["rolled_over"]
-    assert info["reward_failure"] == rules.FAILURE_REWARD
+    assert info["reward_failure"] == pytest.approx(-1.0 - 0.005 * 584)
 
 
 @pytest.mark.parametrize("side", [-1, 1])
 def test_beside_the_road_the_car_pays_for_distance_and_time_until_it_is_lost(side: int) -> None:
     env = level_env()
-    steps, earned = 0, 0.0
-    for _ in range(200):
-        _, reward, terminated, _, info = env.step(np.array([0.4, 0.3 * side], np.float32))
+    step, steps, terminated, info = 0, 0, False, dict[str, Any]()
+    while not terminated:
+        _, _, terminated, _, info = env.step(np.array([0.4, 0.3 * side], np.float32))
+        step += 1
         aside = abs(env.task.world.state.bodies["position"][0, scene.CHASSIS_BODY, 1])
         off = aside > scene.ROAD_HALF
         steps += off
@@ -232,21 +233,20 @@ def test_beside_the_road_the_car_pays_for_distance_and_time_until_it_is_lost(sid
         assert info["reward_off_road"] == pytest.approx(-cost)
         assert info["reward_progress"] > 0.0 or off
         assert info["reward_progress"] <= 0.0 or not off
-        earned += reward
         assert terminated == info["lost"] == (aside > scene.LOST)
-        if terminated:
-            break
     assert steps > 5
-    assert info["reward_failure"] == rules.FAILURE_REWARD
+    assert info["reward_failure"] == pytest.approx(-1.0 - 0.005 * (585 - step))
     assert not info["success"]
 
 
-def test_a_car_that_backs_away_from_the_start_is_lost() -> None:
+def test_a_car_that_backs_away_from_the_start_is_lost_and_earns_less_than_one_that_stands_still() -> None:
     env = level_env()
-    terminated, info = False, dict[str, Any]()
+    terminated, info, total = False, dict[str, Any](), 0.0
     while not terminated:
-        _, _, terminated, _, info = env.step(np.array([-1.0, 0.0], np.float32))
+        _, reward, terminated, _, info = env.step(np.array([-1.0, 0.0], np.float32))
+        total += reward
     assert info["lost"]
+    assert total < 585 * rules.TIME_REWARD - 1.0
     assert not info["off_road"]
     x = env.task.world.state.bodies["position"][0, scene.CHASSIS_BODY, 0]
     assert -scene.LOST_BEHIND - 0.2 < x < -scene.LOST_BEHIND
