@@ -35,7 +35,7 @@ from benchmarks.common.report import Report
 from benchmarks.common.run import Run
 from benchmarks.common.tables import Table
 from benchmarks.common.timing import cpu_time, median_ratio
-from benchmarks.scaling.scenes import cube_pile, pile
+from benchmarks.scaling.scenes import course_of_bricks, cube_pile, pile
 from gsenv.scenes import pyramid, stack
 from gsenv.scenes.spatial import cube_pyramid, cube_stack
 from gsenv.solver import Model, Scene, planar, spatial
@@ -60,13 +60,8 @@ def wall(dim: int, width: int, courses: int, gap: float) -> Scene:
     scene = Scene(dim)
     ground = planar.HalfPlane(friction=FRICTION) if dim == 2 else spatial.Plane(friction=FRICTION)
     scene.add_body("ground", kind="static", shapes=[ground])
-    pitch = 1.0 + gap
     for course in range(courses):
-        bricks = [(pitch * k, 0.5) for k in range(width)]  # centre and half length
-        if course % 2:
-            ends = [(-0.25, 0.25), (pitch * (width - 1) + 0.25, 0.25)]
-            bricks = [*((pitch * k + 0.5, 0.5) for k in range(width - 1)), *ends]
-        for x, half in bricks:
+        for x, half in course_of_bricks(course, width, gap):
             height, name = 0.25 + 0.5 * course, f"brick_{len(scene.bodies)}"
             if dim == 2:
                 scene.add_body(name, shapes=[planar.Box((half, 0.25), friction=FRICTION)], position=(x, height))

@@ -51,16 +51,23 @@ def tower(count: int) -> Scene:
     return scene
 
 
-def bricks(count: int) -> Iterator[tuple[float, float, float]]:
-    """Yield place, height and half length in m of bricks in running bond, at most 50 side by side.
+def course_of_bricks(course: int, width: int, gap: float = 0.0) -> list[tuple[float, float]]:
+    """Return place and half length in m of the bricks of a course in running bond, `gap` in m apart.
 
     There are half bricks at the ends of every second course: a whole one would be about to tilt over the edge below.
     """
+    pitch = 1.0 + gap
+    if course % 2 == 0:
+        return [(pitch * k, 0.5) for k in range(width)]
+    ends = [(-0.25, 0.25), (pitch * (width - 1) + 0.25, 0.25)]
+    return [*((pitch * k + 0.5, 0.5) for k in range(width - 1)), *ends]
+
+
+def bricks(count: int) -> Iterator[tuple[float, float, float]]:
+    """Yield place, height and half length in m of bricks in running bond, at most 50 side by side."""
     width = min(50, round(math.sqrt(count)))
-    inner = [(k + 0.5, 0.5) for k in range(width - 1)]
-    courses = [(float(k), 0.5) for k in range(width)], [(-0.25, 0.25), *inner, (width - 0.75, 0.25)]
     for course in range(count):
-        for x, half in courses[course % 2][:count]:
+        for x, half in sorted(course_of_bricks(course, width))[:count]:
             yield x, 0.25 + 0.5 * course, half
             count -= 1
 
