@@ -83,6 +83,20 @@ class Heap:
     stays: bool = True
 
 
+@dataclass(frozen=True)
+class Phase:
+    """A part of a heap's time: its name, and its steps after those ``before`` it."""
+
+    name: str
+    before: int
+    steps: int
+
+
+def phases_of(heap: Heap) -> tuple[Phase, Phase]:
+    """Return the phases in which the stages of steps are timed."""
+    return Phase("settling", 0, heap.settling), Phase("at rest", REST - STEPS, STEPS)
+
+
 WALL = (16, 16, 0.0)
 HEAPS: dict[int, dict[str, Heap]] = {
     2: {

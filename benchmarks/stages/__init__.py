@@ -27,7 +27,7 @@ from benchmarks.common.report import Part, Report
 from benchmarks.common.run import Run, Unable
 from benchmarks.common.tables import Table
 from benchmarks.common.timing import cpu_time
-from benchmarks.heaps import HEAPS, REST, STEPS, TIMESTEP
+from benchmarks.heaps import HEAPS, REST, STEPS, TIMESTEP, Phase, phases_of
 from benchmarks.stages.beside import parts_of_page
 from benchmarks.stages.peers import PeerProfile, Rounds, rounds_of
 from benchmarks.stages.sampling import OUTSIDE, Symbols, machine_code_kept, sampled
@@ -76,17 +76,15 @@ def stage_of(function: Sequence[str]) -> str:
     return OTHER
 
 
-def profile(
-    world: World, symbols: Symbols, from_start: bool, seconds: float, turns: Sequence[Rounds]
-) -> dict[str, float]:
+def profile(world: World, symbols: Symbols, phase: Phase, seconds: float, turns: Sequence[Rounds]) -> dict[str, float]:
     """Step for so many seconds of CPU time, in turns with other engines; return us of CPU time of our stages."""
     times: list[float] = []
 
     def work() -> None:
         while sum(times) < seconds:
-            if from_start:
+            if phase.before == 0:
                 world.reset()
-            times.append(cpu_time(lambda: world.step(STEPS)))
+            times.append(cpu_time(lambda: world.step(phase.steps)))
             for rounds in turns:
                 rounds.keep_up(sum(times))
 
@@ -94,7 +92,7 @@ def profile(
     hits = Counter(stage_of(function) for function in functions if function != OUTSIDE)
     if not hits:
         raise Unable("no sample hit the kernel of steps.")
-    us = 1e6 * sum(times) / (STEPS * len(times) * sum(hits.values()))
+    us = 1e6 * sum(times) / (phase.steps * len(times) * sum(hits.values()))
     return {stage: us * hits[stage] for stage in (*STAGES, OTHER)}
 
 
@@ -108,24 +106,23 @@ def profiles_of(
     symbols = Symbols.of_steps(loaded)
     out: list[Profile] = []
     peers: list[PeerProfile] = []
-    for phase, before in (("settling", 0), ("at rest", REST - STEPS)):
-        from_start = before == 0
-        turns = rounds_of(suite, world.model, before)
+    for phase in phases_of(HEAPS[suite.dim][heap]):
+        turns = rounds_of(suite, world.model, phase)
         world.reset()
-        world.step(before)
-        stages = {stage: us / boxes for stage, us in profile(world, symbols, from_start, seconds, turns).items()}
-        sweeps = sweeps_of(world, from_start)
-        out.append(Profile(heap, phase, stages, sum(sweeps) / len(sweeps)))
-        peers += [rounds.profile(heap, phase, boxes) for rounds in turns]
+        world.step(phase.before)
+        stages = {stage: us / boxes for stage, us in profile(world, symbols, phase, seconds, turns).items()}
+        sweeps = sweeps_of(world, phase)
+        out.append(Profile(heap, phase.name, stages, sum(sweeps) / len(sweeps)))
+        peers += [rounds.profile(heap, boxes) for rounds in turns]
     return out, peers
 
 
-def sweeps_of(world: World, from_start: bool) -> list[float]:
+def sweeps_of(world: World, phase: Phase) -> list[float]:
     """Return the numbers of sweeps in steps that are taken one by one."""
-    if from_start:
+    if phase.before == 0:
         world.reset()
     out = []
-    for _ in range(STEPS):
+    for _ in range(phase.steps):
         world.step()
         out.append(float(world.diagnostics().sweeps[0]))
     return out
@@ -138,7 +135,7 @@ def measure(run: Run) -> dict[str, Any]:
     run.stamp["versions"] = run.stamp["versions"] | {engine: suite.version(engine) for engine in sources}
     found: list[Profile] = []
     peers: list[PeerProfile] = []
-    heaps = [name for name, heap in HEAPS[run.dim].items() if heap.stays]
+    heaps = list(HEAPS[run.dim])
     with progress_bar("", len(heaps)) as bar, machine_code_kept() as loaded:
         for heap in heaps:
             bar.describe(heap)
@@ -153,7 +150,8 @@ def measure(run: Run) -> dict[str, Any]:
 def report(results: Mapping[str, Any]) -> Report:
     text = (
         f"CPU us per box and step with default options and without sleep, by samples of the running kernel. Settling:"
-        f" the first {STEPS} steps from boxes that just touch; at rest: steps after {(REST - STEPS) * TIMESTEP:g} s."
+        f" the first {STEPS} steps from boxes that just touch, those in which a pile falls together; at rest: steps"
+        f" after {(REST - STEPS) * TIMESTEP:g} s, when some boxes of a pile still move."
         " 'Rows of contacts' writes them once in a step, refreshes them for each substep and stores their impulses."
     )
     profiles = unpacked(Profile, results["profiles"])

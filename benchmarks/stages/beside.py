@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 
 from benchmarks.common.report import Part
 from benchmarks.common.tables import Table
-from benchmarks.heaps import STEPS
 from benchmarks.stages.peers import NOWHERE, PeerProfile
 
 GROUPS: dict[str, tuple[str, ...]] = {  # of the stages that the engines name
@@ -74,14 +73,14 @@ def parts_of_page(ours: Mapping[tuple[str, str], Mapping[str, float]], theirs: S
     engine = theirs[0].engine
     head = (
         f"## Stages of {engine}\n\nus per box and step by the engine's own clock, which it reads in every step whether"
-        f" or not anyone asks. This is the clock of the wall; all rounds take the same {STEPS} steps in new worlds, and"
-        " each stage of each of these steps counts with its median over the rounds. Rounds of gsenv and of"
+        f" or not anyone asks. This is the clock of the wall; all rounds take the same steps in new worlds, and each"
+        " stage of each of these steps counts with its median over the rounds. Rounds of gsenv and of"
         f" {engine} took turns. It has its usual setting of the page on heaps: 60 steps per second with 4 substeps,"
         f" without sleep, on one thread. {EXPLAINED}"
     )
     between = (
         f"## gsenv beside {engine}\n\nCPU us per box and step in common groups; ratios are those of the sums, gsenv"
-        f" over {engine}. Sums are CPU time from outside, of calls of {STEPS} steps, while perf samples. gsenv's"
+        f" over {engine}. Sums are CPU time from outside, of calls of all steps of a phase, while perf samples. gsenv's"
         " groups are its time in proportion to the samples that hit the kernel, so they contain all of it. Those of"
         f" {engine} are the medians above, and '{SURPLUS}' is what its CPU time has beyond them: the cost of the"
         " calls, and what holds up single steps, such as samples and other processes. Groups differ in part: gsenv"

@@ -20,7 +20,7 @@ from benchmarks.accuracy.engines import Setting, Simulation
 from benchmarks.accuracy.engines.peers import STAGES, WHOLE
 from benchmarks.accuracy.suites import Suite
 from benchmarks.common.timing import cpu_time, without_collector
-from benchmarks.heaps import PLAIN, SCALAR, STEPS, settings_of
+from benchmarks.heaps import PLAIN, SCALAR, Phase, settings_of
 from gsenv.solver import Model
 
 Array = NDArray[np.float64]
@@ -64,12 +64,12 @@ class PeerProfile:
 
 @dataclass
 class Rounds:
-    """Rounds of ``STEPS`` steps of an engine in one phase of a heap.
+    """Rounds of an engine in one phase of a heap.
 
     Attributes:
         setting: of the engine.
         build: makes a new world.
-        before: steps from the world's start to the phase.
+        phase: of the heap.
         spent: s of CPU time that all rounds have taken, with the making of their worlds.
         stages: s, of each round (step, STAGES).
         outside: s, of each round, of all its steps.
@@ -77,7 +77,7 @@ class Rounds:
 
     setting: Setting
     build: Callable[[], Profiled]
-    before: int
+    phase: Phase
     spent: float = 0.0
     stages: list[Array] = field(default_factory=list)
     outside: list[float] = field(default_factory=list)
@@ -87,29 +87,29 @@ class Rounds:
         while self.spent < seconds or not self.outside:
             began = time.process_time()
             timed, profiled = self.ready(), self.ready()
-            self.outside.append(cpu_time(lambda timed=timed: timed.step(STEPS)))  # type: ignore[misc]
+            self.outside.append(cpu_time(lambda timed=timed: timed.step(self.phase.steps)))  # type: ignore[misc]
             with without_collector():
-                self.stages.append(profiled.profile(STEPS))
+                self.stages.append(profiled.profile(self.phase.steps))
             self.spent += time.process_time() - began
 
     def ready(self) -> Profiled:
         """Return a new world at the start of the phase."""
         out = self.build()
-        out.step(self.before)
+        out.step(self.phase.before)
         return out
 
-    def profile(self, heap: str, phase: str, boxes: int) -> PeerProfile:
+    def profile(self, heap: str, boxes: int) -> PeerProfile:
         """Return what all rounds tell."""
-        us = 1e6 / (STEPS * boxes)
+        us = 1e6 / (self.phase.steps * boxes)
         stages = {name: us * seconds for name, seconds in typical(np.array(self.stages)).items()}
         outside = us * statistics.fmean(self.outside)
-        return PeerProfile(heap, phase, self.setting.engine, self.setting.label, stages, outside)
+        return PeerProfile(heap, self.phase.name, self.setting.engine, self.setting.label, stages, outside)
 
 
-def rounds_of(suite: Suite, model: Model, before: int) -> list[Rounds]:
+def rounds_of(suite: Suite, model: Model, phase: Phase) -> list[Rounds]:
     """Return rounds of each engine that is built from sources, at its usual setting, of each of its builds."""
     usual = [setting for setting in settings_of(suite) if setting.label in (PLAIN, SCALAR)]
-    return [Rounds(setting, lambda s=setting: built(suite, model, s), before) for setting in usual]  # type: ignore[misc]
+    return [Rounds(setting, lambda s=setting: built(suite, model, s), phase) for setting in usual]  # type: ignore[misc]
 
 
 def built(suite: Suite, model: Model, setting: Setting) -> Profiled:

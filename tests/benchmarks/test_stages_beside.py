@@ -15,6 +15,7 @@ from benchmarks.accuracy.engines.peers import WHOLE
 from benchmarks.accuracy.suites import suite_of
 from benchmarks.common.files import packed
 from benchmarks.common.tables import Table
+from benchmarks.heaps import Phase
 from benchmarks.stages.beside import (
     COMMON,
     GROUPS,
@@ -33,6 +34,7 @@ OUR_STAGES = (*stages.STAGES, stages.OTHER)
 OURS = {stage: 0.1 * (k + 1) for k, stage in enumerate(OUR_STAGES)}
 PARTS = [*(stage for stage in PEER_STAGES if stage != WHOLE), NOWHERE]
 THEIRS = {stage: 0.01 * (k + 1) for k, stage in enumerate(PARTS)}
+START = Phase("settling", 0, 60)
 
 
 def peer(phase: str, setting: str) -> PeerProfile:
@@ -118,8 +120,8 @@ def test_page_without_other_engines_is_text_and_one_table() -> None:
 
 def test_rounds_are_of_the_usual_settings() -> None:
     model = stack(2).compile()
-    found = [rounds.setting for rounds in rounds_of(suite_of(2, {"Box2D v3": Path()}), model, 0)]
+    found = [rounds.setting for rounds in rounds_of(suite_of(2, {"Box2D v3": Path()}), model, START)]
     assert [setting.label for setting in found] == ["4 substeps", "4 substeps, scalar"]
     assert all(setting.values["substeps"] == 4 and "contact" not in setting.values for setting in found)
-    assert len(rounds_of(suite_of(3, {"Box3D": Path()}), model, 0)) == 1
-    assert rounds_of(suite_of(2), model, 0) == []
+    assert len(rounds_of(suite_of(3, {"Box3D": Path()}), model, START)) == 1
+    assert rounds_of(suite_of(2), model, START) == []

@@ -59,6 +59,7 @@ def keep_secondary(world: Any, count: int) -> tuple[int, bool, bool]:
     for b in range(len(bodies)):
         substep_body = substep_bodies[b]
         substep_body.blocked = 0
+        substep_body.widened_in = -1
         for d in range(len(bodies[b].position)):
             v = bodies[b].velocity[d]
             fall = 0.0
@@ -68,7 +69,7 @@ def keep_secondary(world: Any, count: int) -> tuple[int, bool, bool]:
             substep_body.velocity_upper[d] = v + max(fall, 0.0)
         set_velocity_ball(substep_body)
     for k in range(MAX_ROUNDS):
-        if not exchange_velocities(contacts, count, bodies, body_parameters, substep_bodies, timestep, k % 2 == 1):
+        if not exchange_velocities(contacts, count, bodies, body_parameters, substep_bodies, timestep, k):
             break
     return drop_candidates(contacts, count), True, far_moving
 
@@ -199,20 +200,20 @@ def exchange_velocities(
     body_parameters: Array,
     substep_bodies: Array,
     timestep: float,
-    backwards: bool,
+    number: int,
 ) -> bool:
     """Exchange the possible velocities of bodies that may touch; returns whether any range has grown.
 
     Passes in both directions carry them along a row of bodies, whatever its order.  Candidates that may touch
-    become contacts: their `miss_distance` is set to 0.
+    become contacts: their `miss_distance` is set to 0.  `number`: of the pass, from 0.
     """
     changed = False
     for place in range(count):
-        contact = contacts[count - 1 - place if backwards else place]
-        if contact.sensor != 0:
-            continue
+        contact = contacts[count - 1 - place if number % 2 == 1 else place]
         a = contact.body_a
         b = contact.body_b
+        if contact.sensor != 0 or max(substep_bodies[a].widened_in, substep_bodies[b].widened_in) < number - 1:
+            continue
         speed = substep_bodies[a].velocity_radius + substep_bodies[b].velocity_radius
         if contact.miss_distance > 0.0 and speed == 0.0:
             continue
@@ -230,21 +231,26 @@ def exchange_velocities(
         pushed = 1.0 if free and timestep * speed > DEEP * contact.extent else 0.0
         if inverse_a > 0.0:
             share = max(bounce * inverse_a / (inverse_a + inverse_b), pushed)
-            changed |= widen_velocities(bodies[a], substep_bodies[a], substep_bodies[b], share, inverse_b == 0.0, least)
+            fixed = inverse_b == 0.0
+            changed |= widen_velocities(bodies[a], substep_bodies[a], substep_bodies[b], share, fixed, least, number)
         if inverse_b > 0.0:
             share = max(bounce * inverse_b / (inverse_a + inverse_b), pushed)
-            changed |= widen_velocities(bodies[b], substep_bodies[b], substep_bodies[a], share, inverse_a == 0.0, least)
+            fixed = inverse_a == 0.0
+            changed |= widen_velocities(bodies[b], substep_bodies[b], substep_bodies[a], share, fixed, least, number)
     return changed
 
 
 @njit
-def widen_velocities(body: Any, motion: Any, other: Any, share: float, immovable: bool, least: float) -> bool:
+def widen_velocities(
+    body: Any, motion: Any, other: Any, share: float, immovable: bool, least: float, number: int
+) -> bool:
     """Widen a body's velocities by impacts with another body; returns whether by more than `least` m/s."""
     changed = False
     wider = False
     blocked = immovable or other.blocked != 0
     if blocked and motion.blocked == 0:
         motion.blocked = 1
+        motion.widened_in = number
         changed = True
     for d in range(len(motion.velocity_center)):
         v = body.velocity[d]
@@ -262,6 +268,7 @@ def widen_velocities(body: Any, motion: Any, other: Any, share: float, immovable
             wider = True
             motion.velocity_upper[d] = high
     if wider:
+        motion.widened_in = number
         set_velocity_ball(motion)
     return changed
 

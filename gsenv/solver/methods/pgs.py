@@ -75,9 +75,11 @@ def sweep(rows: Any, count: Any, bodies: Any, joint_factor: Any, enough: Any, pu
             if row.kind == HALF:
                 row.impulse = rows[r - 1].impulse
                 continue
+        old = row.impulse
+        if row.kind == FRICTION and normal == 0.0 and old == 0.0:
+            continue
         a = bodies[row.body_a]
         b = bodies[row.body_b]
-        old = row.impulse
         w = row.bias + row.softness * old + row_product(row, a.velocity, b.velocity)
         new = old - row.effective_mass * w
         if row.kind == FRICTION:

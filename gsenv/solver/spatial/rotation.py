@@ -22,6 +22,8 @@ from .math import (
     cross,
     dot,
     multiply,
+    near_turn_of,
+    near_unit,
     normalised,
     pose_of,
     quaternion,
@@ -154,11 +156,11 @@ def _leave_frame(body: Any, parameters: Any, substep_body: Any, extra: Vec, h: A
     ``extra``: further rotation, rad in the frame; the velocity is rotated with the body to keep the energy.
     """
     axes = quaternion(parameters.axes)
-    turn = turn_of(in_world(substep_body, extra))
+    turn = near_turn_of(in_world(substep_body, extra))
     middle = multiply(turn, multiply(quaternion(substep_body.mid_rotation), axes))
     spin = turned(turn, in_world(substep_body, spin_of(body.velocity)))
     after, spin = rotate_with_velocity(middle, vec(parameters.inertia), spin, 0.5 * h)
-    rotation = normalised(multiply(after, conjugate(axes)))
+    rotation = near_unit(multiply(after, conjugate(axes)))
     for d in range(4):
         body.rotation[d] = rotation[d]
     set_spin(body.velocity, spin)

@@ -71,9 +71,9 @@ GOLDEN = {
     "2D mixed": "9b516672d961c06f3ca366a2561cd44a549b3fd1a3bb9278d6893d56ad97bdf2",
     "2D tumble": "0d37f517ac83fdf5ce6869281c69d7c8d608b6a14b1afb907a8a6d0d4df5ada1",
     "2D pyramid": "b16dae00c99eac503e1e2c3e23eb4902c3185eec3b7079e54e65fa10bdb98f5f",
-    "3D mixed": "dc03055d695498d607ad8bd6f285be9c31d0c909035904ee6cbe5547d5e32914",
-    "3D tumble": "4de1a828d87ead30769d0fcfbff1398f6c6a69136eabc96f0b056add14c77c6d",
-    "3D chain": "f5c72d8d67a82bb1bb5c675ab4beff23c8b480503b9732db2d66ce00fe4f2c7a",
+    "3D mixed": "5574a82d99bf06a7eb26f600f735997bf26618cd95086e9366a1798c9f2b7cf9",
+    "3D tumble": "9d81e72fc0f33aad2903a91a252b8ce08ecf8fd8bb13fe75cf132dc1a6acba69",
+    "3D chain": "13a3abbf82d14d4c38ee9162d142d15f9872b1245f27ceae8cd3c9d7be09d53e",
 }
 
 

@@ -11,7 +11,7 @@ from typing import Any
 from numba import int64, uint64
 
 from ...jit import inline_njit, njit
-from ...methods.disc import minimise_near, minimise_on_disc
+from ...methods.disc import minimise_again, minimise_near, minimise_on_disc
 from ...records.options import SolverKind
 from ..coupled import share_corrections, share_impulses
 from ..energy import STRICT
@@ -249,7 +249,7 @@ def _solve_disc(rows: Any, r: Any, articulation: Any, normal: Any, push: Any) ->
     c = one.coupling
     u = spans[r].free + dot_with(spans[r], ways, values, z) - one.diagonal * s - c * t
     v = spans[r + 1].free + dot_with(spans[r + 1], ways, values, z) - c * s - two.diagonal * t
-    x, y = minimise_on_disc(one.diagonal, c, two.diagonal, u, v, one.friction * max(normal, 0.0))
+    x, y = minimise_again((one.diagonal, c, two.diagonal), (u, v), one.friction * max(normal, 0.0), (s, t))
     one.impulse = x
     two.impulse = y
     x -= s
