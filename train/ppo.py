@@ -198,7 +198,7 @@ SETTINGS = {
     ),
     "GCar3D-v0": replace(
         CAR,
-        steps=3_000_000,
+        steps=2_000_000,
         world_count=128,
         batch_size=1024,
         discount=0.9997,

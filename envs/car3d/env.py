@@ -71,14 +71,14 @@ class Car3DTask(Task):
     """The rules for many worlds; `settings` has the defaults of a reset."""
 
     actions = (
-        Entry("throttle: positive drives, negative brakes, then backs up", "throttle", -1, 1),
+        Entry("throttle: positive drives, negative brakes", "throttle", -1, 1),
         Entry("steering: positive to the left", "steering", -1, 1),
     )
     controls = (
         (
-            *pair("down", "up", "brake, back|drive", "throttle"),
+            *pair("down", "up", "brake|drive", "throttle"),
             *pair("right", "left", "steer", "steering"),
-            *pair("s", "w", "brake, back|drive", "throttle"),
+            *pair("s", "w", "brake|drive", "throttle"),
             *pair("d", "a", "steer", "steering"),
             Stick("triggers", {"throttle": 1.0}),
             Stick("left_x", {"steering": -1.0}),
@@ -114,9 +114,9 @@ class Car3DTask(Task):
     reward_terms = (
         RewardTerm(
             "progress",
-            f"{rules.PROGRESS_WEIGHT:g} per m along the centre line, at up to {rules.PAID_SPEED:g} m/s, less on the "
-            f"way back; nothing beside the road, and once no wheel has touched anything for "
-            f"{rules.FLIGHT_STEPS / 30:g} s",
+            f"{rules.PROGRESS_WEIGHT:g} per m along the centre line at up to {rules.PAID_SPEED:g} m/s, and "
+            f"{rules.FAST_WEIGHT:g} per m beyond what that speed gives; less on the way back; nothing beside the road, "
+            f"and once no wheel has touched anything for {rules.FLIGHT_STEPS / 30:g} s",
         ),
         RewardTerm("time", f"{rules.TIME_REWARD:g} per step"),
         RewardTerm("finish", f"{rules.FINISH_REWARD:g} at the finish"),
@@ -132,7 +132,8 @@ class Car3DTask(Task):
         ),
         RewardTerm(
             "off_road",
-            f"{rules.STRAY_REWARD:g} per step beside the road, and {rules.STRAY_WEIGHT:g} more for each m farther out",
+            f"{rules.OFF_ROAD_REWARD:g} per step beside the road, and {rules.OFF_ROAD_WEIGHT:g} more for each m "
+            "farther out",
         ),
         RewardTerm("smoothness", f"{rules.SMOOTH_WEIGHT:g} times the mean square change of the actions"),
     )
@@ -215,7 +216,7 @@ class Car3DEnv(TaskEnv, Env[Any, Any]):
     ramps, speed bumps, and rows of loose balls. At each obstacle stands a gate, which both axles must
     pass on the ground. A car that is too fast slides off the road in bends and jumps the gates, and one
     that is slow enough everywhere runs out of time: the way to succeed is to brake before bends,
-    crests and gates, and nowhere else. Control runs at 30 Hz.
+    crests and gates, and nowhere else. More than 8 m/s are never needed, and cost. Control runs at 30 Hz.
 
     Gates stand shortly behind the middle of ramps, at the last of three bumps and in the row of balls. An
     axle passes where one of its wheels touches something while the axle is within 0.4 m before and behind
@@ -233,9 +234,9 @@ class Car3DEnv(TaskEnv, Env[Any, Any]):
     {action_table}
 
     Throttle, positive: each motor drives its wheel with that fraction of its torque, 110 N m, up to
-    36 rad/s (13 m/s). Negative: while the car rolls forwards faster than 0.3 m/s, brakes slow the wheels
-    with that fraction of 200 N m each; at lower speeds, the motors turn them backwards, up to 6 rad/s. The
-    steering asks for an angle of the front wheels of up to 0.5 rad, which they turn to at 2 rad/s at most.
+    36 rad/s (13 m/s). Negative: brakes slow the wheels with that fraction of 200 N m each; there is no
+    reverse gear. The steering asks for an angle of the front wheels of up to 0.5 rad, which they turn to at
+    2 rad/s at most.
 
     ## Observation Space
     `Box(low, high, (90,), float32)`, always within its bounds. Vectors are in the frame of the chassis.

@@ -40,7 +40,7 @@ TASK_STATE_FIELDS: list[tuple[Any, ...]] = [
     ("slot", "i8"),  # of the next gate; SLOTS: none
     ("gates", "i8"),  # that were passed
     ("missed", "i8"),  # gates
-    ("strayed", "i8"),  # control steps beside the road
+    ("off_road_steps", "i8"),  # beside the road
     ("jumping", "i8"),  # 1 while the next gate has been missed, and an axle has not touched anything since
     (
         "down",
@@ -51,19 +51,19 @@ TASK_STATE_FIELDS: list[tuple[Any, ...]] = [
 ]
 
 CONTROL_TIME = 1.0 / 30.0  # s
-REVERSE_BELOW = 0.3  # m/s: at lower speeds a negative action drives backwards
 FLIGHT_STEPS = 15  # without a wheel on anything, after which progress is not paid
 LEAST_UP = 0.2  # cosine of the tilt at which the car has rolled over
 
 PROGRESS_WEIGHT = 0.1  # per m
-PAID_SPEED = 8.0  # m/s: progress is not paid beyond, else a learner's first habit is to be fast
+PAID_SPEED = 8.0  # m/s: progress beyond costs, else a learner's first habit is to be fast
+FAST_WEIGHT = -0.1  # per m beyond it
 TIME_REWARD = -0.005  # per step
 FINISH_REWARD = 5.0
 FAILURE_REWARD = -1.0  # and TIME_REWARD for each step that is left: giving up saves no time
 MISS_REWARD = -1.0  # for each missed gate
 JUMP_WEIGHT = -1.0  # per m forwards after a miss, until both axles have touched something
-STRAY_REWARD = -0.05  # for each step beside the road
-STRAY_WEIGHT = -0.02  # per m and step beyond OFF_ROAD
+OFF_ROAD_REWARD = -0.05  # for each step beside the road
+OFF_ROAD_WEIGHT = -0.02  # per m and step beyond OFF_ROAD
 SMOOTH_WEIGHT = -0.005
 
 _PAID_PROGRESS = PAID_SPEED * CONTROL_TIME
@@ -72,7 +72,7 @@ _CHASSIS, _WHEEL, _CABIN = n.CHASSIS_BODY, n.FIRST_WHEEL, n.CABIN_BODY
 _SLOTS, _FINISH = n.SLOTS, n.FINISH
 _AXLES = n.AXLE_JOINTS
 _STEER = n.FIRST_STEERING
-_TOP_SPEED, _REVERSE_SPEED, _BRAKE_SHARE = n.TOP_SPEED, n.REVERSE_SPEED, n.BRAKE_TORQUE / n.TORQUE
+_TOP_SPEED, _BRAKE_SHARE = n.TOP_SPEED, n.BRAKE_TORQUE / n.TORQUE
 _STEERING, _STEERING_STEP = n.STEERING, n.STEERING_RATE * CONTROL_TIME
 _GATE_HALF, _GATE_WIDTH = n.GATE_HALF, n.GATE_WIDTH
 _OFF_ROAD, _LOST, _LOST_BEHIND = n.OFF_ROAD, n.LOST, n.LOST_BEHIND
@@ -128,13 +128,6 @@ def apply_actions(world, actions):  # type: ignore[no-untyped-def]
 
 
 @njit
-def _forward_speed(chassis):  # type: ignore[no-untyped-def]
-    """Return the speed in m/s along the car's own x axis."""
-    ahead = turned(quaternion(chassis.rotation), (1.0, 0.0, 0.0))
-    return ahead[0] * chassis.velocity[0] + ahead[1] * chassis.velocity[1] + ahead[2] * chassis.velocity[2]
-
-
-@njit
 def _apply_action(world, action):  # type: ignore[no-untyped-def]
     task = world.task.state
     task.change = 0.0
@@ -144,11 +137,9 @@ def _apply_action(world, action):  # type: ignore[no-untyped-def]
         task.action[a] = share
     throttle = task.action[0]
     torque, speed = world.task.physics[2] * abs(throttle), _TOP_SPEED
-    if throttle < 0.0 and _forward_speed(world.state.bodies[_CHASSIS]) > REVERSE_BELOW:
+    if throttle < 0.0:  # no reverse gear: to back out of the course was what slow learners learned first
         torque *= _BRAKE_SHARE
         speed = 0.0
-    elif throttle < 0.0:
-        speed = -_REVERSE_SPEED
     for k in range(4):
         world.parameters.joints[_AXLES[k]].motor_effort = torque
         world.state.control[k] = speed
@@ -261,19 +252,20 @@ def evaluate_world(world):  # type: ignore[no-untyped-def]
     rolled = up[2] < LEAST_UP
     beyond = abs(task.aside) - _OFF_ROAD
     off = beyond > 0.0
-    task.strayed += int(off)
+    task.off_road_steps += int(off)
     lost = abs(task.aside) > _LOST or task.place < -_LOST_BEHIND
     failed = rolled or lost
     finished = task.place >= _FINISH and not failed
-    success = finished and task.missed + task.strayed == 0
+    success = finished and task.missed + task.off_road_steps == 0
     _follow(world)
     counts = (task.flight <= FLIGHT_STEPS and not off) or progress < 0.0
-    term.progress = PROGRESS_WEIGHT * min(progress, _PAID_PROGRESS) if counts else 0.0
+    fast = max(progress - _PAID_PROGRESS, 0.0)
+    term.progress = PROGRESS_WEIGHT * (progress - fast) + FAST_WEIGHT * fast if counts else 0.0
     term.time = TIME_REWARD
     term.finish = FINISH_REWARD if finished else 0.0
     term.failure = FAILURE_REWARD + TIME_REWARD * max(_TIME_LIMIT - task.steps, 0) if failed else 0.0
     term.gates = gates
-    term.off_road = STRAY_REWARD + STRAY_WEIGHT * beyond if off else 0.0
+    term.off_road = OFF_ROAD_REWARD + OFF_ROAD_WEIGHT * beyond if off else 0.0
     term.smoothness = SMOOTH_WEIGHT * task.change
     info.success = success
     info.is_success = success
@@ -282,7 +274,7 @@ def evaluate_world(world):  # type: ignore[no-untyped-def]
     info.missed_gates = task.missed
     info.rolled_over = rolled
     info.off_road = off
-    info.off_road_time = CONTROL_TIME * task.strayed
+    info.off_road_time = CONTROL_TIME * task.off_road_steps
     info.lost = lost
     reward = term.progress + term.time + term.finish + term.failure + term.gates + term.off_road + term.smoothness
     return reward, finished or failed

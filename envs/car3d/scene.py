@@ -48,7 +48,6 @@ TRAVEL = 0.14  # m, up and down
 TORQUE = 110.0  # N m, of the motor of each wheel at a full action
 BRAKE_TORQUE = 200.0  # N m
 TOP_SPEED = 36.0  # rad/s: 13 m/s
-REVERSE_SPEED = 6.0  # rad/s: 2.2 m/s
 STEERING = 0.5  # rad
 STEERING_RATE = 2.0  # rad/s
 FRICTION = 0.7
