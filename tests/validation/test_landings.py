@@ -93,4 +93,4 @@ def fall_of_dominoes(dim: int, rate: int) -> float:
 
 @pytest.mark.parametrize("dim", [2, 3])
 def test_dominoes_fall_as_fast_as_at_small_timesteps(dim: int) -> None:
-    assert fall_of_dominoes(dim, 60) == pytest.approx(fall_of_dominoes(dim, 960), rel=0.06)
+    assert fall_of_dominoes(dim, 60) == pytest.approx(fall_of_dominoes(dim, 960), rel=0.01)

@@ -1,6 +1,7 @@
 """Contact rows in a substep: their errors and biases, and their impulses from substep to substep.
 
-The rows of a contact and their Jacobians are in planar/contact_rows.py and spatial/contact_rows.py.
+The rows of a contact, their Jacobians and how these turn with the bodies are in planar/contact_rows.py and
+spatial/contact_rows.py.
 """
 
 from __future__ import annotations
@@ -8,13 +9,19 @@ from __future__ import annotations
 from typing import Any
 
 from ..jit import njit
+from .detection import clear_moments
 from .dispatch import by_dimension
+from .faces import NO_FACE
 from .rows import BOUNDED, GROUNDED, NO_CORRECTION, UNILATERAL, row_product
 from .slices import part
 
 set_contact_rows = by_dimension("contact_rows", "set_contact_rows")
 contact_span = by_dimension("contact_rows", "contact_span")
 slot_of = by_dimension("contact_rows", "slot_of")
+turns = by_dimension("contact_rows", "turns")
+present_separation = by_dimension("contact_rows", "present_separation")
+turn_contact_rows = by_dimension("contact_rows", "turn_contact_rows")
+add_impulses = by_dimension("contact_rows", "add_impulses")
 
 _INFINITY = float("inf")
 
@@ -61,10 +68,12 @@ def add_contact_rows(world: Any, island: Any) -> Any:
         normal.flight = GROUNDED
         normal.span = span
         normal.error = contact.separation
+        contact.start_separation = contact.separation
         normal.bias = _closing_bias(contact, contact.separation, slop, island.h)
         set_contact_rows(rows, row, contact, last, substep_bodies, island.warm_start)
         for d in range(len(contact.total_impulse)):
             contact.total_impulse[d] = 0.0
+        clear_moments(contact)
         last = row
         row += span
     return row
@@ -73,9 +82,23 @@ def add_contact_rows(world: Any, island: Any) -> Any:
 @njit
 def moved(row: Any, substep_bodies: Any) -> Any:
     """Return the change of a row's error by the displacements of this step so far, J dx."""
-    a = substep_bodies[row.body_a]
-    b = substep_bodies[row.body_b]
-    return row_product(row, a.displacement, b.displacement) + shifted(row, substep_bodies)
+    return displaced(row, substep_bodies) + shifted(row, substep_bodies)
+
+
+@njit
+def displaced(row: Any, substep_bodies: Any) -> Any:
+    """Return J times the displacements of this step so far, without those of impacts in this substep."""
+    return row_product(row, substep_bodies[row.body_a].displacement, substep_bodies[row.body_b].displacement)
+
+
+@njit
+def must_turn(contact: Any, bodies: Any, substep_bodies: Any, h: Any) -> Any:
+    """Whether the rows of a contact must follow the rotation of its bodies, until ``h`` from now."""
+    if contact.face == NO_FACE:
+        return False
+    a = contact.body_a
+    b = contact.body_b
+    return turns(bodies[a], substep_bodies[a], h) or turns(bodies[b], substep_bodies[b], h)
 
 
 @njit
@@ -94,23 +117,38 @@ def refresh_contact_rows(world: Any, island: Any) -> None:
     1e-6 / (g h^2) of the load of a resting contact, in every step again.
     A contact that is in flight after the impact phase gets the exact bound of the parabola,
     separation + h v - h^2/2 a >= 0, so that it slows nothing down before its impact.
+
+    Where bodies turn, the rows of contacts on faces turn with them: they are those of the middle of the substep, so
+    that J dx is the change of the separation to second order.  ``separation`` of a contact is then its value where
+    all displacements of the step are 0, by the present Jacobian.
     """
     rows = world.scratch.rows
     contacts = world.state.contacts
+    bodies = world.state.bodies
     substep_bodies = world.scratch.substep_bodies
     slop = world.options.slop
     h = island.h
     r = island.joint_rows
     while r < island.rows:
+        first = r
         row = rows[r]
         r += int(row.span)
-        error = contacts[row.source].separation + moved(row, substep_bodies)
+        contact = contacts[row.source]
+        turning = must_turn(contact, bodies, substep_bodies, h)
+        if turning:
+            turn_contact_rows(rows, first, contact, bodies, substep_bodies, h)
+            separation = present_separation(contact, bodies, substep_bodies)
+            contact.separation = separation - displaced(row, substep_bodies)
+        if not (turning and row.impulse > 0.0 and row.flight == GROUNDED):
+            for i in range(first, r):
+                rows[i].bias = 0.0
+        error = contact.separation + moved(row, substep_bodies)
         row.error = error
         if row.flight != GROUNDED:
             row.bias = max(error - 0.5 * h * h * row.flight, 0.0) / h
             row.error = max(error, 0.0)  # a bounce within the substep may start below the surface
         else:
-            row.bias = _closing_bias(contacts[row.source], error, slop, h)
+            row.bias += _closing_bias(contact, error, slop, h)
 
 
 @njit
@@ -128,6 +166,7 @@ def store_contact_impulses(world: Any, island: Any, last: Any) -> None:
     """
     rows = world.scratch.rows
     contacts = world.state.contacts
+    bodies = world.state.bodies
     substep_bodies = world.scratch.substep_bodies
     scale = island.stored_scale
     r = island.joint_rows
@@ -140,9 +179,12 @@ def store_contact_impulses(world: Any, island: Any, last: Any) -> None:
                 contact.impulse[slot] = scale * rows[r + i].impulse
                 if island.stopped:
                     contact.impulse[slot] -= scale * rows[r + i].direction
-            contact.total_impulse[slot] += rows[r + i].impulse
+        add_impulses(contact, rows, r, substep_bodies, contact.face != NO_FACE and not island.calm)
         if last:
-            contact.separation += moved(rows[r], substep_bodies)
+            if must_turn(contact, bodies, substep_bodies, 0.0):
+                contact.separation = present_separation(contact, bodies, substep_bodies)
+            else:
+                contact.separation += displaced(rows[r], substep_bodies)
         r += span
 
 

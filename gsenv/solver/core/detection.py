@@ -160,7 +160,16 @@ def label_contact(contact: Any, model_a: Any, model_b: Any, one: Any, other: Any
     for k in range(len(contact.impulse)):
         contact.impulse[k] = 0.0
         contact.total_impulse[k] = 0.0
+    clear_moments(contact)
     label_rolling(contact, one, other)
+
+
+@inline_njit
+def clear_moments(contact: Any) -> None:
+    """Set the moments of a contact to 0."""
+    for side in range(2):
+        for d in range(contact.moments.shape[1]):
+            contact.moments[side, d] = 0.0
 
 
 @njit

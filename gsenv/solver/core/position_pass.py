@@ -17,6 +17,7 @@ from .rows import (
     BILATERAL,
     COUPLED,
     EQUATION,
+    GROUNDED,
     LIMIT_SLOP,
     NO_CORRECTION,
     OPEN,
@@ -98,12 +99,25 @@ def _first_sweep(world: Any, island: Any, exact: Any) -> Any:
             depth = row.error + options.slop * extent
             if depth < 0.0:
                 row.previous = max(rate * depth, -options.push_speed * extent)
+            if island.smooth == 0.0:
+                row.previous -= _sinking(row, options.slop * extent, h)
         if row.previous != 0.0:
             busy = True
             separates = separates or row.correction == UNILATERAL
         if busy:  # else all pseudo-velocities are 0
             _correct_row(row, substep_bodies, exact)
     return busy, separates
+
+
+@njit
+def _sinking(row: Any, slop: Any, h: Any) -> Any:
+    """Return the speed that a turning contact may have at the middle of the substep, m/s; see turn_contact_rows.
+
+    The mean of old and new velocity does not have it, but the new one, with which bodies move where one lands.
+    """
+    if row.flight != GROUNDED or not row.impulse > 0.0:
+        return 0.0
+    return max(row.bias - max(row.error - slop, 0.0) / h, 0.0)
 
 
 @njit

@@ -103,7 +103,7 @@ def read_contact(contacts: Array, body: int, timestep: float, reading: Array) ->
 def read_contact_force(contacts: Array, body: int, motion: Any, timestep: float, reading: Array) -> None:
     """Write the mean over the step of force, torque about the centre of mass and normal forces, the last as a sum.
 
-    The lever arms are those of the solver, from the centre of mass at the start of the step.
+    The lever arms are those of the solver, from the centre of mass; they turn with the body within the step.
     """
     dim = len(motion.position)
     last = len(reading) - 1
@@ -116,7 +116,7 @@ def read_contact_force(contacts: Array, body: int, motion: Any, timestep: float,
         impulse = contact_impulse(contact)
         for d in range(dim):
             reading[d] += scale * impulse[d]
-        moment = contact_moment(contact, motion, impulse)
+        moment = contact_moment(contact, motion, impulse, 1 if sign > 0.0 else 0)
         for d in range(len(moment)):
             reading[dim + d] += scale * moment[d]
         reading[last] += contact.total_impulse[0] / timestep

@@ -159,7 +159,7 @@ def take_substep(world: Any, island: Any, s: Any, joints: Any, joint_factor: Any
     island.time = s * island.h
     island.end = (s + 1) * island.h
     move_surroundings(world, island, s > 0)
-    if s > 0:
+    if s > 0 or not island.calm:
         refresh_contact_rows(world, island)
     if island.may_land:
         take_parts(world, island, last, joints, joint_factor)

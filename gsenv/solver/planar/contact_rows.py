@@ -2,10 +2,23 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
+from ..core.faces import FACE_OF_A, LEAST_TURN, face_and_other
 from ..core.rows import FRICTION
+from ..core.trig import sin_cos
 from ..jit import njit
+from .math import rotate, unrotate
+
+Vector = tuple[float, float]
+
+
+class Arms(NamedTuple):
+    """Where a contact acts: arms of its point on both bodies in m, and its normal."""
+
+    arm_a: Vector
+    arm_b: Vector
+    n: Vector
 
 
 @njit
@@ -18,35 +31,41 @@ def contact_span(contact: Any) -> Any:
 def set_contact_rows(rows: Any, row: Any, contact: Any, last: Any, substep_bodies: Any, scale: Any) -> None:
     """Set Jacobians and friction of a contact's rows, and ``scale`` times the stored impulses.
 
-    The Jacobians are constant in the step. ``last``: first row of the contact before it, or -1.
+    ``last``: first row of the contact before it, or -1.
     """
-    nx = contact.normal[0]
-    ny = contact.normal[1]
-    _set_point_row(rows[row], contact, substep_bodies, nx, ny)
+    a = substep_bodies[contact.body_a].start_position
+    b = substep_bodies[contact.body_b].start_position
+    arm_a = (contact.point[0] - a[0], contact.point[1] - a[1])
+    arm_b = (contact.point[0] - b[0], contact.point[1] - b[1])
+    _set_jacobians(rows, row, contact, Arms(arm_a, arm_b, (contact.normal[0], contact.normal[1])), substep_bodies)
     if contact.friction > 0.0:
-        tangent = rows[row + 1]
-        _set_point_row(tangent, contact, substep_bodies, -ny, nx)
-        tangent.kind = FRICTION
-        tangent.base = 1
-        tangent.friction = contact.friction
+        rows[row + 1].kind = FRICTION
+        rows[row + 1].base = 1
+        rows[row + 1].friction = contact.friction
     for r in range(contact_span(contact)):
         rows[row + r].impulse = scale * contact.impulse[r]
-        set_effective_mass(rows[row + r], substep_bodies)
 
 
 @njit
-def _set_point_row(row: Any, contact: Any, substep_bodies: Any, ux: Any, uy: Any) -> None:
-    """Set the Jacobian of J v = (velocity of b's point - velocity of a's point) . u at the contact's point."""
-    px = contact.point[0]
-    py = contact.point[1]
-    a = substep_bodies[row.body_a].start_position
-    b = substep_bodies[row.body_b].start_position
+def _set_jacobians(rows: Any, row: Any, contact: Any, arms: Arms, substep_bodies: Any) -> None:
+    """Set Jacobians and effective masses of a contact's rows."""
+    nx, ny = arms.n
+    _set_point_row(rows[row], arms, nx, ny)
+    set_effective_mass(rows[row], substep_bodies)
+    if contact.friction > 0.0:
+        _set_point_row(rows[row + 1], arms, -ny, nx)
+        set_effective_mass(rows[row + 1], substep_bodies)
+
+
+@njit
+def _set_point_row(row: Any, arms: Arms, ux: Any, uy: Any) -> None:
+    """Set the Jacobian of J v = (velocity of b's point - velocity of a's point) . u."""
     row.jacobian_a[0] = -ux
     row.jacobian_a[1] = -uy
-    row.jacobian_a[2] = -((px - a[0]) * uy - (py - a[1]) * ux)
+    row.jacobian_a[2] = -(arms.arm_a[0] * uy - arms.arm_a[1] * ux)
     row.jacobian_b[0] = ux
     row.jacobian_b[1] = uy
-    row.jacobian_b[2] = (px - b[0]) * uy - (py - b[1]) * ux
+    row.jacobian_b[2] = arms.arm_b[0] * uy - arms.arm_b[1] * ux
 
 
 @njit
@@ -59,6 +78,130 @@ def set_effective_mass(row: Any, substep_bodies: Any) -> None:
         d += row.jacobian_a[i] * (a[i] * row.jacobian_a[i]) + row.jacobian_b[i] * (b[i] * row.jacobian_b[i])
     row.diagonal = d
     row.effective_mass = 1.0 / d if d > 0.0 else 0.0
+
+
+@njit
+def turns(body: Any, substep_body: Any, h: Any) -> Any:
+    """Whether a body turns so far, from the start of the step to the end of this substep, that contact rows follow."""
+    return abs(substep_body.displacement[2]) + h * abs(body.velocity[2]) > LEAST_TURN
+
+
+@njit
+def turn_contact_rows(rows: Any, row: Any, contact: Any, bodies: Any, substep_bodies: Any, h: Any) -> None:
+    """Set Jacobians and effective masses of a contact's rows for the poses that its bodies have ``h`` / 2 from now.
+
+    ``bias`` becomes the change of J v until then: with it J v is 0 at the end of the substep, and on its mean.
+    """
+    one, other = face_and_other(contact)
+    sign, n, arm = _present(contact, bodies, substep_bodies)
+    x, y = _way(bodies[one], bodies[other])
+    now = _arms_of(contact, sign, n, arm, (x, y))
+    u, v = bodies[one].velocity, bodies[other].velocity
+    x, y = x + 0.5 * h * (v[0] - u[0]), y + 0.5 * h * (v[1] - u[1])
+    middle = _arms_of(contact, sign, _turned(n, 0.5 * h * u[2]), _turned(arm, 0.5 * h * v[2]), (x, y))
+    _set_jacobians(rows, row, contact, middle, substep_bodies)
+    u, v = bodies[contact.body_a].velocity, bodies[contact.body_b].velocity
+    rates, later = _rates(u, v, now), _rates(u, v, middle)
+    for k in range(contact_span(contact)):
+        rows[row + k].bias = later[k] - rates[k]
+
+
+@njit
+def present_separation(contact: Any, bodies: Any, substep_bodies: Any) -> Any:
+    """Return the separation of a contact in the present poses, m.
+
+    The normal turns with the body that has the face, the point with the other one.
+    """
+    one, other = face_and_other(contact)
+    sign, n, arm = _present(contact, bodies, substep_bodies)
+    start = substep_bodies[one].start_position
+    x0, y0 = contact.point[0] - start[0], contact.point[1] - start[1]
+    before = sign * (contact.normal[0] * x0 + contact.normal[1] * y0) + contact.core_distance
+    x, y = _way(bodies[one], bodies[other])
+    return contact.start_separation + n[0] * (x + arm[0]) + n[1] * (y + arm[1]) - before
+
+
+@njit
+def _way(one: Any, other: Any) -> Vector:
+    """Return the vector from one centre of mass to the other, m."""
+    return other.position[0] - one.position[0], other.position[1] - one.position[1]
+
+
+@njit
+def _present(contact: Any, bodies: Any, substep_bodies: Any) -> Any:
+    """Return (1 where the normal of the contact points out of the face or -1, that normal, arm of the other's core)."""
+    one, other = face_and_other(contact)
+    sign = 1.0 if contact.face == FACE_OF_A else -1.0
+    n = (sign * contact.normal[0], sign * contact.normal[1])
+    start = substep_bodies[other].start_position
+    x = contact.point[0] + contact.core_distance * n[0] - start[0]
+    y = contact.point[1] + contact.core_distance * n[1] - start[1]
+    n = _turned_since(bodies[one], substep_bodies[one], n)
+    return sign, n, _turned_since(bodies[other], substep_bodies[other], (x, y))
+
+
+@njit
+def _arms_of(contact: Any, sign: Any, n: Vector, core: Vector, way: Vector) -> Arms:
+    """Return the arms of a contact; ``n``: out of the face; ``core``: m, arm of the core of the shape without it.
+
+    ``way``: m, from the centre of mass of the body with the face to that of the other.
+    """
+    arm = (core[0] - contact.core_distance * n[0], core[1] - contact.core_distance * n[1])
+    far = (way[0] + arm[0], way[1] + arm[1])
+    normal = (sign * n[0], sign * n[1])
+    return Arms(far, arm, normal) if sign > 0.0 else Arms(arm, far, normal)
+
+
+@njit
+def _rates(a: Any, b: Any, arms: Arms) -> Vector:
+    """Return the relative velocity of b's point along normal and tangent, from two velocities (3,)."""
+    x = b[0] - b[2] * arms.arm_b[1] - a[0] + a[2] * arms.arm_a[1]
+    y = b[1] + b[2] * arms.arm_b[0] - a[1] - a[2] * arms.arm_a[0]
+    nx, ny = arms.n
+    return nx * x + ny * y, nx * y - ny * x
+
+
+@njit
+def _turned_since(body: Any, substep_body: Any, v: Vector) -> Vector:
+    """Return a vector that is fixed on a body, from what it was at the start of the step."""
+    start = substep_body.start_rotation
+    cos, sin = unrotate(start[0], start[1], body.rotation[0], body.rotation[1])
+    return rotate(cos, sin, v[0], v[1])
+
+
+@njit
+def _turned(v: Vector, angle: Any) -> Vector:
+    cos, sin = sin_cos(angle)
+    return rotate(cos, sin, v[0], v[1])
+
+
+@njit
+def add_impulses(contact: Any, rows: Any, row: Any, substep_bodies: Any, turning: Any) -> None:
+    """Add the impulses of a substep to those of the step; ``turning``: whether its rows may have turned."""
+    push = rows[row].impulse
+    drag = rows[row + 1].impulse if contact.friction > 0.0 else 0.0
+    if turning:
+        add_pushes(contact, rows, row, substep_bodies, (push, drag))
+    else:
+        contact.total_impulse[0] += push
+        contact.total_impulse[1] += drag
+
+
+@njit
+def add_pushes(contact: Any, rows: Any, row: Any, substep_bodies: Any, pushes: Vector) -> None:
+    """Add impulses along the rows of a contact to those along its directions at the start of the step."""
+    now = rows[row].jacobian_b
+    x, y = now[0] * pushes[0] - now[1] * pushes[1], now[1] * pushes[0] + now[0] * pushes[1]
+    n = contact.normal
+    contact.total_impulse[0] += n[0] * x + n[1] * y
+    contact.total_impulse[1] += n[0] * y - n[1] * x
+    a, b = substep_bodies[contact.body_a].start_position, substep_bodies[contact.body_b].start_position
+    point = contact.point
+    contact.moments[0, 0] -= (point[0] - a[0]) * y - (point[1] - a[1]) * x
+    contact.moments[1, 0] -= (point[0] - b[0]) * y - (point[1] - b[1]) * x
+    for k in range(contact_span(contact)):
+        contact.moments[0, 0] -= rows[row + k].jacobian_a[2] * pushes[k]
+        contact.moments[1, 0] += rows[row + k].jacobian_b[2] * pushes[k]
 
 
 @njit
@@ -76,3 +219,5 @@ def add_total(contact: Any, other: Any) -> None:
     push, drag = other.total_impulse[0], other.total_impulse[1]
     contact.total_impulse[0] += cosine * push - sine * drag
     contact.total_impulse[1] += sine * push + cosine * drag
+    for side in range(2):
+        contact.moments[side, 0] += other.moments[side, 0]

@@ -11,6 +11,7 @@ from ..core.impacts import acceleration_of, apply_impulse_at, couple, speed_at
 from ..core.rows import FRICTION, relative_velocity
 from ..jit import njit
 from ..methods.joint_factor import EPSILON
+from .contact_rows import add_pushes
 
 
 @njit
@@ -119,15 +120,14 @@ def apply_impact(world: Any, island: Any, r: Any, time: Any, joint_factor: Any) 
     if normal.span == 1:
         pn = -(1.0 + contact.restitution) * un / couple(normal, normal, substep_bodies, joint_factor)
         apply_impulse_at(normal, bodies, substep_bodies, pn, time, joint_factor)
-        contact.total_impulse[0] += pn
+        add_pushes(contact, rows, r, substep_bodies, (pn, 0.0))
         return
     tangent = rows[r + 1]
     ut = speed_at(tangent, bodies, substep_bodies, time)
     pn, pt = _contact_impulse(normal, tangent, un, ut, contact.restitution, substep_bodies, joint_factor)
     apply_impulse_at(normal, bodies, substep_bodies, pn, time, joint_factor)
     apply_impulse_at(tangent, bodies, substep_bodies, pt, time, joint_factor)
-    contact.total_impulse[0] += pn
-    contact.total_impulse[1] += pt
+    add_pushes(contact, rows, r, substep_bodies, (pn, pt))
 
 
 @njit
@@ -136,9 +136,8 @@ def _finish_pair(world: Any, r: Any, pn: Any, time: Any, joint_factor: Any) -> N
     rows = world.scratch.rows
     bodies = world.state.bodies
     substep_bodies = world.scratch.substep_bodies
-    total = world.state.contacts[rows[r].source].total_impulse
-    total[0] += pn
+    pt = 0.0
     if rows[r].span == 2:
         pt = _friction_impulse(rows[r + 1], bodies, substep_bodies, time, pn, joint_factor)
         apply_impulse_at(rows[r + 1], bodies, substep_bodies, pt, time, joint_factor)
-        total[1] += pt
+    add_pushes(world.state.contacts[rows[r].source], rows, r, substep_bodies, (pn, pt))

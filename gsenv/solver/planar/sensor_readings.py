@@ -99,11 +99,11 @@ def contact_impulse(contact: Any) -> tuple[float, float]:
 
 
 @njit
-def contact_moment(contact: Any, motion: Any, impulse: tuple[float, float]) -> tuple[float]:
-    """Return the angular impulse on body b about the centre of mass of a body's motion, N m s."""
+def contact_moment(contact: Any, motion: Any, impulse: tuple[float, float], side: int) -> tuple[float]:
+    """Return the angular impulse on body b about the centre of mass of a body's motion, N m s; ``side``: 0 of a."""
     x = contact.point[0] - motion.position[0]
     y = contact.point[1] - motion.position[1]
-    return (x * impulse[1] - y * impulse[0],)
+    return (x * impulse[1] - y * impulse[0] + contact.moments[side, 0],)
 
 
 # ---------------------------------------------------------------- arrays of bodies and contacts

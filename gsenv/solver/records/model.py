@@ -176,9 +176,12 @@ def contact_dtype(dim: int) -> np.dtype[Any]:
             ("body_b", "i4"),
             ("feature", "i4"),  # id of the touching corner, edge or face, equal from step to step
             ("sensor", "i4"),  # 1: no rows
+            ("face", "i4"),  # which shape's face has the normal, which turns with it; see core/faces.py
             ("point", "f8", (dim,)),  # m
             ("normal", "f8", (dim,)),  # unit, from a to b
-            ("separation", "f8"),  # m, negative for an overlap
+            ("separation", "f8"),  # m, negative for an overlap; see core/contact_rows.py for its value within a step
+            ("start_separation", "f8"),  # m, at the start of the step
+            ("core_distance", "f8"),  # m, from the point into the shape without the face, to what is fixed on its body
             ("friction", "f8"),
             *rolling,
             ("restitution", "f8"),
@@ -188,6 +191,8 @@ def contact_dtype(dim: int) -> np.dtype[Any]:
             ("miss_distance", "f8"),  # m, distance by which a candidate for a secondary impact misses, else 0
             ("impulse", "f8", (CONTACT_ROWS[dim],)),  # N s, from which the next substep starts: normal, then tangents
             ("total_impulse", "f8", (CONTACT_ROWS[dim],)),  # N s, summed over the step
+            # N m s, moments of these about the centres of a and b, beyond those at the arms of the start of the step
+            ("moments", "f8", (2, NDOF[dim] - dim)),
         ],
         align=True,
     )

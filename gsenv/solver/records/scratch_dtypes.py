@@ -98,10 +98,7 @@ def substep_body_dtype(dim: int) -> np.dtype[Any]:
             ("velocity_radius", "f8"),  # m/s, radius of this ball
             ("widened_radius", "f8"),  # m/s, the radius by which the boxes of its shapes were last widened
             ("blocked", "i4"),  # 1: it may hit a fixed body in the step, directly or through others
-            (
-                "widened_in",
-                "i4",
-            ),  # the pass over all contacts in which impacts have last widened its velocities; -1: none
+            ("widened_in", "i4"),  # the last pass over all contacts that widened its velocities; -1: none
             *spatial,
         ],
         align=True,

@@ -2,12 +2,40 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
+from ..core.contact_rows import must_turn
+from ..core.faces import FACE_OF_A, LEAST_TURN, face_and_other
 from ..core.rows import DISC, DISC_END, FRICTION
 from ..jit import njit
-from .math import Vec, along, cross, dot, scaled, sub, tangents, vec
-from .rotation import in_frame
+from .math import (
+    Quaternion,
+    Vec,
+    add,
+    along,
+    conjugate,
+    cross,
+    dot,
+    multiply,
+    quaternion,
+    scaled,
+    sub,
+    tangents,
+    turn_of,
+    turned,
+    vec,
+)
+from .rotation import in_frame, in_world, spin_of
+
+
+class Arms(NamedTuple):
+    """Where a contact acts: arms of its point on both bodies in m, normal and tangents."""
+
+    arm_a: Vec
+    arm_b: Vec
+    n: Vec
+    t: Vec
+    s: Vec
 
 
 @njit
@@ -64,13 +92,19 @@ def set_contact_jacobians(rows: Any, row: Any, contact: Any, last: Any, substep_
 
     ``last``: first row of the contact before it, or -1.
     """
-    a = substep_bodies[contact.body_a]
-    b = substep_bodies[contact.body_b]
     point = vec(contact.point)
     n = vec(contact.normal)
     t, s = _tangents(rows, last, n)
-    arm_a = sub(point, vec(a.start_position))
-    arm_b = sub(point, vec(b.start_position))
+    arm_a = sub(point, vec(substep_bodies[contact.body_a].start_position))
+    arm_b = sub(point, vec(substep_bodies[contact.body_b].start_position))
+    _set_jacobians(rows, row, contact, Arms(arm_a, arm_b, n, t, s), substep_bodies)
+
+
+@njit
+def _set_jacobians(rows: Any, row: Any, contact: Any, arms: Arms, substep_bodies: Any) -> None:
+    a = substep_bodies[contact.body_a]
+    b = substep_bodies[contact.body_b]
+    arm_a, arm_b, n, t, s = arms
     zero = (0.0, 0.0, 0.0)
     _set_row(rows[row], a, b, n, cross(n, arm_a), cross(arm_b, n))
     k = row + 1
@@ -154,15 +188,174 @@ def _set_disc(rows: Any, row: Any, place: Any, friction: Any, scale: Any, impuls
 
 
 @njit
+def turns(body: Any, substep_body: Any, h: Any) -> Any:
+    """Whether a body turns so far, from the start of the step to the end of this substep, that contact rows follow."""
+    turn = substep_body.displacement
+    spin = body.velocity
+    angle = abs(turn[3]) + abs(turn[4]) + abs(turn[5]) + h * (abs(spin[3]) + abs(spin[4]) + abs(spin[5]))
+    return angle > LEAST_TURN
+
+
+@njit
+def turn_contact_rows(rows: Any, row: Any, contact: Any, bodies: Any, substep_bodies: Any, h: Any) -> None:
+    """Set Jacobians and effective masses of a contact's rows for the poses that its bodies have ``h`` / 2 from now.
+
+    ``bias`` becomes the change of J v until then: with it J v is 0 at the end of the substep, and on its mean.
+    """
+    one, other = face_and_other(contact)
+    core = _fixed_arm(contact, substep_bodies[other])
+    turn, back = _turn_since(bodies[one], substep_bodies[one]), _turn_since(bodies[other], substep_bodies[other])
+    now = _arms_of(contact, turn, turned(back, core), _way(bodies[one], bodies[other], 0.0))
+    turn = _turn_to_middle(bodies[one], substep_bodies[one], turn, h)
+    back = _turn_to_middle(bodies[other], substep_bodies[other], back, h)
+    middle = _arms_of(contact, turn, turned(back, core), _way(bodies[one], bodies[other], 0.5 * h))
+    _set_jacobians(rows, row, contact, middle, substep_bodies)
+    for k in range(contact_span(contact)):
+        rows[row + k].bias = 0.0
+    a, b = contact.body_a, contact.body_b
+    rates = _rates(bodies[a], bodies[b], substep_bodies[a], substep_bodies[b], now)
+    later = _rates(bodies[a], bodies[b], substep_bodies[a], substep_bodies[b], middle)
+    for k in range(3 if contact.friction > 0.0 else 1):
+        rows[row + k].bias = later[k] - rates[k]
+
+
+@njit
+def _arms_of(contact: Any, turn: Quaternion, core: Vec, way: Vec) -> Arms:
+    """Return the arms of a contact after the ``turn`` of the face; ``core``: m, arm of the shape without it.
+
+    ``way``: m, from the centre of mass of the body with the face to that of the other.
+    """
+    n = vec(contact.normal)
+    t, s = tangents(n)
+    n, t, s = turned(turn, n), turned(turn, t), turned(turn, s)
+    of_a = contact.face == FACE_OF_A
+    arm = along(core, -contact.core_distance if of_a else contact.core_distance, n)
+    far = add(arm, way)
+    return Arms(far, arm, n, t, s) if of_a else Arms(arm, far, n, t, s)
+
+
+@njit
+def _rates(a: Any, b: Any, of_a: Any, of_b: Any, arms: Arms) -> Vec:
+    """Return the relative velocity of b's point along normal and tangents; ``of_a``, ``of_b``: the substep bodies."""
+    u = sub(vec(b.velocity), vec(a.velocity))
+    u = add(u, cross(_spin(b, of_b), arms.arm_b))
+    u = sub(u, cross(_spin(a, of_a), arms.arm_a))
+    return dot(u, arms.n), dot(u, arms.t), dot(u, arms.s)
+
+
+@njit
+def _spin(body: Any, substep_body: Any) -> Vec:
+    """Return the angular velocity of a body in the world, rad/s; within a substep it may be in the body's frame."""
+    spin = spin_of(body.velocity)
+    return in_world(substep_body, spin) if substep_body.rotated_frame else spin
+
+
+@njit
+def present_separation(contact: Any, bodies: Any, substep_bodies: Any) -> Any:
+    """Return the separation of a contact in the present poses, m.
+
+    The normal turns with the body that has the face, the point with the other one.
+    """
+    one, other = face_and_other(contact)
+    sign = 1.0 if contact.face == FACE_OF_A else -1.0
+    n = scaled(vec(contact.normal), sign)  # out of the face
+    before = dot(n, sub(vec(contact.point), vec(substep_bodies[one].start_position))) + contact.core_distance
+    arm = turned(_turn_since(bodies[other], substep_bodies[other]), _fixed_arm(contact, substep_bodies[other]))
+    n = turned(_turn_since(bodies[one], substep_bodies[one]), n)
+    return contact.start_separation + dot(n, add(arm, _way(bodies[one], bodies[other], 0.0))) - before
+
+
+@njit
+def _fixed_arm(contact: Any, substep_body: Any) -> Vec:
+    """Return the arm, at the start of the step, of the point that is fixed on the body without the face, m."""
+    inwards = contact.core_distance if contact.face == FACE_OF_A else -contact.core_distance
+    return sub(along(vec(contact.point), inwards, vec(contact.normal)), vec(substep_body.start_position))
+
+
+@njit
+def _turn_since(body: Any, substep_body: Any) -> Quaternion:
+    """Return the rotation of a body since the start of the step."""
+    return multiply(quaternion(body.rotation), conjugate(quaternion(substep_body.start_rotation)))
+
+
+@njit
+def _turn_to_middle(body: Any, substep_body: Any, now: Quaternion, h: Any) -> Quaternion:
+    """Return the rotation of a body from the start of the step to the middle of the substep; ``now``: that so far."""
+    if substep_body.rotated_frame:
+        return multiply(quaternion(substep_body.mid_rotation), conjugate(quaternion(substep_body.start_rotation)))
+    return multiply(turn_of(scaled(spin_of(body.velocity), 0.5 * h)), now)
+
+
+@njit
+def _way(one: Any, other: Any, time: Any) -> Vec:
+    """Return the way from one centre of mass to the other, ``time`` s from now, m."""
+    x = along(vec(other.position), time, vec(other.velocity))
+    return sub(x, along(vec(one.position), time, vec(one.velocity)))
+
+
+@njit
+def add_impulses(contact: Any, rows: Any, row: Any, substep_bodies: Any, turning: Any) -> None:
+    """Add the impulses of a substep to those of the step; ``turning``: whether its rows may have turned."""
+    span = contact_span(contact)
+    total = contact.total_impulse
+    if not turning:
+        for i in range(span):
+            total[slot_of(rows[row + i], contact, i)] += rows[row + i].impulse
+        return
+    cone = 3 if contact.friction > 0.0 else 1
+    pushes = (rows[row].impulse, 0.0, 0.0)
+    if cone == 3:
+        pushes = (rows[row].impulse, rows[row + 1].impulse, rows[row + 2].impulse)
+    add_pushes(contact, rows, row, substep_bodies, pushes)
+    if span == cone:
+        return
+    twist = (0.0, 0.0, 0.0)
+    for i in range(cone, span):
+        axis = in_world(substep_bodies[contact.body_b], spin_of(rows[row + i].jacobian_b))
+        twist = along(twist, rows[row + i].impulse, axis)
+    n = vec(contact.normal)
+    t, s = tangents(n)
+    total[3] += dot(n, twist)
+    total[4] += dot(t, twist)
+    total[5] += dot(s, twist)
+
+
+@njit
+def add_pushes(contact: Any, rows: Any, row: Any, substep_bodies: Any, pushes: Vec) -> None:
+    """Add impulses along normal and tangents of a contact's rows to those along its directions before the step."""
+    of_a, of_b = substep_bodies[contact.body_a], substep_bodies[contact.body_b]
+    push, on_a, on_b = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+    for i in range(3 if contact.friction > 0.0 else 1):
+        made = rows[row + i]
+        push = along(push, pushes[i], vec(made.jacobian_b))
+        on_a = along(on_a, -pushes[i], in_world(of_a, spin_of(made.jacobian_a)))
+        on_b = along(on_b, pushes[i], in_world(of_b, spin_of(made.jacobian_b)))
+    n = vec(contact.normal)
+    t, s = tangents(n)
+    contact.total_impulse[0] += dot(n, push)
+    contact.total_impulse[1] += dot(t, push)
+    contact.total_impulse[2] += dot(s, push)
+    point = vec(contact.point)
+    on_a = sub(on_a, cross(sub(point, vec(of_a.start_position)), push))
+    on_b = sub(on_b, cross(sub(point, vec(of_b.start_position)), push))
+    for d in range(3):
+        contact.moments[0, d] += on_a[d]
+        contact.moments[1, d] += on_b[d]
+
+
+@njit
 def rotate_contact_rows(world: Any, island: Any) -> None:
-    """Rotate the Jacobians of the contact rows to the present frames of the bodies."""
+    """Rotate the Jacobians of the contact rows that do not turn to the present frames of the bodies."""
+    bodies = world.state.bodies
     rows = world.scratch.rows
     contacts = world.state.contacts
     substep_bodies = world.scratch.substep_bodies
     r = island.joint_rows
     last = -1
     while r < island.rows:
-        set_contact_jacobians(rows, r, contacts[rows[r].source], last, substep_bodies)
+        contact = contacts[rows[r].source]
+        if not must_turn(contact, bodies, substep_bodies, island.h):
+            set_contact_jacobians(rows, r, contact, last, substep_bodies)
         last = r
         r += int(rows[r].span)
 
@@ -193,3 +386,6 @@ def add_total(contact: Any, other: Any) -> None:
         total[first] += dot(n, whole)
         total[first + 1] += dot(t, whole)
         total[first + 2] += dot(s, whole)
+    for side in range(2):
+        for d in range(3):
+            contact.moments[side, d] += other.moments[side, d]

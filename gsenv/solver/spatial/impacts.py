@@ -12,6 +12,7 @@ from ..core.impacts import acceleration_of, apply_impulse_at, couple, speed_at
 from ..core.rows import UNILATERAL
 from ..jit import njit
 from ..methods.disc import minimise_on_disc
+from .contact_rows import add_pushes
 from .friction_cone import cone_span
 
 GROUP_SWEEPS = 60  # largest number of sweeps over the contacts of one manifold
@@ -145,7 +146,8 @@ def apply_impact(world: Any, island: Any, r: Any, time: Any, joint_factor: Any) 
     k = start
     while k < stop:
         if rows[k].direction == 1.0:
-            total = contacts[rows[k].source].total_impulse
-            for i in range(cone_span(rows, k)):
-                total[i] += rows[k + i].position_impulse
+            pushes = (rows[k].position_impulse, 0.0, 0.0)
+            if cone_span(rows, k) == 3:
+                pushes = (rows[k].position_impulse, rows[k + 1].position_impulse, rows[k + 2].position_impulse)
+            add_pushes(contacts[rows[k].source], rows, k, substep_bodies, pushes)
         k += int(rows[k].span)

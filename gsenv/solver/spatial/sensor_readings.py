@@ -131,8 +131,8 @@ def contact_impulse(contact: Any) -> Vec:
 
 
 @njit
-def contact_moment(contact: Any, motion: Any, impulse: Vec) -> Vec:
-    """Return the angular impulse on body b about the centre of mass of a body's motion, N m s.
+def contact_moment(contact: Any, motion: Any, impulse: Vec, side: int) -> Vec:
+    """Return the angular impulse on body b about the centre of mass of a body's motion, N m s; ``side``: 0 of a.
 
     Torsional and rolling friction add torques of their own.
     """
@@ -140,6 +140,8 @@ def contact_moment(contact: Any, motion: Any, impulse: Vec) -> Vec:
     t, s = tangents(n)
     p = contact.total_impulse
     own = along(along(scaled(n, p[3]), p[4], t), p[5], s)
+    beyond = contact.moments[side]
+    own = add(own, (beyond[0], beyond[1], beyond[2]))
     return add(cross(sub(vec(contact.point), vec(motion.position)), impulse), own)
 
 

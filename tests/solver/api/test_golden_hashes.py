@@ -68,11 +68,11 @@ WORLDS: dict[str, tuple[Callable[[], World], int]] = {  # and how many steps
     "3D chain": (lambda: World(spatial_chain(), options=AWAKE), 120),
 }
 GOLDEN = {
-    "2D mixed": "9b516672d961c06f3ca366a2561cd44a549b3fd1a3bb9278d6893d56ad97bdf2",
-    "2D tumble": "0d37f517ac83fdf5ce6869281c69d7c8d608b6a14b1afb907a8a6d0d4df5ada1",
+    "2D mixed": "f29f12c83945f684fba3b05e8147f785c82b3b93fb1b01d3aa55b6b5035f6381",
+    "2D tumble": "459980da4bae36f449fdf05689e1995606e24cfdf86d89352fbdf0738aced6ce",
     "2D pyramid": "b16dae00c99eac503e1e2c3e23eb4902c3185eec3b7079e54e65fa10bdb98f5f",
-    "3D mixed": "5574a82d99bf06a7eb26f600f735997bf26618cd95086e9366a1798c9f2b7cf9",
-    "3D tumble": "9d81e72fc0f33aad2903a91a252b8ce08ecf8fd8bb13fe75cf132dc1a6acba69",
+    "3D mixed": "bf51503156e7d8bd1499dbf647ca65b53db730549ceb11247bb21d3cc919be7f",
+    "3D tumble": "a9241c7aa86d9be23104a04cc73a6b670cbfa1868543b2687ea82f07dff16634",
     "3D chain": "13a3abbf82d14d4c38ee9162d142d15f9872b1245f27ceae8cd3c9d7be09d53e",
 }
 

@@ -51,19 +51,20 @@ def kept_awake(scene: Scene, settled: int) -> World:
 
 def check_rest(world: World, steps: int) -> None:
     """Check that in so many steps no body moves far, and few steps take more than the one sweep of each island."""
-    assert way_at_rest(world, steps) < MOVED
+    way, direct = way_at_rest(world, steps)
+    assert way < MOVED
+    assert direct < SELDOM
 
 
-def way_at_rest(world: World, steps: int) -> float:
-    """Return how far a body moves in so many steps, of which few take more than the one sweep of each island."""
+def way_at_rest(world: World, steps: int) -> tuple[float, float]:
+    """Return how far a body moves in so many steps, and the share of those with more than a sweep of each island."""
     start = world.state.bodies["position"].copy()
     direct = 0
     for _ in range(steps):
         world.step()
         readings = world.diagnostics()
         direct += int(readings.sweeps[0] > readings.islands[0])
-    assert direct < SELDOM * steps
-    return float(np.abs(world.state.bodies["position"] - start).max())
+    return float(np.abs(world.state.bodies["position"] - start).max()), direct / steps
 
 
 @pytest.mark.parametrize("dim", [2, 3])
@@ -89,10 +90,12 @@ def test_boxes_on_a_slope_stay(dim: int, degrees: float) -> None:
 
 def test_heaps_stay() -> None:
     """All but one in ten, in which a box still settles after 10 s, at less than 0.1 mm/s."""
-    moved = [way_at_rest(kept_awake(cube_drop(50, seed), 600), 600) for seed in range(20)]
+    rests = [way_at_rest(kept_awake(cube_drop(50, seed), 600), 600) for seed in range(40)]
+    moved, direct = np.transpose(rests)
     assert np.median(moved) < 0.1 * MOVED
     assert np.quantile(moved, 0.9) < MOVED
     assert max(moved) < 1e-3
+    assert np.quantile(direct, 0.9) < SELDOM
 
 
 def test_pyramid_stays_with_few_direct_steps() -> None:

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...core.faces import FACE_OF_A, NO_FACE
 from ...jit import njit
 from ..math import Pose
 from .manifold import Manifold, bare_manifold, flipped, no_manifold, point_manifold
@@ -99,12 +100,12 @@ def clip_faces(face: Face, segment: Segment, radius_incident: float, graze: floa
     if keep0 and keep1:
         return Manifold(
             2, frame.cos, frame.sin, separation,
-            x0, y0, separation0, feature0, x1, y1, separation1, feature1,
+            x0, y0, separation0, feature0, x1, y1, separation1, feature1, FACE_OF_A, radius_incident,
         )  # fmt: skip
     if keep0:
-        return point_manifold(frame.cos, frame.sin, x0, y0, separation0, feature0)
+        return point_manifold(frame.cos, frame.sin, x0, y0, separation0, feature0, FACE_OF_A, radius_incident)
     if keep1:
-        return point_manifold(frame.cos, frame.sin, x1, y1, separation1, feature1)
+        return point_manifold(frame.cos, frame.sin, x1, y1, separation1, feature1, FACE_OF_A, radius_incident)
     return bare_manifold(frame.cos, frame.sin, separation)
 
 
@@ -147,7 +148,7 @@ def round_ends(face: Face, segment: Segment, radius_incident: float, margin: flo
     world_x = frame.cos * nx - frame.sin * ny
     world_y = frame.sin * nx + frame.cos * ny
     feature = feature0 if part < 0.5 else feature1
-    return point_manifold(world_x, world_y, px, py, separation, feature)
+    return point_manifold(world_x, world_y, px, py, separation, feature, NO_FACE, 0.0)
 
 
 @njit

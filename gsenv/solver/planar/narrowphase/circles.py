@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import int64
 
+from ...core.faces import FACE_OF_A, NO_FACE
 from ...jit import njit
 from ..math import Pose
 from .boxes import RoundBox
@@ -21,6 +22,7 @@ def box_circle(pose_a: Pose, box: RoundBox, pose_b: Pose, radius_b: float, margi
     y = pose_a.cos * dy - pose_a.sin * dx
     near_x = min(max(x, -half_x), half_x)
     near_y = min(max(y, -half_y), half_y)
+    on_face = abs(x) < half_x or abs(y) < half_y
     nx = x - near_x
     ny = y - near_y
     distance = np.sqrt(nx * nx + ny * ny)
@@ -50,4 +52,6 @@ def box_circle(pose_a: Pose, box: RoundBox, pose_b: Pose, radius_b: float, margi
         pose_a.y + sin * x + cos * y,
         separation,
         int64(0),
+        FACE_OF_A if on_face else NO_FACE,
+        radius_b,
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from ...core.detection import TOUCHING, any_jointed, with_motion
+from ...core.faces import opposite_face
 from ...core.geometry import BASE_MARGIN, MEET, MovingShape, PlacedShape
 from ...jit import njit
 from ...records.model import Array
@@ -70,6 +71,8 @@ def write_points(m: Manifold, lift: float, miss: float, contacts: Array, count: 
             contact.point[1] += lift * contact.separation * m.normal_y
             contact.feature = m.feature1 if k else m.feature0
             contact.miss_distance = miss
+            contact.face = m.face
+            contact.core_distance = m.rounding + (0.5 - lift) * contact.separation
         count += 1
     return count
 
@@ -90,6 +93,8 @@ def find_chain_contacts(
     for k in range(count, min(tally.total, len(contacts))):
         contact = contacts[k]
         contact.miss_distance = 0.0
+        if flip:
+            contact.face = opposite_face(contact.face)
         contact.point[0], contact.point[1] = to_world(pose, contact.point[0], contact.point[1])
         nx, ny = rotate(pose.cos, pose.sin, contact.normal[0], contact.normal[1])
         contact.normal[0] = -nx if flip else nx

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...core.faces import NO_FACE, opposite_face
 from ...jit import njit
 
 
@@ -28,22 +29,26 @@ class Manifold(NamedTuple):
     y1: float
     separation1: float
     feature1: int
+    face: int  # whose face has the normal, NO_FACE, FACE_OF_A or FACE_OF_B: with it the normal turns
+    rounding: float  # m, from the surface of the other shape to the points that are fixed on it: its radius
 
 
 @njit
 def no_manifold() -> Manifold:
-    return Manifold(0, 0.0, 0.0, np.inf, 0.0, 0.0, 0.0, 0, 0.0, 0.0, 0.0, 0)
+    return Manifold(0, 0.0, 0.0, np.inf, 0.0, 0.0, 0.0, 0, 0.0, 0.0, 0.0, 0, NO_FACE, 0.0)
 
 
 @njit
 def bare_manifold(normal_x: float, normal_y: float, separation: float) -> Manifold:
     """Return a separating direction without points."""
-    return Manifold(0, normal_x, normal_y, separation, 0.0, 0.0, 0.0, 0, 0.0, 0.0, 0.0, 0)
+    return Manifold(0, normal_x, normal_y, separation, 0.0, 0.0, 0.0, 0, 0.0, 0.0, 0.0, 0, NO_FACE, 0.0)
 
 
 @njit
-def point_manifold(normal_x: float, normal_y: float, x: float, y: float, separation: float, feature: int) -> Manifold:
-    return Manifold(1, normal_x, normal_y, separation, x, y, separation, feature, 0.0, 0.0, 0.0, 0)
+def point_manifold(
+    normal_x: float, normal_y: float, x: float, y: float, separation: float, feature: int, face: int, rounding: float
+) -> Manifold:
+    return Manifold(1, normal_x, normal_y, separation, x, y, separation, feature, 0.0, 0.0, 0.0, 0, face, rounding)
 
 
 @njit
@@ -62,4 +67,6 @@ def flipped(m: Manifold) -> Manifold:
         m.y1,
         m.separation1,
         m.feature1,
+        opposite_face(m.face),
+        m.rounding,
     )

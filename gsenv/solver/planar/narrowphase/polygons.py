@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import int64
 
+from ...core.faces import FACE_OF_A, NO_FACE
 from ...jit import njit
 from ..math import Pose, relative, to_world
 from .boxes import GRAZE, REFERENCE_BIAS, Face, Segment, clip_faces
@@ -186,4 +187,6 @@ def corner_contact(face: Face, normal: float, side: float, radius_b: float, marg
         py,
         separation,
         int64(0),
+        NO_FACE if normal > 0.0 and beside != 0.0 else FACE_OF_A,
+        radius_b,
     )

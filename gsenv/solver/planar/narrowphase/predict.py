@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from ...core.faces import NO_FACE
 from ...core.geometry import APART, MAX_ADVANCES, MEET, MISS, MovingShape, placed, share_of, swing_speed
 from ...jit import njit
 from .manifold import Manifold, no_manifold
@@ -70,7 +71,7 @@ def brought_back(m: Manifold, a: MovingShape, b: MovingShape, time: float) -> Ma
     return Manifold(
         m.points, m.normal_x, m.normal_y, m.separation + gap0,
         m.x0 - back_x, m.y0 - back_y, m.separation0 + gap0, m.feature0,
-        m.x1 - back_x, m.y1 - back_y, m.separation1 + gap1, m.feature1,
+        m.x1 - back_x, m.y1 - back_y, m.separation1 + gap1, m.feature1, NO_FACE, 0.0,
     )  # fmt: skip
 
 

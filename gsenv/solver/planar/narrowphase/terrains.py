@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import int64
 
+from ...core.faces import FACE_OF_A, FACE_OF_B, NO_FACE
 from ...jit import njit
 from ..math import rotate, to_local, to_world
 from ..vertices import CONVEX, LEAF_SEGMENTS, leaf_misses
@@ -58,14 +59,21 @@ class Corner(NamedTuple):
 
 
 @njit
-def emit(contacts: Any, tally: Tally, point: Point, normal: Point, separation: float, feature: int) -> Tally:
-    """Write a contact of the chain with a surface point; `point` is the midpoint."""
+def emit(
+    contacts: Any, tally: Tally, point: Point, normal: Point, separation: float, feature: int, face: int, radius: float
+) -> Tally:
+    """Write a contact of the chain with a surface point; `point` is the midpoint.
+
+    `face`: whose face has the normal; `radius`: m, rounding of the other's corner.
+    """
     if tally.total < len(contacts):
         contact = contacts[tally.total]
         contact.point[0], contact.point[1] = point
         contact.normal[0], contact.normal[1] = normal
         contact.separation = separation
         contact.feature = feature
+        contact.face = face
+        contact.core_distance = radius + 0.5 * separation
     if separation < tally.separation:
         return Tally(tally.total + 1, separation, normal[0], normal[1])
     return Tally(tally.total + 1, tally.separation, tally.normal_x, tally.normal_y)
@@ -73,12 +81,19 @@ def emit(contacts: Any, tally: Tally, point: Point, normal: Point, separation: f
 
 @njit
 def emit_corner(
-    contacts: Any, tally: Tally, mover: Mover, corner: Corner, normal: Point, separation: float, feature: int
+    contacts: Any,
+    tally: Tally,
+    mover: Mover,
+    corner: Corner,
+    normal: Point,
+    separation: float,
+    feature: int,
+    face: int,
 ) -> Tally:
     """Write a contact of a corner of the shape, rounded by its radius; `feature` is the first of 64 ids."""
     back = mover.outline.radius + 0.5 * separation
     point = (corner.x - normal[0] * back, corner.y - normal[1] * back)
-    return emit(contacts, tally, point, normal, separation, feature + corner.number)
+    return emit(contacts, tally, point, normal, separation, feature + corner.number, face, mover.outline.radius)
 
 
 @njit
@@ -130,6 +145,7 @@ def corner_inside(
     along = along_edge(vertex, corner.x, corner.y)
     nx = vertex.normal[0]
     ny = vertex.normal[1]
+    face = FACE_OF_A
     if along > vertex.length:  # under a valley, to its bottom; the later edge counts
         edge = vertex.next
         vertex = vertices[chain.first + edge]
@@ -137,8 +153,9 @@ def corner_inside(
     if along < 0.0 and distance > 0.0:
         nx = (vertex.position[0] - corner.x) / distance
         ny = (vertex.position[1] - corner.y) / distance
+        face = NO_FACE
     separation = -distance - mover.outline.radius
-    return emit_corner(contacts, tally, mover, corner, (nx, ny), separation, (vertex.run * 3 + FACE) * 64)
+    return emit_corner(contacts, tally, mover, corner, (nx, ny), separation, (vertex.run * 3 + FACE) * 64, face)
 
 
 @njit
@@ -169,7 +186,8 @@ def corner_outside(chain: Chain, mover: Mover, vertices: Any, contacts: Any, tal
             if not is_facing(mover, vertices, corner.number, vertex.normal):
                 continue
             normal = (vertex.normal[0], vertex.normal[1])
-            tally = emit_corner(contacts, tally, mover, corner, normal, separation, (vertex.run * 3 + FACE) * 64)
+            feature = (vertex.run * 3 + FACE) * 64
+            tally = emit_corner(contacts, tally, mover, corner, normal, separation, feature, FACE_OF_A)
     return tally
 
 
@@ -189,7 +207,7 @@ def corner_beside_ridge(
     if before >= 0.0 or after >= 0.0:
         return tally
     normal = (dx / distance, dy / distance)
-    return emit_corner(contacts, tally, mover, corner, normal, separation, (i * 3 + POINT) * 64)
+    return emit_corner(contacts, tally, mover, corner, normal, separation, (i * 3 + POINT) * 64, NO_FACE)
 
 
 @njit
@@ -241,7 +259,7 @@ def ridge(chain: Chain, mover: Mover, vertices: Any, contacts: Any, tally: Tally
         return tally
     nx, ny = rotate(mover.pose.cos, mover.pose.sin, -mx, -my)
     point = to_world(mover.pose, x - 0.5 * separation * mx, y - 0.5 * separation * my)
-    return emit(contacts, tally, point, (nx, ny), separation, (i * 3 + RIDGE) * 64 + edge)
+    return emit(contacts, tally, point, (nx, ny), separation, (i * 3 + RIDGE) * 64 + edge, FACE_OF_B, 0.0)
 
 
 @njit

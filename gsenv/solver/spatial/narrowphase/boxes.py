@@ -5,8 +5,6 @@ S. Gottschalk, M. Lin, D. Manocha, "OBBTree", SIGGRAPH 1996: six face normals an
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numba import int64
 
@@ -14,7 +12,6 @@ from ...jit import njit
 from ..math import Pose, Vec, add, along, cross, dot, rotate, scaled, sub, unrotate
 from .clip import FEATURES, LABELS, WITNESS
 from .features import EDGE_ID
-from .manifold import add_point, begin_manifold
 from .solids import Solid
 
 FACE_BIAS = 0.01  # of the extent: advantage that a face of b or edges need, so that two do not alternate
@@ -95,6 +92,13 @@ def axis_of(pose: Pose, i: int) -> Vec:
 
 
 @njit
+def is_axis(pose: Pose, n: Vec) -> bool:
+    """Whether a direction is exactly an axis of the pose, or the opposite of one."""
+    m = scaled(n, -1.0)
+    return n == pose.x or n == pose.y or n == pose.z or m == pose.x or m == pose.y or m == pose.z
+
+
+@njit
 def boxes_direction(a: Solid, b: Solid, margin: float) -> tuple[Vec, float, float, int, bool, Vec]:
     """Find the faces or edges with the largest separation of the boxes.
 
@@ -130,8 +134,8 @@ def box_corner(half: Vec, pose: Pose, d: Vec) -> Vec:
 
 
 @njit
-def cross_edges(a: Solid, b: Solid, origin: Vec, separation: float, pair: int, m: Any) -> None:
-    """Fill m with the contact of two edges along their common normal; no point where they pass each other."""
+def cross_edges(a: Solid, b: Solid, pair: int) -> tuple[Vec, bool, Vec, int]:
+    """Return (common normal of two edges, whether they cross along it, midpoint there, feature id)."""
     d = sub(b.pose.at, a.pose.at)
     i = pair // 3
     j = pair - 3 * i
@@ -142,7 +146,6 @@ def cross_edges(a: Solid, b: Solid, origin: Vec, separation: float, pair: int, m
     n = scaled(n, 1.0 / np.sqrt(sine2))
     if dot(n, d) < 0.0:
         n = scaled(n, -1.0)
-    begin_manifold(m, n, separation)
     p, code_a = edge_middle(a.half, a.pose, i, n)
     q, code_b = edge_middle(b.half, b.pose, j, scaled(n, -1.0))
     gap = sub(q, p)
@@ -151,12 +154,10 @@ def cross_edges(a: Solid, b: Solid, origin: Vec, separation: float, pair: int, m
     t = c * s - dot(gap, f)
     s = min(max(s, -a.half[i]), a.half[i])
     inside = abs(t) <= b.half[j] * 1.000001 and abs(dot(gap, e) + c * t - s) <= 1e-6 * a.half[i]
-    if separation > 0.0 and not inside:
-        return
     t = min(max(t, -b.half[j]), b.half[j])
     middle = scaled(add(along(p, s, e), along(q, t, f)), 0.5)
     feature = (EDGE_ID + code_a) * FEATURES + EDGE_ID + code_b
-    add_point(m, add(origin, middle), separation, feature * LABELS + WITNESS)
+    return n, inside, middle, feature * LABELS + WITNESS
 
 
 @njit

@@ -13,6 +13,7 @@ import numpy as np
 from numba import int64
 from numpy.typing import NDArray
 
+from ...core.faces import FACE_OF_A, FACE_OF_B, NO_FACE
 from ...jit import njit
 from ..kinds import BOX, CYLINDER, HULL
 from ..math import Vec, add, along, dot, rotate, scaled, sub, to_local, unit, vec
@@ -29,12 +30,15 @@ FACE_BIAS = 0.01  # of the extent: advantage in separation that another directio
 
 
 @njit
-def face_direction(a: Solid, b: Solid, vertices: Array | None) -> tuple[Vec, float]:
-    """Return (unit normal, separation along it) of the face, or pair of axes, with the largest separation."""
+def face_direction(a: Solid, b: Solid, vertices: Array | None) -> tuple[Vec, float, int]:
+    """Return (unit normal, separation, whose face) of the face, or pair of axes, with the largest separation."""
     d = sub(b.pose.at, a.pose.at)
-    n, best = axes_normal(a, b, vertices, d, unit(d), -np.inf)
-    n, best = best_face_of(a, b, vertices, d, 1.0, n, best)
-    return best_face_of(b, a, vertices, scaled(d, -1.0), -1.0, n, best)
+    n, by_axes = axes_normal(a, b, vertices, d, unit(d), -np.inf)
+    n, by_a = best_face_of(a, b, vertices, d, 1.0, n, by_axes)
+    n, by_b = best_face_of(b, a, vertices, scaled(d, -1.0), -1.0, n, by_a)
+    if by_b > by_a:
+        return n, by_b, FACE_OF_B
+    return n, by_b, FACE_OF_A if by_a > by_axes else NO_FACE
 
 
 @njit

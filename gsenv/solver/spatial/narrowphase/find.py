@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from ...core.detection import TOUCHING, any_jointed, with_motion
+from ...core.faces import opposite_face
 from ...core.geometry import BASE_MARGIN, MISS, PlacedShape
 from ...jit import inline_njit, njit
 from ...records.model import Array
@@ -111,6 +112,8 @@ def write_points(m: Any, contacts: Array, count: int) -> int:
                 contact.point[d] = m.point[k, d]
             contact.separation = m.gap[k]
             contact.feature = m.feature[k]
+            contact.face = m.face
+            contact.core_distance = m.rounding + 0.5 * m.gap[k]
         count += 1
     return count
 
@@ -135,6 +138,7 @@ def find_field_contacts(
     count = heightfield_contacts(world.shapes, field, shape, margin, turn, contacts, count, narrowphase)
     if flip:
         for k in range(start, min(count, len(contacts))):
+            contacts[k].face = opposite_face(contacts[k].face)
             for d in range(3):
                 contacts[k].normal[d] = -contacts[k].normal[d]
     return count

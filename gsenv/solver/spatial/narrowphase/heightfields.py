@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...core.faces import FACE_OF_A, FACE_OF_B
 from ...core.geometry import PlacedShape
 from ...jit import njit
 from ..kinds import CAPSULE, CYLINDER, SPHERE
@@ -47,7 +48,7 @@ from .fields import (
     triangle,
 )
 from .manifold import clear_manifold, set_normal
-from .spread import CHOSEN, choose, offer
+from .spread import CHOSEN, choose, offer, set_face
 
 CROSSED = 1e-4  # sine: edges nearer to parallel touch at their ends
 STEEPEST = 4.0  # largest ratio of a ridge's depth below an edge of the shape to that below a face not at that edge
@@ -172,7 +173,10 @@ def corner(vertices: Any, grid: Grid, body: Body, index: int, margin: float, scr
                 gap = dot(n, sub(p, a))
                 if gap >= 0.0 and gap <= reach and faces_ground(body, scratch, index, n) and is_over(p, a, b, c, n):
                     feature = number(grid, row, column, which, index)
-                    total = offer_corner(scratch, total, p, n, gap, radius, feature)
+                    before = total
+                    total = offer_corner(scratch, before, p, n, gap, radius, feature)
+                    if body.kind != CYLINDER:
+                        set_face(scratch, before, total, FACE_OF_A, radius)
     if not near:
         return total
     for row in range(span.row, span.row_end + 1):
@@ -237,7 +241,11 @@ def corner_inside(vertices: Any, grid: Grid, body: Body, corner: Corner, depth: 
         row, column, which, n, distance = nearest(vertices, grid, p, depth, body, index, scratch)
     if row < 0:
         return total
-    return offer_corner(scratch, total, p, n, -distance, radius, number(grid, row, column, which, index))
+    before = total
+    total = offer_corner(scratch, before, p, n, -distance, radius, number(grid, row, column, which, index))
+    if body.kind != CYLINDER:
+        set_face(scratch, before, total, FACE_OF_A, radius)
+    return total
 
 
 @njit
@@ -373,7 +381,10 @@ def peak(vertices: Any, grid: Grid, body: Body, cell: Cell, margin: float, scrat
                 return total  # not under that face
     elif best < STEEPEST * highest - 1e-3 * body.extent:
         return total  # the shape is left on another side
-    return offer(scratch, total, along(p, -0.5 * best, m), scaled(m, -1.0), best, feature + face)
+    before = total
+    total = offer(scratch, before, along(p, -0.5 * best, m), scaled(m, -1.0), best, feature + face)
+    set_face(scratch, before, total, FACE_OF_B, 0.0)
+    return total
 
 
 @njit
@@ -432,6 +443,8 @@ def write_chosen(scratch: Any, total: int, field_pose: Pose, contacts: Any, coun
                 contact.normal[i] = n[i]
             contact.separation = entry.gap
             contact.feature = entry.feature
+            contact.face = entry.face
+            contact.core_distance = entry.rounding + 0.5 * entry.gap
         count += 1
 
 

@@ -6,8 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from ...core.faces import NO_FACE, opposite_face
 from ...jit import njit
+from ..kinds import CYLINDER
 from ..math import Vec
+from .solids import Solid
 
 MAX_POINTS = 4
 
@@ -26,6 +29,8 @@ def manifold_dtype() -> np.dtype[Any]:
             ("point", "f8", (MAX_POINTS, 3)),  # m, midpoint between the two surfaces
             ("gap", "f8", (MAX_POINTS,)),  # m, separation at the point
             ("feature", "i8", (MAX_POINTS,)),  # feature ids
+            ("face", "i8"),  # whose face has the normal, which turns with it; see core/faces.py
+            ("rounding", "f8"),  # m, from the surface of the other shape to the points that are fixed on it
         ],
         align=True,
     )
@@ -33,10 +38,23 @@ def manifold_dtype() -> np.dtype[Any]:
 
 @njit
 def begin_manifold(m: Any, n: Vec, separation: float) -> None:
-    """Start a manifold along the unit normal n, without points."""
+    """Start a manifold along the unit normal n, which belongs to no face, without points."""
     m.count = 0
+    m.face = NO_FACE
+    m.rounding = 0.0
     m.separation = separation
     set_normal(m, n)
+
+
+@njit
+def set_face(m: Any, face: int, other: Solid) -> None:
+    """Note whose face has the normal; `other`: the shape that touches it.
+
+    A cylinder counts as one without: what touches is not fixed on it while it rolls.
+    """
+    if face != NO_FACE and other.kind != CYLINDER:
+        m.face = face
+        m.rounding = other.grown
 
 
 @njit
@@ -68,6 +86,7 @@ def flip_manifold(m: Any) -> None:
     """Exchange shapes a and b."""
     for i in range(3):
         m.normal[i] = -m.normal[i]
+    m.face = opposite_face(m.face)
 
 
 @njit

@@ -8,12 +8,13 @@ import numpy as np
 from numba import int64
 from numpy.typing import NDArray
 
+from ...core.faces import FACE_OF_A
 from ...jit import njit
 from ..kinds import CYLINDER, HULL
 from ..math import Pose, Vec, add, along, dot, rotate, scaled, sub, vec
 from .clip import add_spot, choose_spots
 from .features import LOWEST, RIM, Basis, basis_of, rim_direction
-from .manifold import begin_manifold, clear_manifold
+from .manifold import begin_manifold, clear_manifold, set_face
 from .scratch import CLIP_MAX
 from .solids import Solid, from_origin, support, support_vertex
 
@@ -36,6 +37,7 @@ def collide_plane(plane: Pose, solid: Solid, vertices: Array | None, margin: flo
         clear_manifold(m)
         return
     begin_manifold(m, n, separation)
+    set_face(m, FACE_OF_A, solid)
     basis = basis_of(n)
     reach = min(margin, separation + b.extent)  # the upper corners of a body smaller than the margin carry nothing
     count = int64(0)

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from ...core.faces import NO_FACE
 from ...core.geometry import APART, MAX_ADVANCES, MEET, MISS, MovingShape, placed, share_of, swing_speed
 from ...jit import njit
 from ..math import Vec, add, dot, scaled, sub, vec
@@ -58,6 +59,7 @@ def bring_back(m: Any, a: MovingShape, b: MovingShape, time: float) -> None:
     share = share_of(a, b)
     back = scaled(add(scaled(a.motion.velocity, share), scaled(b.motion.velocity, 1.0 - share)), time)
     n = vec(m.normal)
+    m.face = NO_FACE
     for k in range(m.count):
         p = (m.point[k, 0], m.point[k, 1], m.point[k, 2])
         gap = time * closing_speed(n, a.motion, b.motion, p, time)

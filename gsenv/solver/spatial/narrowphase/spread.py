@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numba import int64
 
+from ...core.faces import NO_FACE
 from ...jit import njit
 from ..math import Vec, cross, dot, norm, sub, vec
 
@@ -37,6 +38,8 @@ def field_scratch_dtype() -> np.dtype[Any]:
             ("push", "f8", (3,)),  # unit, out of the field
             ("gap", "f8"),  # m
             ("feature", "i4"),
+            ("face", "i4"),  # see core/faces.py: a corner of the shape on a face of the field, or none
+            ("rounding", "f8"),  # m, of this corner
             ("state", "i4"),
         ],
         align=True,
@@ -60,8 +63,21 @@ def offer(scratch: Any, total: int, spot: Vec, push: Vec, gap: float, feature: i
         entry.push[i] = push[i]
     entry.gap = gap
     entry.feature = feature
+    entry.face = NO_FACE
+    entry.rounding = 0.0
     entry.state = FREE
     return total + 1 if k == total else total
+
+
+@njit
+def set_face(scratch: Any, total: int, after: int, face: int, radius: float) -> None:
+    """Note whose face the candidate number `total` is on, if the offer made it: of the field (a) or the shape (b).
+
+    `after`: number of candidates since then; `radius`: m, around the corner on this face.
+    """
+    if after > total:
+        scratch[total].face = face
+        scratch[total].rounding = radius
 
 
 @njit

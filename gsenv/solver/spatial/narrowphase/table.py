@@ -7,15 +7,16 @@ from typing import Any
 import numpy as np
 from numba import int64
 
+from ...core.faces import FACE_OF_A, FACE_OF_B, NO_FACE
 from ...core.geometry import PlacedShape
 from ...jit import njit
 from ...records.model import Array
 from ..kinds import BOX, CYLINDER, PLANE
-from ..math import add
-from .boxes import boxes_direction, cross_edges
+from ..math import Vec, add
+from .boxes import boxes_direction, cross_edges, is_axis
 from .clip import WITNESS, touch
 from .convex import SAME, SHALLOW, core_direction, face_direction
-from .manifold import MAX_POINTS, add_point, begin_manifold, clear_manifold, flip_manifold, sort_points
+from .manifold import MAX_POINTS, add_point, begin_manifold, clear_manifold, flip_manifold, set_face, sort_points
 from .planes import collide_plane
 from .rounds import round_direction
 from .solids import Solid, from_origin, solid_of
@@ -86,37 +87,61 @@ def collide_solids(
     extent = min(a.extent, b.extent)
     by_edges, edges, edges_decide = -np.inf, int64(0), False
     n, separation, middle = a.pose.z, np.inf, a.pose.at
+    face = NO_FACE
     if routine == BOXES:
         n, separation, by_edges, edges, edges_decide, middle = boxes_direction(a, b, margin)
+        face = FACE_OF_A if is_axis(a.pose, n) else FACE_OF_B
     elif routine == ROUND:
         n, separation, middle = round_direction(a, b)
+        if (a.kind == BOX or a.kind == CYLINDER) and is_axis(a.pose, n):
+            face = FACE_OF_A
     elif convex is not None:
-        n, separation = face_direction(a, b, vertices)
+        n, separation, face = face_direction(a, b, vertices)
         middle = n
     if not max(separation, by_edges) <= margin:
         clear_manifold(m)
         return
     least = np.inf
-    if not edges_decide and (routine != CONVEX or separation > -SHALLOW * extent):
+    witness = int64(WITNESS)
+    if edges_decide:
+        n, crossing, middle, witness = cross_edges(a, b, edges)
+        separation, face = by_edges, NO_FACE
+        if separation > 0.0 and not crossing:
+            begin_manifold(m, n, separation)
+            return
+    if routine != CONVEX or separation > -SHALLOW * extent:
         begin_manifold(m, n, separation)
+        set_face(m, face, b if face == FACE_OF_A else a)
         least = touch(a, b, vertices, origin, margin, m, scratch)
-    if routine == BOXES:
+    if routine == BOXES and not edges_decide:
         if least == np.inf:
             if by_edges > separation:
-                cross_edges(a, b, origin, by_edges, edges, m)
+                touch_at_edges(a, b, origin, by_edges, edges, m)
             elif separation <= 0.0:  # deep, and beside the faces
-                add_point(m, add(origin, middle), separation, int64(WITNESS))
+                add_point(m, add(origin, middle), separation, witness)
         return
     if convex is not None:
         if routine == CONVEX:
             if least <= separation + SAME * extent:
                 return
-            n, separation, middle = core_direction(a, b, vertices, n, separation, margin, scratch)
+            found, separation, middle = core_direction(a, b, vertices, n, separation, margin, scratch)
+            face = face if found == n else NO_FACE
+            n = found
             if not separation <= margin:
                 clear_manifold(m)
                 return
             begin_manifold(m, n, separation)
+            set_face(m, face, b if face == FACE_OF_A else a)
             least = touch(a, b, vertices, origin, margin, m, scratch)
     if not least <= separation + NEAR * extent:
         m.count = min(m.count, MAX_POINTS - 1)
-        add_point(m, add(origin, middle), separation, int64(WITNESS))
+        add_point(m, add(origin, middle), separation, witness)
+
+
+@njit
+def touch_at_edges(a: Solid, b: Solid, origin: Vec, separation: float, edges: int, m: Any) -> None:
+    """Fill m with the contact of two edges along their common normal; no point where they pass each other."""
+    n, crossing, middle, witness = cross_edges(a, b, edges)
+    begin_manifold(m, n, separation)
+    if separation <= 0.0 or crossing:
+        add_point(m, add(origin, middle), separation, witness)

@@ -215,3 +215,16 @@ def test_a_tower_of_boxes_keeps_its_features() -> None:
         np.testing.assert_allclose(np.abs(contact.point[:, :2]), 0.5, atol=1e-5)
         features.add(tuple(contact.feature))
     assert len(features) == 1
+
+
+def test_boxes_that_meet_at_edges_have_contacts_where_their_faces_will_meet_when_they_turn() -> None:
+    lower = box(0.5, 0.5, 0.5)
+    tilted = turn((1.0, 1.0, 0.0), 0.06)
+    for at in ((0.7, 0.6, 1.0), (0.4, 0.8, 1.0)):
+        upper = box(0.5, 0.5, 0.5).placed(at, tilted)
+        gap = best_separation(lower, upper, np.random.default_rng(0))
+        contact = contact_of(lower, upper.placed((at[0], at[1], at[2] - gap)), 0.2)
+        assert contact.separation == pytest.approx(0.0, abs=1e-4)
+        assert contact.count >= 3
+        assert min(contact.gap) == pytest.approx(contact.separation, abs=1e-9)
+        assert max(contact.gap) > 0.02
