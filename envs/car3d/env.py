@@ -253,7 +253,8 @@ class Car3DEnv(TaskEnv, Env[Any, Any]):
 
     Progress is a difference of places, so going to and fro earns nothing. A jump over a gate costs more the
     farther it goes, and a slide off the road the longer and farther it goes, so that a car that is too fast
-    gains by being a little slower. Who gives up pays for the time that is left, so it saves none.
+    gains by being a little slower. Who gives up pays for the time that is left, so it saves none; beyond that a
+    failure costs little, so that a first attempt to drive costs no more than to stand still.
 
     ## Starting State
     The car is at rest on level ground at the start of the road; bends and climbs begin after 6 m. The
@@ -268,7 +269,7 @@ class Car3DEnv(TaskEnv, Env[Any, Any]):
     - Termination: the middle of the chassis is at 122 m along the centre line. It is a success if no gate was
       missed and the middle was never beside the drawn road, more than 2.2 m from the centre line.
     - Termination, failure: the car has rolled over (its upward axis has a vertical part below 0.2), or is
-      lost, more than 6 m from the centre line or 5 m behind the start.
+      lost: more than 6 m from the centre line or 5 m behind the start, or beside the road for a whole second.
     - Truncation: after 585 steps (19.5 s), by `gymnasium.make`, `gymnasium.make_vec` and the vector environment.
 
     `info` has `success` and `is_success` (bool), `distance` (m, the largest along the centre line),

@@ -41,6 +41,7 @@ TASK_STATE_FIELDS: list[tuple[Any, ...]] = [
     ("gates", "i8"),  # that were passed
     ("missed", "i8"),  # gates
     ("off_road_steps", "i8"),  # beside the road
+    ("off_road_streak", "i8"),  # those of them since the car was last on it
     ("jumping", "i8"),  # 1 while the next gate has been missed, and an axle has not touched anything since
     (
         "down",
@@ -52,6 +53,7 @@ TASK_STATE_FIELDS: list[tuple[Any, ...]] = [
 
 CONTROL_TIME = 1.0 / 30.0  # s
 FLIGHT_STEPS = 15  # without a wheel on anything, after which progress is not paid
+LOST_STEPS = 30  # on end beside the road, after which the car is lost
 LEAST_UP = 0.2  # cosine of the tilt at which the car has rolled over
 
 PROGRESS_WEIGHT = 0.1  # per m
@@ -59,12 +61,12 @@ PAID_SPEED = 8.0  # m/s: progress beyond costs, else a learner's first habit is 
 FAST_WEIGHT = -0.1  # per m beyond it
 TIME_REWARD = -0.005  # per step
 FINISH_REWARD = 5.0
-FAILURE_REWARD = -1.0  # and TIME_REWARD for each step that is left: giving up saves no time
+FAILURE_REWARD = -0.5  # and TIME_REWARD for each step that is left: giving up saves no time
 MISS_REWARD = -1.0  # for each missed gate
 JUMP_WEIGHT = -1.0  # per m forwards after a miss, until both axles have touched something
-OFF_ROAD_REWARD = -0.05  # for each step beside the road
-OFF_ROAD_WEIGHT = -0.02  # per m and step beyond OFF_ROAD
-SMOOTH_WEIGHT = -0.005
+OFF_ROAD_REWARD = -0.02  # for each step beside the road
+OFF_ROAD_WEIGHT = -0.01  # per m and step beyond OFF_ROAD
+SMOOTH_WEIGHT = -0.002
 
 _PAID_PROGRESS = PAID_SPEED * CONTROL_TIME
 _TIME_LIMIT = time_limit("GCar3D-v0")
@@ -253,7 +255,8 @@ def evaluate_world(world):  # type: ignore[no-untyped-def]
     beyond = abs(task.aside) - _OFF_ROAD
     off = beyond > 0.0
     task.off_road_steps += int(off)
-    lost = abs(task.aside) > _LOST or task.place < -_LOST_BEHIND
+    task.off_road_streak = task.off_road_streak + 1 if off else 0
+    lost = abs(task.aside) > _LOST or task.place < -_LOST_BEHIND or task.off_road_streak >= LOST_STEPS
     failed = rolled or lost
     finished = task.place >= _FINISH and not failed
     success = finished and task.missed + task.off_road_steps == 0
