@@ -122,6 +122,45 @@ def test_the_separation_of_a_contact_is_that_of_the_poses_also_where_bodies_turn
     assert abs(float(world.state.bodies["velocity"][0, -1, 2 if dim == 2 else 4])) > 1.5  # rad/s
 
 
+def ball_scene(dim: int, offset: float, ground: str) -> Scene:
+    """A ball that rolls on a plane, or with much friction on a board that slides freely; off its body's centre."""
+    scene = Scene(dim=dim)
+    flat = (planar.HalfPlane if dim == 2 else spatial.Plane)(friction=0.0 if ground == "board" else GRIP)
+    scene.add_body("ground", "static", shapes=[flat])
+    height = 0.0
+    if ground == "board":
+        scene.add_body("board", shapes=[box(dim, 2.0, 0.05)], mass=1.0, **placed(dim, 0.0, 0.05, 0.0))
+        height = 0.1
+    kind: Any = planar.Circle if dim == 2 else spatial.Sphere
+    place = (offset, 0.0) if dim == 2 else (offset, 0.0, 0.0)
+    ball = kind(radius=0.1, friction=GRIP, position=place)
+    inertia = 0.005 if dim == 2 else (0.005, 0.005, 0.005)
+    motion = {"linear_velocity": (1.0, 0.0)} if dim == 2 else {"linear_velocity": (1.0, 0.0, 0.0)}
+    at = (-offset, height + 0.1) if dim == 2 else (-offset, 0.0, height + 0.1)
+    center = (0.0,) * dim
+    scene.add_body("ball", shapes=[ball], mass=1.0, inertia=inertia, center=center, position=at, **motion)
+    return scene
+
+
+@pytest.mark.parametrize("ground", ["plane", "board"])
+@pytest.mark.parametrize("offset", [0.0, 0.03])
+@pytest.mark.parametrize("dim", [2, 3])
+def test_a_ball_stays_on_what_it_rolls_on_also_off_its_bodys_centre(dim: int, offset: float, ground: str) -> None:
+    """The rows of a centred ball on a fixed face need not turn; those of an eccentric one must."""
+    world = World(ball_scene(dim, offset, ground), options=Options(timestep=1.0 / 60.0))
+    for _ in range(60):
+        world.step()
+        angle = clockwise(world)
+        top = float(world.position[0, 1, -1]) + 0.05 if ground == "board" else 0.0
+        # the ball's centre from its body's: the offset, turned clockwise
+        gap = float(world.position[0, -1, -1]) - math.sin(angle) * offset - 0.1 - top
+        contacts = world.contacts()
+        touching = contacts.body_b == len(world.model.bodies) - 1
+        np.testing.assert_allclose(contacts.separation[touching].min(), gap, atol=1e-9 if ground == "plane" else 2e-5)
+        assert abs(gap) < 2e-4
+    assert abs(clockwise(world)) > 0.5
+
+
 @pytest.mark.parametrize("dim", [2, 3])
 def test_the_force_of_a_contact_that_turns_changes_the_momentum_as_it_says(dim: int) -> None:
     world = World(plank_on_edge(dim)[0], options=Options(timestep=1.0 / 60.0))

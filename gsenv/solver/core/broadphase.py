@@ -142,8 +142,9 @@ def find_pairs(
     At least one of the two shapes is awake, at least one is dynamic, and they are on different bodies.
     """
     if scratch is not None:
-        return find_pairs_by_tree(geometry, shape_models, exclusions, scratch, pairs)
-    count = 0
+        if len(geometry) > BRUTE_FORCE_COUNT:  # the kernel of all scenes has the tree for small ones, too
+            return find_pairs_by_tree(geometry, shape_models, exclusions, scratch, pairs)
+    count = int64(0)
     first, last = awake_range(geometry)
     for a in range(len(geometry)):
         if geometry[a].active == 0:

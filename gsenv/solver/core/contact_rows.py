@@ -11,14 +11,13 @@ from typing import Any
 from ..jit import njit
 from .detection import clear_moments
 from .dispatch import by_dimension
-from .faces import NO_FACE
 from .rows import BOUNDED, GROUNDED, NO_CORRECTION, UNILATERAL, row_product
 from .slices import part
+from .turning import mark_turning, must_turn, set_turns
 
 set_contact_rows = by_dimension("contact_rows", "set_contact_rows")
 contact_span = by_dimension("contact_rows", "contact_span")
 slot_of = by_dimension("contact_rows", "slot_of")
-turns = by_dimension("contact_rows", "turns")
 present_separation = by_dimension("contact_rows", "present_separation")
 turn_contact_rows = by_dimension("contact_rows", "turn_contact_rows")
 add_impulses = by_dimension("contact_rows", "add_impulses")
@@ -67,6 +66,7 @@ def add_contact_rows(world: Any, island: Any) -> Any:
         normal.upper = _INFINITY
         normal.flight = GROUNDED
         normal.span = span
+        normal.turned = 0
         normal.error = contact.separation
         contact.start_separation = contact.separation
         normal.bias = _closing_bias(contact, contact.separation, slop, island.h)
@@ -89,16 +89,6 @@ def moved(row: Any, substep_bodies: Any) -> Any:
 def displaced(row: Any, substep_bodies: Any) -> Any:
     """Return J times the displacements of this step so far, without those of impacts in this substep."""
     return row_product(row, substep_bodies[row.body_a].displacement, substep_bodies[row.body_b].displacement)
-
-
-@njit
-def must_turn(contact: Any, bodies: Any, substep_bodies: Any, h: Any) -> Any:
-    """Whether the rows of a contact must follow the rotation of its bodies, until ``h`` from now."""
-    if contact.face == NO_FACE:
-        return False
-    a = contact.body_a
-    b = contact.body_b
-    return turns(bodies[a], substep_bodies[a], h) or turns(bodies[b], substep_bodies[b], h)
 
 
 @njit
@@ -128,17 +118,20 @@ def refresh_contact_rows(world: Any, island: Any) -> None:
     substep_bodies = world.scratch.substep_bodies
     slop = world.options.slop
     h = island.h
+    any_turning = mark_turning(world, island, h)
+    if any_turning:
+        set_turns(world, island, h)
     r = island.joint_rows
     while r < island.rows:
         first = r
         row = rows[r]
         r += int(row.span)
         contact = contacts[row.source]
-        turning = must_turn(contact, bodies, substep_bodies, h)
+        turning = any_turning and must_turn(contact, substep_bodies)
         if turning:
-            turn_contact_rows(rows, first, contact, bodies, substep_bodies, h)
-            separation = present_separation(contact, bodies, substep_bodies)
+            separation = turn_contact_rows(rows, first, contact, bodies, substep_bodies, h)
             contact.separation = separation - displaced(row, substep_bodies)
+            row.turned = 1
         if not (turning and row.impulse > 0.0 and row.flight == GROUNDED):
             for i in range(first, r):
                 rows[i].bias = 0.0
@@ -169,6 +162,11 @@ def store_contact_impulses(world: Any, island: Any, last: Any) -> None:
     bodies = world.state.bodies
     substep_bodies = world.scratch.substep_bodies
     scale = island.stored_scale
+    any_turning = False
+    if last:
+        any_turning = mark_turning(world, island, 0.0)
+        if any_turning:
+            set_turns(world, island, 0.0)
     r = island.joint_rows
     while r < island.rows:
         span = int(rows[r].span)
@@ -179,9 +177,9 @@ def store_contact_impulses(world: Any, island: Any, last: Any) -> None:
                 contact.impulse[slot] = scale * rows[r + i].impulse
                 if island.stopped:
                     contact.impulse[slot] -= scale * rows[r + i].direction
-        add_impulses(contact, rows, r, substep_bodies, contact.face != NO_FACE and not island.calm)
+        add_impulses(contact, rows, r, substep_bodies, rows[r].turned != 0)
         if last:
-            if must_turn(contact, bodies, substep_bodies, 0.0):
+            if any_turning and must_turn(contact, substep_bodies):
                 contact.separation = present_separation(contact, bodies, substep_bodies)
             else:
                 contact.separation += displaced(rows[r], substep_bodies)

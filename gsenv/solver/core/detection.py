@@ -32,6 +32,7 @@ def without_rolling(contact: Any, one: Any, other: Any) -> None:
 pose_in = by_dimension("geometry", "pose_in")
 motion_of = by_dimension("narrowphase.motion", "motion_of")
 far_apart = by_dimension("narrowphase.find", "far_apart", otherwise=undecided)
+is_shallow = by_dimension("narrowphase.find", "is_shallow")
 pair_contacts = by_dimension("narrowphase.find", "pair_contacts")
 label_rolling = by_dimension("narrowphase.find", "label_rolling", otherwise=without_rolling)
 
@@ -59,7 +60,7 @@ def find_contacts(world: Any) -> tuple[int, int, int, int, bool]:
             pair_count = find_all_pairs(world)
         if pair_count > len(scratch.pairs):
             return MORE_PAIRS, pair_count, pair_count, count, False
-        count = collide_pairs(world, pair_count)
+        count = collide_pairs(world, pair_count, 0.0)
         if count > len(scratch.found):
             return MORE_CONTACTS, count, pair_count, count, False
         count, hit, far_moving = keep_secondary(world, count)
@@ -76,10 +77,11 @@ def find_contacts(world: Any) -> tuple[int, int, int, int, bool]:
 
 
 @njit
-def collide_pairs(world: Any, pair_count: int) -> int:
+def collide_pairs(world: Any, pair_count: int, depth: float) -> int:
     """Write the contacts of the first `pair_count` pairs to `world.scratch.found`, in the order of the pairs.
 
     Returns their number; where it exceeds the length of that array, only the first ones were written.
+    ``depth``: of the extent; where positive, pairs that overlap by less may be left out.
     """
     bodies = world.state.bodies
     models = world.shapes.models
@@ -101,6 +103,8 @@ def collide_pairs(world: Any, pair_count: int) -> int:
         if geometry[a].calm + geometry[b].calm == 2:
             known, count = recycle_pair(world, a, b, known, count)
         if count == start:
+            if depth > 0.0 and is_shallow(world, a, b, depth * extent):
+                continue
             count = collide_pair(world, a, b, extent, margin, count)
             for k in range(start, min(count, len(found))):
                 found[k].shape_a = a

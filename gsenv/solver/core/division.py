@@ -277,13 +277,13 @@ def check_step(world: Any, joints: Any) -> tuple[int, int, bool]:
     division = world.scratch.division
     awake_count = int64(world.state.world.awake_count)
     depth = accepted_depth(awake_count)
-    status, needed, count = find_overlaps(world, False)
+    status, needed, count = find_overlaps(world, False, depth)
     if status != OK or not any_deeper(world.scratch.found, count, division.overlaps, int64(0), depth):
         return status, needed, False
     deep_count = copy_overlaps(world.scratch.found, count, division.overlaps)
     keep_state(world, joints, PART)
     restore_state(world, joints, STEP)
-    status, needed, count = find_overlaps(world, True)
+    status, needed, count = find_overlaps(world, True, 0.0)
     if status != OK:
         return status, needed, False
     division.many[0] = awake_count > MANY
@@ -299,11 +299,11 @@ def check_step(world: Any, joints: Any) -> tuple[int, int, bool]:
 def check_part(world: Any) -> tuple[int, int, bool]:
     """Test whether an overlap has grown since the start of the step; returns (status, needed, grown)."""
     division = world.scratch.division
-    status, needed, count = find_overlaps(world, False)
+    depth = accepted_depth(world.state.world.awake_count)
+    status, needed, count = find_overlaps(world, False, depth)
     if status != OK:
         return status, needed, False
     before = int64(division.overlap_count[0])
-    depth = accepted_depth(world.state.world.awake_count)
     return OK, int64(0), any_deeper(world.scratch.found, count, division.overlaps, before, depth)
 
 
@@ -318,10 +318,10 @@ def accepted_depth(awake_count: int) -> float:
 
 
 @njit
-def find_overlaps(world: Any, asleep: bool) -> tuple[int, int, int]:
+def find_overlaps(world: Any, asleep: bool, depth: float) -> tuple[int, int, int]:
     """Fill `scratch.found` with the contacts of the present poses; returns (status, needed, number of contacts).
 
-    ``asleep``: also with those of bodies that sleep.
+    ``asleep``: also with those of bodies that sleep; ``depth``: as of ``collide_pairs``.
     """
     scratch = world.scratch
     timestep = world.options.timestep
@@ -335,7 +335,7 @@ def find_overlaps(world: Any, asleep: bool) -> tuple[int, int, int]:
     )
     count = int64(0)
     if pair_count <= len(scratch.pairs):
-        count = collide_pairs(world, pair_count)
+        count = collide_pairs(world, pair_count, depth)
     world.options.timestep = timestep
     if pair_count > len(scratch.pairs):
         return MORE_PAIRS, pair_count, count

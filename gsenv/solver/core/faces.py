@@ -9,7 +9,6 @@ from ..jit import njit
 NO_FACE = 0  # corner on corner, edge on edge, round on round; or one whose place in the step is not known
 FACE_OF_A = 1
 FACE_OF_B = 2
-LEAST_TURN = 1e-4  # rad in a step, from which on contact rows turn with the bodies
 
 
 @njit

@@ -9,8 +9,9 @@ from typing import Any
 
 from ..jit import njit
 from .dispatch import by_dimension
-from .islands import ASLEEP
+from .islands import ASLEEP, is_kinematic
 from .slices import part
+from .turning import forget_turn
 
 begin_rotation = by_dimension("rotation", "begin_rotation")
 move_body = by_dimension("rotation", "move_body")
@@ -27,6 +28,7 @@ def start_bodies(world: Any) -> None:
     substep_bodies = world.scratch.substep_bodies
     solver_bodies = world.scratch.solver_bodies
     for i in range(len(bodies)):
+        forget_turn(substep_bodies[i])
         if islands[i].label != ASLEEP:
             _start_body(bodies[i], body_parameters[i], gravity, substep_bodies[i])
             _start_solver_body(bodies[i], substep_bodies[i], solver_bodies[i])
@@ -161,7 +163,7 @@ def integrate_positions(world: Any, island: Any) -> None:
 def any_kinematic(bodies: Any, body_models: Any, body_parameters: Any) -> Any:
     """Whether there is an enabled kinematic body."""
     for i in range(len(bodies)):
-        if body_models[i].kind == 1 and body_parameters[i].enabled:
+        if is_kinematic(body_models[i], body_parameters[i]):
             return True
     return False
 
@@ -174,7 +176,7 @@ def move_kinematic(world: Any, time: Any) -> None:
     body_parameters = world.parameters.bodies
     substep_bodies = world.scratch.substep_bodies
     for i in range(len(bodies)):
-        if body_models[i].kind == 1 and body_parameters[i].enabled:
+        if is_kinematic(body_models[i], body_parameters[i]):
             body = bodies[i]
             substep_body = substep_bodies[i]
             for d in range(len(body.velocity)):

@@ -27,6 +27,12 @@ MEMBER = -4  # of an island that has no number yet
 
 
 @njit
+def is_kinematic(body_model: Any, body_parameters: Any) -> Any:
+    """Whether a body is kinematic and enabled: it moves at its velocity, whatever it touches."""
+    return body_model.kind == 1 and body_parameters.enabled != 0
+
+
+@njit
 def start_counters(state: Any) -> None:
     """Set the counters of the step to zero."""
     state.pair_count = 0
@@ -73,7 +79,7 @@ def _start_sets(bodies: Any, body_models: Any, body_parameters: Any, islands: An
                 entry.label = ASLEEP
             else:
                 entry.parent = b
-        elif body_models[b].kind == 1 and body_parameters[b].enabled != 0:
+        elif is_kinematic(body_models[b], body_parameters[b]):
             velocity = bodies[b].velocity
             for i in range(len(velocity)):
                 if velocity[i] != 0.0:

@@ -28,7 +28,8 @@ LONGEST = 63  # twice the searches without a try where much moves, so that tries
 def find_near_pairs(world: Any, boxes: Array | None) -> int:
     """Do the same as find_pairs with the scratch of a world; ``boxes`` (shape,): the kept ones, or None."""
     if boxes is not None:
-        return pairs_from_kept(world, boxes)
+        if len(boxes) >= LEAST_SHAPES:  # the kernel of all scenes has them for small ones, too
+            return pairs_from_kept(world, boxes)
     return find_all_pairs(world)
 
 

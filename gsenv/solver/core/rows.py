@@ -85,6 +85,7 @@ def row_dtype(dim: int) -> np.dtype[Any]:
         "friction": "upper",
         "coupling": "lower",  # 1/kg, J_1 M^-1 J_2^T of the two rows of a disc, in the first
         "base": "slot",  # of friction: distance to the normal row before it, in rows
+        "turned": "slot",  # of a contact's normal: 1 where its rows are not those of the start of the step
         "rotor": "span",  # of GEARED: distance to the row of the rotor before it, in rows
         "drive": "flight",  # m/s, commanded part of the bias, which the position pass does not correct
     }

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from ..core.faces import FACE_OF_A, LEAST_TURN, face_and_other
+from ..core.faces import FACE_OF_A, face_and_other
 from ..core.rows import FRICTION
-from ..core.trig import sin_cos
 from ..jit import njit
-from .math import rotate, unrotate
+from .math import rotate
 
 Vector = tuple[float, float]
 
@@ -81,29 +80,28 @@ def set_effective_mass(row: Any, substep_bodies: Any) -> None:
 
 
 @njit
-def turns(body: Any, substep_body: Any, h: Any) -> Any:
-    """Whether a body turns so far, from the start of the step to the end of this substep, that contact rows follow."""
-    return abs(substep_body.displacement[2]) + h * abs(body.velocity[2]) > LEAST_TURN
-
-
-@njit
-def turn_contact_rows(rows: Any, row: Any, contact: Any, bodies: Any, substep_bodies: Any, h: Any) -> None:
+def turn_contact_rows(rows: Any, row: Any, contact: Any, bodies: Any, substep_bodies: Any, h: Any) -> Any:
     """Set Jacobians and effective masses of a contact's rows for the poses that its bodies have ``h`` / 2 from now.
 
     ``bias`` becomes the change of J v until then: with it J v is 0 at the end of the substep, and on its mean.
+    Returns the present separation, m.
     """
     one, other = face_and_other(contact)
-    sign, n, arm = _present(contact, bodies, substep_bodies)
+    face, core = substep_bodies[one], substep_bodies[other]
+    sign, start, arm = _at_start(contact, core)
     x, y = _way(bodies[one], bodies[other])
-    now = _arms_of(contact, sign, n, arm, (x, y))
+    n, core_arm = _turned(face.turn, start), _turned(core.turn, arm)
+    now = _arms_of(contact, sign, n, core_arm, (x, y))
+    separation = _separation(contact, start, n, core_arm, (x, y), face)
     u, v = bodies[one].velocity, bodies[other].velocity
     x, y = x + 0.5 * h * (v[0] - u[0]), y + 0.5 * h * (v[1] - u[1])
-    middle = _arms_of(contact, sign, _turned(n, 0.5 * h * u[2]), _turned(arm, 0.5 * h * v[2]), (x, y))
+    middle = _arms_of(contact, sign, _turned(face.mid_turn, start), _turned(core.mid_turn, arm), (x, y))
     _set_jacobians(rows, row, contact, middle, substep_bodies)
     u, v = bodies[contact.body_a].velocity, bodies[contact.body_b].velocity
     rates, later = _rates(u, v, now), _rates(u, v, middle)
     for k in range(contact_span(contact)):
         rows[row + k].bias = later[k] - rates[k]
+    return separation
 
 
 @njit
@@ -113,12 +111,27 @@ def present_separation(contact: Any, bodies: Any, substep_bodies: Any) -> Any:
     The normal turns with the body that has the face, the point with the other one.
     """
     one, other = face_and_other(contact)
-    sign, n, arm = _present(contact, bodies, substep_bodies)
-    start = substep_bodies[one].start_position
-    x0, y0 = contact.point[0] - start[0], contact.point[1] - start[1]
-    before = sign * (contact.normal[0] * x0 + contact.normal[1] * y0) + contact.core_distance
-    x, y = _way(bodies[one], bodies[other])
-    return contact.start_separation + n[0] * (x + arm[0]) + n[1] * (y + arm[1]) - before
+    face, core = substep_bodies[one], substep_bodies[other]
+    _, start, arm = _at_start(contact, core)
+    way = _way(bodies[one], bodies[other])
+    return _separation(contact, start, _turned(face.turn, start), _turned(core.turn, arm), way, face)
+
+
+@njit
+def _separation(contact: Any, start: Vector, n: Vector, arm: Vector, way: Vector, face: Any) -> Any:
+    """Return the separation of a contact, m.
+
+    Args:
+        contact: record.
+        start: normal out of the face at the start of the step.
+        n: the same now.
+        arm: m, of the core of the other shape, now.
+        way: m, from the centre of mass of the body with the face to that of the other.
+        face: substep body with the face.
+    """
+    x, y = contact.point[0] - face.start_position[0], contact.point[1] - face.start_position[1]
+    before = start[0] * x + start[1] * y + contact.core_distance
+    return contact.start_separation + n[0] * (way[0] + arm[0]) + n[1] * (way[1] + arm[1]) - before
 
 
 @njit
@@ -128,16 +141,16 @@ def _way(one: Any, other: Any) -> Vector:
 
 
 @njit
-def _present(contact: Any, bodies: Any, substep_bodies: Any) -> Any:
-    """Return (1 where the normal of the contact points out of the face or -1, that normal, arm of the other's core)."""
-    one, other = face_and_other(contact)
+def _at_start(contact: Any, core: Any) -> Any:
+    """Return (1 where the normal of the contact points out of the face or -1, that normal, arm of the other's core).
+
+    All at the start of the step; ``core``: the substep body without the face.
+    """
     sign = 1.0 if contact.face == FACE_OF_A else -1.0
     n = (sign * contact.normal[0], sign * contact.normal[1])
-    start = substep_bodies[other].start_position
-    x = contact.point[0] + contact.core_distance * n[0] - start[0]
-    y = contact.point[1] + contact.core_distance * n[1] - start[1]
-    n = _turned_since(bodies[one], substep_bodies[one], n)
-    return sign, n, _turned_since(bodies[other], substep_bodies[other], (x, y))
+    x = contact.point[0] + contact.core_distance * n[0] - core.start_position[0]
+    y = contact.point[1] + contact.core_distance * n[1] - core.start_position[1]
+    return sign, n, (x, y)
 
 
 @njit
@@ -162,17 +175,9 @@ def _rates(a: Any, b: Any, arms: Arms) -> Vector:
 
 
 @njit
-def _turned_since(body: Any, substep_body: Any, v: Vector) -> Vector:
+def _turned(turn: Any, v: Vector) -> Vector:
     """Return a vector that is fixed on a body, from what it was at the start of the step."""
-    start = substep_body.start_rotation
-    cos, sin = unrotate(start[0], start[1], body.rotation[0], body.rotation[1])
-    return rotate(cos, sin, v[0], v[1])
-
-
-@njit
-def _turned(v: Vector, angle: Any) -> Vector:
-    cos, sin = sin_cos(angle)
-    return rotate(cos, sin, v[0], v[1])
+    return rotate(turn[0], turn[1], v[0], v[1])
 
 
 @njit

@@ -7,8 +7,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from ..core.trig import sin_cos
 from ..jit import njit
-from .math import turn
+from .math import rotate, turn, unrotate
 
 
 @njit
@@ -61,6 +62,29 @@ def rotate_from_start(body: Any, substep_body: Any, time: Any) -> None:
 def _turn(body: Any, angle: Any) -> None:
     body.angle += angle
     body.rotation[0], body.rotation[1] = turn(body.rotation[0], body.rotation[1], angle)
+
+
+@njit
+def path_of_turn(body: Any, substep_body: Any, h: Any) -> Any:
+    """Return the angle by which a body turns from the start of the step to ``h`` from now, rad."""
+    return abs(substep_body.displacement[2]) + h * abs(body.velocity[2])
+
+
+@njit
+def set_turn(body: Any, substep_body: Any, h: Any) -> None:
+    """Set the rotation of a body since the start of the step, now and ``h`` / 2 from now."""
+    start = substep_body.start_rotation
+    cos, sin = unrotate(start[0], start[1], body.rotation[0], body.rotation[1])
+    substep_body.turn[0], substep_body.turn[1] = cos, sin
+    c, s = sin_cos(0.5 * h * body.velocity[2])
+    substep_body.mid_turn[0], substep_body.mid_turn[1] = rotate(c, s, cos, sin)
+
+
+@njit
+def clear_turn(substep_body: Any) -> None:
+    """Set that a body has not turned since the start of the step."""
+    for d in range(2):
+        substep_body.turn[d] = substep_body.mid_turn[d] = 1.0 - d
 
 
 @njit

@@ -88,6 +88,9 @@ def substep_body_dtype(dim: int) -> np.dtype[Any]:
             ("start_position", "f8", (dim,)),  # at the start of the step
             ("start_rotation", "f8", (ROTATION_SIZE[dim],)),
             ("start_angle", "f8"),
+            # rotation since the start of the step, now and at the middle of the substep; see core/turning.py
+            ("turn", "f8", (ROTATION_SIZE[dim],)),
+            ("mid_turn", "f8", (ROTATION_SIZE[dim],)),
             ("mass_matrix", "f8", (ndof, ndof)),  # kg and kg m^2, of dynamic bodies
             ("event_time", "f8"),  # s, time of the body's last impact within the substep
             ("swing", "f8"),  # 1/s^2, stiffness over inertia by the tension of the joints on the body
@@ -97,6 +100,7 @@ def substep_body_dtype(dim: int) -> np.dtype[Any]:
             ("velocity_center", "f8", (dim,)),  # m/s, centre of a ball that contains these velocities
             ("velocity_radius", "f8"),  # m/s, radius of this ball
             ("widened_radius", "f8"),  # m/s, the radius by which the boxes of its shapes were last widened
+            ("turning", "i4"),  # 1: contact rows follow its rotation in this substep
             ("blocked", "i4"),  # 1: it may hit a fixed body in the step, directly or through others
             ("widened_in", "i4"),  # the last pass over all contacts that widened its velocities; -1: none
             *spatial,

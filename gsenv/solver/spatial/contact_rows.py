@@ -4,24 +4,21 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from ..core.contact_rows import must_turn
-from ..core.faces import FACE_OF_A, LEAST_TURN, face_and_other
+from ..core.faces import FACE_OF_A, face_and_other
 from ..core.rows import DISC, DISC_END, FRICTION
+from ..core.turning import mark_turning, must_turn
 from ..jit import njit
 from .math import (
     Quaternion,
     Vec,
     add,
     along,
-    conjugate,
     cross,
     dot,
-    multiply,
     quaternion,
     scaled,
     sub,
     tangents,
-    turn_of,
     turned,
     vec,
 )
@@ -188,27 +185,23 @@ def _set_disc(rows: Any, row: Any, place: Any, friction: Any, scale: Any, impuls
 
 
 @njit
-def turns(body: Any, substep_body: Any, h: Any) -> Any:
-    """Whether a body turns so far, from the start of the step to the end of this substep, that contact rows follow."""
-    turn = substep_body.displacement
-    spin = body.velocity
-    angle = abs(turn[3]) + abs(turn[4]) + abs(turn[5]) + h * (abs(spin[3]) + abs(spin[4]) + abs(spin[5]))
-    return angle > LEAST_TURN
-
-
-@njit
-def turn_contact_rows(rows: Any, row: Any, contact: Any, bodies: Any, substep_bodies: Any, h: Any) -> None:
+def turn_contact_rows(rows: Any, row: Any, contact: Any, bodies: Any, substep_bodies: Any, h: Any) -> Any:
     """Set Jacobians and effective masses of a contact's rows for the poses that its bodies have ``h`` / 2 from now.
 
     ``bias`` becomes the change of J v until then: with it J v is 0 at the end of the substep, and on its mean.
+    Returns the present separation, m.
     """
     one, other = face_and_other(contact)
-    core = _fixed_arm(contact, substep_bodies[other])
-    turn, back = _turn_since(bodies[one], substep_bodies[one]), _turn_since(bodies[other], substep_bodies[other])
-    now = _arms_of(contact, turn, turned(back, core), _way(bodies[one], bodies[other], 0.0))
-    turn = _turn_to_middle(bodies[one], substep_bodies[one], turn, h)
-    back = _turn_to_middle(bodies[other], substep_bodies[other], back, h)
-    middle = _arms_of(contact, turn, turned(back, core), _way(bodies[one], bodies[other], 0.5 * h))
+    face, body = substep_bodies[one], substep_bodies[other]
+    core = _fixed_arm(contact, body)
+    directions = _directions(contact)
+    way = _way(bodies[one], bodies[other], 0.0)
+    arm = turned(quaternion(body.turn), core)
+    now = _arms_of(contact, directions, quaternion(face.turn), arm, way)
+    separation = _separation(contact, now.n, arm, way, face)
+    way = _way(bodies[one], bodies[other], 0.5 * h)
+    arm = turned(quaternion(body.mid_turn), core)
+    middle = _arms_of(contact, directions, quaternion(face.mid_turn), arm, way)
     _set_jacobians(rows, row, contact, middle, substep_bodies)
     for k in range(contact_span(contact)):
         rows[row + k].bias = 0.0
@@ -217,16 +210,24 @@ def turn_contact_rows(rows: Any, row: Any, contact: Any, bodies: Any, substep_bo
     later = _rates(bodies[a], bodies[b], substep_bodies[a], substep_bodies[b], middle)
     for k in range(3 if contact.friction > 0.0 else 1):
         rows[row + k].bias = later[k] - rates[k]
+    return separation
 
 
 @njit
-def _arms_of(contact: Any, turn: Quaternion, core: Vec, way: Vec) -> Arms:
+def _directions(contact: Any) -> tuple[Vec, Vec, Vec]:
+    """Return normal and tangents of a contact at the start of the step."""
+    n = vec(contact.normal)
+    t, s = tangents(n)
+    return n, t, s
+
+
+@njit
+def _arms_of(contact: Any, directions: tuple[Vec, Vec, Vec], turn: Quaternion, core: Vec, way: Vec) -> Arms:
     """Return the arms of a contact after the ``turn`` of the face; ``core``: m, arm of the shape without it.
 
     ``way``: m, from the centre of mass of the body with the face to that of the other.
     """
-    n = vec(contact.normal)
-    t, s = tangents(n)
+    n, t, s = directions
     n, t, s = turned(turn, n), turned(turn, t), turned(turn, s)
     of_a = contact.face == FACE_OF_A
     arm = along(core, -contact.core_distance if of_a else contact.core_distance, n)
@@ -257,12 +258,26 @@ def present_separation(contact: Any, bodies: Any, substep_bodies: Any) -> Any:
     The normal turns with the body that has the face, the point with the other one.
     """
     one, other = face_and_other(contact)
+    face, body = substep_bodies[one], substep_bodies[other]
+    arm = turned(quaternion(body.turn), _fixed_arm(contact, body))
+    n = turned(quaternion(face.turn), vec(contact.normal))
+    return _separation(contact, n, arm, _way(bodies[one], bodies[other], 0.0), face)
+
+
+@njit
+def _separation(contact: Any, n: Vec, arm: Vec, way: Vec, face: Any) -> Any:
+    """Return the separation of a contact, m.
+
+    Args:
+        contact: record.
+        n: its present normal.
+        arm: m, of what is fixed on the shape without the face, now.
+        way: m, from the centre of mass of the body with the face to that of the other.
+        face: substep body with the face.
+    """
     sign = 1.0 if contact.face == FACE_OF_A else -1.0
-    n = scaled(vec(contact.normal), sign)  # out of the face
-    before = dot(n, sub(vec(contact.point), vec(substep_bodies[one].start_position))) + contact.core_distance
-    arm = turned(_turn_since(bodies[other], substep_bodies[other]), _fixed_arm(contact, substep_bodies[other]))
-    n = turned(_turn_since(bodies[one], substep_bodies[one]), n)
-    return contact.start_separation + dot(n, add(arm, _way(bodies[one], bodies[other], 0.0))) - before
+    before = dot(vec(contact.normal), sub(vec(contact.point), vec(face.start_position)))
+    return contact.start_separation + sign * (dot(n, add(arm, way)) - before) - contact.core_distance
 
 
 @njit
@@ -270,20 +285,6 @@ def _fixed_arm(contact: Any, substep_body: Any) -> Vec:
     """Return the arm, at the start of the step, of the point that is fixed on the body without the face, m."""
     inwards = contact.core_distance if contact.face == FACE_OF_A else -contact.core_distance
     return sub(along(vec(contact.point), inwards, vec(contact.normal)), vec(substep_body.start_position))
-
-
-@njit
-def _turn_since(body: Any, substep_body: Any) -> Quaternion:
-    """Return the rotation of a body since the start of the step."""
-    return multiply(quaternion(body.rotation), conjugate(quaternion(substep_body.start_rotation)))
-
-
-@njit
-def _turn_to_middle(body: Any, substep_body: Any, now: Quaternion, h: Any) -> Quaternion:
-    """Return the rotation of a body from the start of the step to the middle of the substep; ``now``: that so far."""
-    if substep_body.rotated_frame:
-        return multiply(quaternion(substep_body.mid_rotation), conjugate(quaternion(substep_body.start_rotation)))
-    return multiply(turn_of(scaled(spin_of(body.velocity), 0.5 * h)), now)
 
 
 @njit
@@ -346,16 +347,17 @@ def add_pushes(contact: Any, rows: Any, row: Any, substep_bodies: Any, pushes: V
 @njit
 def rotate_contact_rows(world: Any, island: Any) -> None:
     """Rotate the Jacobians of the contact rows that do not turn to the present frames of the bodies."""
-    bodies = world.state.bodies
     rows = world.scratch.rows
     contacts = world.state.contacts
     substep_bodies = world.scratch.substep_bodies
+    mark_turning(world, island, island.h)
     r = island.joint_rows
     last = -1
     while r < island.rows:
         contact = contacts[rows[r].source]
-        if not must_turn(contact, bodies, substep_bodies, island.h):
+        if not must_turn(contact, substep_bodies):
             set_contact_jacobians(rows, r, contact, last, substep_bodies)
+            rows[r].turned = 0
         last = r
         r += int(rows[r].span)
 

@@ -247,6 +247,35 @@ def displace_body(body: Any, substep_body: Any) -> None:
 
 
 @njit
+def path_of_turn(body: Any, substep_body: Any, h: Any) -> Any:
+    """Return a bound of the angle by which a body turns from the start of the step to ``h`` from now, rad."""
+    turn = substep_body.displacement
+    spin = body.velocity
+    return abs(turn[3]) + abs(turn[4]) + abs(turn[5]) + h * (abs(spin[3]) + abs(spin[4]) + abs(spin[5]))
+
+
+@njit
+def set_turn(body: Any, substep_body: Any, h: Any) -> None:
+    """Set the rotation of a body since the start of the step, now and ``h`` / 2 from now."""
+    back = conjugate(quaternion(substep_body.start_rotation))
+    now = multiply(quaternion(body.rotation), back)
+    if substep_body.rotated_frame:
+        middle = multiply(quaternion(substep_body.mid_rotation), back)
+    else:
+        middle = multiply(turn_of(scaled(spin_of(body.velocity), 0.5 * h)), now)
+    for d in range(4):
+        substep_body.turn[d] = now[d]
+        substep_body.mid_turn[d] = middle[d]
+
+
+@njit
+def clear_turn(substep_body: Any) -> None:
+    """Set that a body has not turned since the start of the step."""
+    for d in range(4):
+        substep_body.turn[d] = substep_body.mid_turn[d] = 1.0 if d == 0 else 0.0
+
+
+@njit
 def start_closing(body: Any, substep_body: Any) -> None:
     """Make the present rotation that from which rows are made."""
     for d in range(4):

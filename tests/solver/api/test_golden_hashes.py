@@ -68,11 +68,11 @@ WORLDS: dict[str, tuple[Callable[[], World], int]] = {  # and how many steps
     "3D chain": (lambda: World(spatial_chain(), options=AWAKE), 120),
 }
 GOLDEN = {
-    "2D mixed": "f29f12c83945f684fba3b05e8147f785c82b3b93fb1b01d3aa55b6b5035f6381",
-    "2D tumble": "459980da4bae36f449fdf05689e1995606e24cfdf86d89352fbdf0738aced6ce",
+    "2D mixed": "6cbe50d4b05028318199aa2002a63cb19f83fead0299c635b0d2aaae52746539",
+    "2D tumble": "b3d4a2844400e6bc52d9185d459a738a4046fe90f74ff7884e1ce245194ac0a6",
     "2D pyramid": "b16dae00c99eac503e1e2c3e23eb4902c3185eec3b7079e54e65fa10bdb98f5f",
-    "3D mixed": "bf51503156e7d8bd1499dbf647ca65b53db730549ceb11247bb21d3cc919be7f",
-    "3D tumble": "a9241c7aa86d9be23104a04cc73a6b670cbfa1868543b2687ea82f07dff16634",
+    "3D mixed": "7b3a7e8d83eba87e810f48022981208a4426a1bdf6aa93d93a598755d521fcd4",
+    "3D tumble": "b805725093afb6772aaf831718aa0e038f53365a75739805de7676ec484cf8ae",
     "3D chain": "13a3abbf82d14d4c38ee9162d142d15f9872b1245f27ceae8cd3c9d7be09d53e",
 }
 

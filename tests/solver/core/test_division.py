@@ -10,7 +10,9 @@ import pytest
 
 from gsenv.solver import Options, Scene, World, planar, spatial
 from gsenv.solver.core.contact_cache import pair_order
-from gsenv.solver.core.division import accepted_depth
+from gsenv.solver.core.division import accepted_depth, find_overlaps
+from gsenv.solver.core.status import OK
+from gsenv.solver.records.bundle import select_world
 from tests.solver.bits import bits, everything
 
 BOTH = pytest.mark.parametrize("dim", [2, 3])
@@ -324,3 +326,39 @@ def test_halvings_are_checked() -> None:
     for bad in (-1, 17, 1.5):
         with pytest.raises(ValueError, match="halvings"):
             Options(halvings=bad)  # type: ignore[arg-type]
+
+
+def heap_of_overlaps(dim: int) -> Scene:
+    """Boxes of all sizes and turns that overlap by up to a fifth of their sizes, over a floor."""
+    rng = np.random.default_rng(7)
+    scene = Scene(dim=dim)
+    scene.add_body("floor", "static", shapes=[planar.HalfPlane() if dim == 2 else spatial.Plane()])
+    for k in range(120):
+        half = rng.uniform(0.1, 0.3, dim)
+        at = 0.45 * np.array([k % 11, k // 11, 0.0]) if dim == 2 else 0.45 * np.array([k % 5, k // 5 % 5, k // 25])
+        place = (at + rng.normal(0.0, 0.06, 3))[:dim] + 0.2
+        turn: Any = {"angle": float(rng.uniform(0.0, 7.0))} if dim == 2 else {"orientation": rng.normal(size=4)}
+        shape: Any = planar.Box if dim == 2 else spatial.Box
+        scene.add_body(f"box_{k}", shapes=[shape(half_extents=half)], position=place, **turn)
+    return scene
+
+
+@pytest.mark.parametrize("dim", [2, pytest.param(3, marks=pytest.mark.slow)])  # it compiles the narrowphase anew
+@pytest.mark.parametrize("depth", [0.01, 0.1])
+def test_overlaps_that_are_looked_for_from_a_depth_on_are_those_of_all(dim: int, depth: float) -> None:
+    world = World(heap_of_overlaps(dim))
+    world.step()  # makes the buffers large enough
+    kernel_world: Any = world._calls[0][1]
+    select_world(kernel_world, 0)
+
+    def deep(least: float) -> tuple[int, Any]:
+        status, _, count = find_overlaps(kernel_world, True, least)
+        assert status == OK
+        found = kernel_world.scratch.found[:count]
+        return count, found[found["separation"] < -depth * found["extent"]].copy()
+
+    count, wanted = deep(0.0)
+    fewer, found = deep(depth)
+    np.testing.assert_array_equal(found, wanted)
+    assert len(wanted) > 10
+    assert fewer < count

@@ -30,7 +30,7 @@ def test_slow_worlds_have_no_impact_and_no_fall(dim: int, half: float) -> None:
     world.step()
     kernel_world: Any = world._calls[0][1]
     select_world(kernel_world, 0)
-    count = collide_pairs(kernel_world, int(world.state.worlds["pair_count"][0]))
+    count = collide_pairs(kernel_world, int(world.state.worlds["pair_count"][0]), 0.0)
     assert count >= 3
     rng = np.random.default_rng(3)
     bodies, parameters = world.state.bodies[0], world.parameters.bodies[0]

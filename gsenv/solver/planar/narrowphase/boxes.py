@@ -245,8 +245,14 @@ def reference_face(pose_a: Pose, a: RoundBox, pose_b: Pose, b: RoundBox, bias: f
 
 
 @njit
+def smaller_extent(a: RoundBox, b: RoundBox) -> float:
+    """Return the smallest half-width of two boxes, m."""
+    return min(min(a.half_x, a.half_y) + a.radius, min(b.half_x, b.half_y) + b.radius)
+
+
+@njit
 def box_box(pose_a: Pose, a: RoundBox, pose_b: Pose, b: RoundBox, margin: float) -> Manifold:
-    extent = min(min(a.half_x, a.half_y) + a.radius, min(b.half_x, b.half_y) + b.radius)
+    extent = smaller_extent(a, b)
     best, axis, side = reference_face(pose_a, a, pose_b, b, REFERENCE_BIAS * extent)
     if not best - a.radius - b.radius <= margin:
         return no_manifold()

@@ -7,10 +7,12 @@ from typing import Any
 from ...core.detection import TOUCHING, any_jointed, with_motion
 from ...core.faces import opposite_face
 from ...core.geometry import BASE_MARGIN, MEET, MovingShape, PlacedShape
-from ...jit import njit
+from ...jit import inline_njit, njit
 from ...records.model import Array
-from ..kinds import TERRAIN
+from ..geometry import pose_in
+from ..kinds import BOX, TERRAIN
 from ..math import relative, rotate, to_world, unrotate
+from .boxes import REFERENCE_BIAS, box_of, reference_face, smaller_extent
 from .chains import chain_near, mover_of
 from .manifold import Manifold
 from .motion import velocity_of
@@ -38,6 +40,20 @@ def pair_contacts(world: Any, one: PlacedShape, other: PlacedShape, extent: floa
         else:
             miss, m = look_ahead(world, one, other, m, margin, extent)
     return write_points(m, lift, miss, world.scratch.found, count)
+
+
+@inline_njit
+def is_shallow(world: Any, a: int, b: int, depth: float) -> bool:
+    """Whether two boxes overlap by less than the depth in m; False for others, of which only ``collide`` can tell."""
+    models = world.shapes.models
+    if models[a].kind != BOX or models[b].kind != BOX:
+        return False
+    one = box_of(world.shapes.parameters[a])
+    other = box_of(world.shapes.parameters[b])
+    geometry = world.scratch.geometry
+    bias = REFERENCE_BIAS * smaller_extent(one, other)
+    separation, _, _ = reference_face(pose_in(geometry[a]), one, pose_in(geometry[b]), other, bias)
+    return separation - one.radius - other.radius > -depth
 
 
 @njit

@@ -12,8 +12,9 @@ from ...core.geometry import BASE_MARGIN, MISS, PlacedShape
 from ...jit import inline_njit, njit
 from ...records.model import Array
 from ..geometry import pose_in
-from ..kinds import CYLINDER, HEIGHTFIELD, PLANE, SPHERE
-from ..math import dot, sub, vec
+from ..kinds import BOX, CYLINDER, HEIGHTFIELD, PLANE, SPHERE
+from ..math import dot, sub, unrotate, vec
+from .boxes import FACE_BIAS, best_face
 from .heightfields import heightfield_contacts
 from .manifold import clear_manifold
 from .predict import predict
@@ -89,6 +90,21 @@ def far_apart(world: Any, a: int, b: int, margin: float) -> bool:
     for d in range(3):
         square += (one.position[d] - other.position[d]) ** 2
     return square > reach * reach
+
+
+@inline_njit
+def is_shallow(world: Any, a: int, b: int, depth: float) -> bool:
+    """Whether two boxes overlap by less than the depth in m; False for others, of which only ``collide`` can tell."""
+    models = world.shapes.models
+    if models[a].kind != BOX or models[b].kind != BOX:
+        return False
+    parameters = world.shapes.parameters
+    one, other = pose_in(world.scratch.geometry[a]), pose_in(world.scratch.geometry[b])
+    x, y, z = unrotate(one, other.x), unrotate(one, other.y), unrotate(one, other.z)
+    bias = FACE_BIAS * min(parameters[a].extent, parameters[b].extent)
+    half, other_half = vec(parameters[a].size), vec(parameters[b].size)
+    separation, _ = best_face(unrotate(one, sub(other.at, one.at)), x, y, z, half, other_half, bias)
+    return separation > -depth
 
 
 @inline_njit

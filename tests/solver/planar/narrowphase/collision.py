@@ -50,7 +50,7 @@ class Arrays:
             status, _, _, count, _ = find_contacts(self.world(gravity, timestep, found=found))
             assert status == OK
         else:
-            count = collide_pairs(self.world(gravity, timestep, pairs=pairs, found=found), len(pairs))
+            count = collide_pairs(self.world(gravity, timestep, pairs=pairs, found=found), len(pairs), 0.0)
             assert count <= room
         return found[:count]
 
