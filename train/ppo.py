@@ -115,7 +115,7 @@ def _assisted(step: float) -> tuple[dict[str, float], ...]:
 
 GET_UP = replace(
     RAGDOLL,
-    steps=5_000_000,
+    steps=8_000_000,
     world_count=256,
     rollout=32,
     discount=0.995,
