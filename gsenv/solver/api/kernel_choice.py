@@ -30,7 +30,7 @@ def variant_of_step(model: Model, bundle_of: Callable[[KernelVariant, Scratch], 
     if variant != kernel_variant_of(model):
         say_once(
             "general kernel",
-            "gsenv: this scene runs on the kernel of all scenes (equal results, 5 to 40 % slower); with "
+            "gsenv: this scene runs on the kernel of all scenes (equal results, up to 40 % slower); with "
             f"{OWN_KERNELS}=1 one of its own is compiled, a minute or more, once",
         )
     return variant
