@@ -119,8 +119,6 @@ def refresh_contact_rows(world: Any, island: Any) -> None:
     slop = world.options.slop
     h = island.h
     any_turning = mark_turning(world, island, h)
-    if any_turning:
-        set_turns(world, island, h)
     r = island.joint_rows
     while r < island.rows:
         first = r
@@ -129,6 +127,7 @@ def refresh_contact_rows(world: Any, island: Any) -> None:
         contact = contacts[row.source]
         turning = any_turning and must_turn(contact, substep_bodies)
         if turning:
+            set_turns(contact, bodies, substep_bodies, h)
             separation = turn_contact_rows(rows, first, contact, bodies, substep_bodies, h)
             contact.separation = separation - displaced(row, substep_bodies)
             row.turned = 1
@@ -162,11 +161,7 @@ def store_contact_impulses(world: Any, island: Any, last: Any) -> None:
     bodies = world.state.bodies
     substep_bodies = world.scratch.substep_bodies
     scale = island.stored_scale
-    any_turning = False
-    if last:
-        any_turning = mark_turning(world, island, 0.0)
-        if any_turning:
-            set_turns(world, island, 0.0)
+    any_turning = mark_turning(world, island, 0.0) if last else False
     r = island.joint_rows
     while r < island.rows:
         span = int(rows[r].span)
@@ -180,6 +175,7 @@ def store_contact_impulses(world: Any, island: Any, last: Any) -> None:
         add_impulses(contact, rows, r, substep_bodies, rows[r].turned != 0)
         if last:
             if any_turning and must_turn(contact, substep_bodies):
+                set_turns(contact, bodies, substep_bodies, 0.0)
                 contact.separation = present_separation(contact, bodies, substep_bodies)
             else:
                 contact.separation += displaced(rows[r], substep_bodies)

@@ -14,6 +14,7 @@ from .rows import (
     FRICTION,
     UNILATERAL,
     apply_impulse,
+    apply_impulses,
     free_rate,
     on_disc,
     row_product,
@@ -66,7 +67,9 @@ def apply_warm_start(world: Any, island: Any) -> Any:
         elif row.kind == DISC_END:
             square = min(square, max((row.friction * approach) ** 2 - slip, 0.0))
         s += (gravity_norm * gravity_norm * h * h + square) * row.effective_mass
-        if row.impulse != 0.0:
+        if row.kind == DISC_END:
+            apply_impulses(rows[r - 1], rows[r - 1].impulse, row, row.impulse, a, b)
+        elif row.impulse != 0.0 and row.kind != DISC:
             apply_impulse(row, a, b, row.impulse)
     return s
 

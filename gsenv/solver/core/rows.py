@@ -25,6 +25,7 @@ from .dispatch import by_dimension
 
 row_product = by_dimension("row_products", "row_product")
 add_response = by_dimension("row_products", "add_response")
+add_responses = by_dimension("row_products", "add_responses")
 
 BOUNDED = 0  # impulse within [lower, upper]
 FRICTION = 1  # |impulse| <= friction * impulse of the row ``base`` before it
@@ -150,6 +151,12 @@ def row_velocities(row: Any, bodies: Any) -> Any:
 def apply_impulse(row: Any, a: Any, b: Any, impulse: Any) -> None:
     """Apply an impulse to two records with a ``velocity`` and an ``inverse`` mass: v += M^-1 J^T impulse."""
     add_response(row, impulse, a.velocity, a.inverse, b.velocity, b.inverse)
+
+
+@njit
+def apply_impulses(one: Any, p: Any, two: Any, q: Any, a: Any, b: Any) -> None:
+    """Apply the impulses of two rows of the same bodies: v += M^-1 (J_1^T p + J_2^T q)."""
+    add_responses(one, p, two, q, a.velocity, a.inverse, b.velocity, b.inverse)
 
 
 @njit

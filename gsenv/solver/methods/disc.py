@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..core.rows import apply_impulse, push_row, relative_velocity
+from ..core.rows import apply_impulses, push_row, relative_velocity
 from ..jit import njit
 
 NEWTON_STEPS = 12
@@ -130,6 +130,5 @@ def sweep_disc(rows: Any, r: Any, bodies: Any, normal: Any, push: Any) -> Any:
     dy = t - y
     one.impulse = s
     two.impulse = t
-    apply_impulse(one, a, b, dx)
-    apply_impulse(two, a, b, dy)
+    apply_impulses(one, dx, two, dy, a, b)
     return dx * dx * e + dy * dy * f

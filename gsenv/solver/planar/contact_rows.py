@@ -147,10 +147,16 @@ def _at_start(contact: Any, core: Any) -> Any:
     All at the start of the step; ``core``: the substep body without the face.
     """
     sign = 1.0 if contact.face == FACE_OF_A else -1.0
-    n = (sign * contact.normal[0], sign * contact.normal[1])
-    x = contact.point[0] + contact.core_distance * n[0] - core.start_position[0]
-    y = contact.point[1] + contact.core_distance * n[1] - core.start_position[1]
-    return sign, n, (x, y)
+    return sign, (sign * contact.normal[0], sign * contact.normal[1]), fixed_arm(contact, core)
+
+
+@njit
+def fixed_arm(contact: Any, substep_body: Any) -> Vector:
+    """Return the arm, at the start of the step, of the point that is fixed on the body without the face, m."""
+    inwards = contact.core_distance if contact.face == FACE_OF_A else -contact.core_distance
+    x = contact.point[0] + inwards * contact.normal[0] - substep_body.start_position[0]
+    y = contact.point[1] + inwards * contact.normal[1] - substep_body.start_position[1]
+    return x, y
 
 
 @njit

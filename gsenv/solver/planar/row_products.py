@@ -26,3 +26,11 @@ def add_response(row: Any, impulse: Any, x_a: Any, inverse_a: Any, x_b: Any, inv
     for i in range(3):
         x_a[i] += inverse_a[i] * j[i] * impulse
         x_b[i] += inverse_b[i] * k[i] * impulse
+
+
+@njit
+def add_responses(one: Any, p: Any, two: Any, q: Any, x_a: Any, inverse_a: Any, x_b: Any, inverse_b: Any) -> None:
+    """Add M^-1 (J_1^T p + J_2^T q) of two rows to vectors of their bodies."""
+    for i in range(3):
+        x_a[i] += inverse_a[i] * (one.jacobian_a[i] * p + two.jacobian_a[i] * q)
+        x_b[i] += inverse_b[i] * (one.jacobian_b[i] * p + two.jacobian_b[i] * q)

@@ -101,6 +101,7 @@ def substep_body_dtype(dim: int) -> np.dtype[Any]:
             ("velocity_radius", "f8"),  # m/s, radius of this ball
             ("widened_radius", "f8"),  # m/s, the radius by which the boxes of its shapes were last widened
             ("turning", "i4"),  # 1: contact rows follow its rotation in this substep
+            ("turn_known", "i4"),  # 1: ``turn`` and ``mid_turn`` are those of this substep
             ("blocked", "i4"),  # 1: it may hit a fixed body in the step, directly or through others
             ("widened_in", "i4"),  # the last pass over all contacts that widened its velocities; -1: none
             *spatial,

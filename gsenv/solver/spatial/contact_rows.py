@@ -193,7 +193,7 @@ def turn_contact_rows(rows: Any, row: Any, contact: Any, bodies: Any, substep_bo
     """
     one, other = face_and_other(contact)
     face, body = substep_bodies[one], substep_bodies[other]
-    core = _fixed_arm(contact, body)
+    core = fixed_arm(contact, body)
     directions = _directions(contact)
     way = _way(bodies[one], bodies[other], 0.0)
     arm = turned(quaternion(body.turn), core)
@@ -259,7 +259,7 @@ def present_separation(contact: Any, bodies: Any, substep_bodies: Any) -> Any:
     """
     one, other = face_and_other(contact)
     face, body = substep_bodies[one], substep_bodies[other]
-    arm = turned(quaternion(body.turn), _fixed_arm(contact, body))
+    arm = turned(quaternion(body.turn), fixed_arm(contact, body))
     n = turned(quaternion(face.turn), vec(contact.normal))
     return _separation(contact, n, arm, _way(bodies[one], bodies[other], 0.0), face)
 
@@ -281,7 +281,7 @@ def _separation(contact: Any, n: Vec, arm: Vec, way: Vec, face: Any) -> Any:
 
 
 @njit
-def _fixed_arm(contact: Any, substep_body: Any) -> Vec:
+def fixed_arm(contact: Any, substep_body: Any) -> Vec:
     """Return the arm, at the start of the step, of the point that is fixed on the body without the face, m."""
     inwards = contact.core_distance if contact.face == FACE_OF_A else -contact.core_distance
     return sub(along(vec(contact.point), inwards, vec(contact.normal)), vec(substep_body.start_position))

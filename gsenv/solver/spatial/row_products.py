@@ -43,5 +43,26 @@ def _response(j: Any, impulse: Any, x: Any, m: Any) -> Any:
 
 
 @njit
+def add_responses(one: Any, p: Any, two: Any, q: Any, x_a: Any, inverse_a: Any, x_b: Any, inverse_b: Any) -> None:
+    """Add M^-1 (J_1^T p + J_2^T q) of two rows to vectors of their bodies, which are two."""
+    a = _responses(one.jacobian_a, p, two.jacobian_a, q, x_a, inverse_a)
+    b = _responses(one.jacobian_b, p, two.jacobian_b, q, x_b, inverse_b)
+    _set_six(x_a, a)
+    _set_six(x_b, b)
+
+
+@njit
+def _responses(j: Any, p: Any, k: Any, q: Any, x: Any, m: Any) -> Any:
+    return (
+        x[0] + m[0] * (j[0] * p + k[0] * q),
+        x[1] + m[1] * (j[1] * p + k[1] * q),
+        x[2] + m[2] * (j[2] * p + k[2] * q),
+        x[3] + m[3] * (j[3] * p + k[3] * q),
+        x[4] + m[4] * (j[4] * p + k[4] * q),
+        x[5] + m[5] * (j[5] * p + k[5] * q),
+    )
+
+
+@njit
 def _set_six(x: Any, values: Any) -> None:
     x[0], x[1], x[2], x[3], x[4], x[5] = values
