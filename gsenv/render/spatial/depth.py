@@ -29,7 +29,7 @@ from gsenv.solver.spatial.math import cross, dot, sub
 Ray = tuple[Any, Any, Any, Any, Any, Any]
 
 ENTER, LEAVE = SCRATCH, SCRATCH + 1
-NOWHERE = (FAR, -FAR, FAR, -FAR, True, False)  # bounds of no points
+NOWHERE = (FAR, -FAR, FAR, -FAR)  # bounds of no points: left, right, top, bottom in px
 NEARER = f4(1.00001)  # depth ratio by which a later item must be nearer: the first of two coincident faces shows
 
 
@@ -185,14 +185,35 @@ def find_row_form(view_ray: Ray, x: Any, y: Any, z: Any) -> tuple[Any, Any]:
 
 
 @inline_njit
-def find_extent(v: Any, item: Any, look: Any, bounds: Any) -> Any:
-    """Extend `bounds` by a point (m from the eye): left, right, top, bottom in px, whether all and any is in front."""
-    left, right, top, bottom, front, seen = bounds
-    depth = v[0] * item.forward_x + v[1] * item.forward_y + v[2] * item.forward_z
-    scale = ONE / (look.step * max(depth, NEAR))
+def find_depth(v: Any, item: Any) -> Any:
+    """Return the depth of a point (m from the eye, in the item's frame)."""
+    return v[0] * item.forward_x + v[1] * item.forward_y + v[2] * item.forward_z
+
+
+@inline_njit
+def extend(bounds: Any, v: Any, depth: Any, item: Any, look: Any) -> Any:
+    """Return `bounds` extended by a point (m from the eye, in the item's frame) in front of the eye."""
+    left, right, top, bottom = bounds
+    scale = ONE / (look.step * depth)
     x = (v[0] * item.right_x + v[1] * item.right_y + v[2] * item.right_z) * scale - look.left / look.step
     y = look.top / look.step - (v[0] * item.up_x + v[1] * item.up_y + v[2] * item.up_z) * scale
-    return min(left, x), max(right, x), min(top, y), max(bottom, y), front and depth > NEAR, seen or depth > NEAR
+    return min(left, x), max(right, x), min(top, y), max(bottom, y)
+
+
+@njit
+def find_bounds(corners: Any, item: Any, look: Any) -> Any:
+    """Return the bounds of the part of a triangle beyond the depth NEAR; those of nothing if there is none."""
+    bounds = NOWHERE
+    for i in range(3):
+        u, v = corners[i], corners[(i + 1) % 3]
+        start, end = find_depth(u, item), find_depth(v, item)
+        if start > NEAR:
+            bounds = extend(bounds, u, start, item, look)
+        if (start > NEAR) != (end > NEAR):
+            share = (NEAR - start) / (end - start)
+            crossing = (u[0] + share * (v[0] - u[0]), u[1] + share * (v[1] - u[1]), u[2] + share * (v[2] - u[2]))
+            bounds = extend(bounds, crossing, NEAR, item, look)
+    return bounds
 
 
 @njit
@@ -209,15 +230,8 @@ def trace_triangle(
     height = dot(n, u)
     if height >= ZERO:  # back face
         return
-    bounds = find_extent(u, item, look, NOWHERE)
-    bounds = find_extent(v, item, look, bounds)
-    bounds = find_extent(w, item, look, bounds)
-    left, right, top, bottom, front, seen = bounds
-    if not seen:
-        return
+    left, right, top, bottom = find_bounds((u, v, w), item, look)
     width = f4(band.shape[2])
-    if not front:
-        left, right, top, bottom = ZERO, width, ZERO, f4(end)
     if right < -ONE or left > width + ONE or bottom < f4(start) - ONE or top > f4(end) + ONE:
         return
     first, last = np.uint64(max(left - ONE, ZERO)), np.uint64(min(right + TWO, width))
@@ -242,11 +256,23 @@ def trace_triangle(
             band[i, ids, j] = k if hit else band[i, ids, j]
 
 
+@inline_njit
+def find_corners(points: FloatArray, at: Any, columns: Any, eye: Any) -> Any:
+    """Return the corners of the cell of a heightfield that begins at entry `at`, in order around it, m from the eye."""
+    first = sub((points[at, 0], points[at, 1], points[at, 2]), eye)
+    at += 1
+    second = sub((points[at, 0], points[at, 1], points[at, 2]), eye)
+    at += columns
+    third = sub((points[at, 0], points[at, 1], points[at, 2]), eye)
+    at -= 1
+    return first, second, third, sub((points[at, 0], points[at, 1], points[at, 2]), eye)
+
+
 @njit
 def measure_cells(items: NDArray[np.void], count: int, looks: NDArray[np.void], points: FloatArray) -> None:
     """Set columns 3 and 4 of ``points`` to the top and bottom, in px, of the cell of a heightfield that begins there.
 
-    Cells behind the eye and beside the picture are nowhere, those that only reach behind the eye everywhere.
+    Cells behind the eye and beside the picture are nowhere; of those that reach behind it, the part in front counts.
     """
     look = looks[0]
     width = f4(-TWO * look.left / look.step)
@@ -258,16 +284,11 @@ def measure_cells(items: NDArray[np.void], count: int, looks: NDArray[np.void], 
         for r in range(item.rows - 1):
             for c in range(item.columns - 1):
                 at = item.first + r * item.columns + c
-                bounds = NOWHERE
-                for corner in (at, at + 1, at + item.columns, at + item.columns + 1):
-                    p = sub((points[corner, 0], points[corner, 1], points[corner, 2]), eye)
-                    bounds = find_extent(p, item, look, bounds)
-                left, right, top, bottom, front, seen = bounds
-                if not seen or (front and (right < -ONE or left > width + ONE)):
-                    top, bottom = FAR, -FAR
-                elif not front:
-                    top, bottom = -FAR, FAR
-                points[at, 3], points[at, 4] = top, bottom
+                p, q, s, u = find_corners(points, at, item.columns, eye)
+                one, other = find_bounds((p, q, s), item, look), find_bounds((p, s, u), item, look)
+                beside = max(one[1], other[1]) < -ONE or min(one[0], other[0]) > width + ONE
+                points[at, 3] = FAR if beside else min(one[2], other[2])
+                points[at, 4] = -FAR if beside else max(one[3], other[3])
 
 
 @njit
@@ -285,13 +306,7 @@ def trace_field(
             at = item.first + r * columns + c
             if points[at, 4] < f4(start) - ONE or points[at, 3] > f4(end) + ONE:
                 continue
-            p = sub((points[at, 0], points[at, 1], points[at, 2]), eye)
-            at += 1
-            q = sub((points[at, 0], points[at, 1], points[at, 2]), eye)
-            at += columns
-            s = sub((points[at, 0], points[at, 1], points[at, 2]), eye)
-            at -= 1
-            u = sub((points[at, 0], points[at, 1], points[at, 2]), eye)
+            p, q, s, u = find_corners(points, at, columns, eye)
             trace_triangle(band, start, end, k, item, look, shift, p, q, s, out)
             trace_triangle(band, start, end, k, item, look, shift, p, s, u, out)
 

@@ -131,16 +131,26 @@ def test_a_tilted_field_covers_what_its_rectangle_covers() -> None:
     np.testing.assert_array_equal((ids == 0)[sure], (outside < 0.0)[sure])
 
 
-def test_a_field_that_reaches_behind_the_eye_has_no_holes() -> None:
-    field = oracles.make_field(5, 5, 10.0, lambda x, y: 0.0 * x)
-    camera = CAMERA._replace(eye=(0.3, 0.2, 0.5), target=(1.0, 0.4, 0.2))
+@pytest.mark.parametrize("cells", [4, 40, 200])
+def test_a_field_that_reaches_behind_the_eye_has_no_holes(cells: int) -> None:
+    """From above it, near and far, looking anywhere: against where the rays meet its plane."""
+    field = oracles.make_field(cells + 1, cells + 1, 40.0 / cells, lambda x, y: 0.0 * x)
     renderer = PrimitiveRenderer(WIDTH, HEIGHT, "fast")
-    renderer.draw(camera, make_primitives([HEIGHTFIELD], [(0, 0, 0)]), field)
-    rays = oracles.find_rays(camera)
-    hit = np.array([0.3, 0.2]) - 0.5 * rays[..., :2] / rays[..., 2:]
-    inside = (rays[..., 2] < 0.0) & (np.abs(hit) < 19.9).all(axis=-1)
-    assert inside.mean() > 0.5
-    assert (renderer.ids[inside] == 0).all()
+    rng = np.random.default_rng(cells)
+    for height in (0.02, 0.5, 5.0):
+        for _ in range(4):
+            eye = np.array([*rng.uniform(-5.0, 5.0, 2), height])
+            target = eye + np.array([*rng.normal(size=2), rng.uniform(-2.0, 0.3)])
+            camera = CAMERA._replace(eye=tuple(eye), target=tuple(target))
+            renderer.draw(camera, make_primitives([HEIGHTFIELD], [(0, 0, 0)]), field)
+            rays = oracles.find_rays(camera)
+            hit = eye[:2] - height * rays[..., :2] / rays[..., 2:]
+            far = np.abs(hit).max(axis=-1)
+            forward = (target - eye) / np.linalg.norm(target - eye)
+            near = height / np.maximum(-rays[..., 2], 1e-9) * (rays @ forward) < 0.011  # m, nearer than what is drawn
+            inside = (rays[..., 2] < 0.0) & (far < 19.9) & ~near
+            assert (renderer.ids[inside] == 0).all()
+            assert (renderer.ids[(rays[..., 2] >= 0.0) | (far > 20.1)] == -1).all()
 
 
 @pytest.mark.parametrize("quality", QUALITIES)
