@@ -114,7 +114,7 @@ def test_points_lie_within_both_shapes_grown_by_the_margin() -> None:
                     # the shapes' features are polygons that stand for discs, hence the slack
                     assert lies_near(p, a, margin + 0.01, rng)
                     assert lies_near(p, b, margin + 0.01, rng)
-    assert found > 50, found
+    assert found > 50
 
 
 @pytest.mark.nojit
