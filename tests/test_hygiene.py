@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import functools
 from pathlib import Path
 
 TESTS = Path(__file__).parent
@@ -10,6 +11,7 @@ CHECKS = {"pytest.raises", "pytest.warns", "pytest.fail", "check_env"}  # check_
 SUITES = ("zoo.", "checker.")  # modules of PettingZoo and Stable-Baselines3 that check an environment
 
 
+@functools.cache
 def calls(node: ast.AST) -> set[str]:
     """Return the functions that are called in a node, as ``name`` or ``module.name``."""
     return {ast.unparse(part.func) for part in ast.walk(node) if isinstance(part, ast.Call)}
