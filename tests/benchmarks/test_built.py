@@ -179,10 +179,13 @@ def angles(model: Model) -> Array:
 
 
 def test_heaps_settings() -> None:
-    assert [setting.label for setting in heaps.settings_of(suite_of(2))] == ["balanced", "fast"]
+    assert [setting.label for setting in heaps.settings_of(suite_of(2))] == list(heaps.OURS)
     labels = [setting.label for setting in heaps.settings_of(suite_of(2, {"Box2D v3": Path()}))]
     assert "4 substeps, scalar" in labels
     assert len(set(labels)) == len(labels)
+    (soft,) = (setting for setting in heaps.settings_of(suite_of(3)) if setting.label == "soft, 4 substeps")
+    assert soft.values["solver"] == "soft"
+    assert not soft.values["sleep"]
 
 
 def test_heaps_report() -> None:
