@@ -157,7 +157,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def settings_of(suite: Suite) -> list[Setting]:
-    """Return gsenv's fidelities and, of engines that are built from sources, the default and stiff settings."""
+    """Return gsenv's settings and, of engines that are built from sources, the default and stiff ones."""
     out = [Setting("gsenv", label, TIMESTEP, values | {"sleep": False}) for label, values in OURS.items()]
     ways: dict[str, dict[str, Any]] = {
         PLAIN: {"substeps": 4},
@@ -256,6 +256,8 @@ def report(results: Mapping[str, Any]) -> Report:
         f" resting: {STEPS} steps after {REST * TIMESTEP:g} s. Overlaps are the largest of two boxes, or of a box and"
         " the ground, at any of these steps, in mm; sunk: how far the highest box is below its place at the end; drift:"
         " the farthest that a box is sideways from its place."
+        ' Undivided: steps in which overlaps grow are not taken again in parts (`halvings=0`); so are those of "soft",'
+        " which sweeps once over soft and once over rigid rows in each substep, as the other engine does."
     )
     return Report(f"Heaps in {results['dim']}D", [text, *(table(timings, heap) for heap in HEAPS[results["dim"]])])
 

@@ -136,18 +136,10 @@ def bridge(dim: int, gap: float, length: float, rope: bool, crates: int) -> Scen
 
 
 ROPE, RODS = (0.055, 0.06, True), (0.0195, 0.02, False)  # gap, length, whether ropes
-BRIDGES = pytest.mark.parametrize(
-    ("dim", "gap", "length", "rope"),
-    [
-        (2, *RODS),
-        (3, *ROPE),
-        pytest.param(2, *ROPE, marks=pytest.mark.slow),  # 10 s, and the next 8 s
-        pytest.param(3, *RODS, marks=pytest.mark.slow),
-    ],
-)
 
 
-@BRIDGES
+@BOTH
+@pytest.mark.parametrize(("gap", "length", "rope"), [ROPE, RODS])
 def test_bridge_on_short_ropes_and_rods_holds(dim: int, gap: float, length: float, rope: bool) -> None:
     """Planks that start with a micrometre per second whip otherwise; a rod turns by up to 0.3 rad in a substep."""
     worlds = 48 if dim == 2 else 8
@@ -162,7 +154,8 @@ def test_bridge_on_short_ropes_and_rods_holds(dim: int, gap: float, length: floa
     assert np.max(largest_stretch(world, 240)) < 2e-3
 
 
-@BRIDGES
+@BOTH
+@pytest.mark.parametrize(("gap", "length", "rope"), [ROPE, RODS])
 def test_bridge_holds_when_crates_land_on_it(dim: int, gap: float, length: float, rope: bool) -> None:
     """Crates that start with a few mm/s land elsewhere.
 

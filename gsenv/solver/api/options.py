@@ -91,9 +91,9 @@ class Options:
         """Return the options of a named fidelity, with changes.
 
         Args:
-            fidelity: "fast" (fewer sweeps: errors of up to 1e-3, mass ratios up to 30; piles that fall take half the
-                time where also ``halvings=0``, and overlap by centimetres), "balanced" (the defaults) or "accurate"
-                (twice the cost, errors of about 1e-6).
+            fidelity: "fast" (fewer sweeps: errors of up to 1e-3, mass ratios up to 30; piles that fall take half to
+                two thirds of the time with ``halvings=0``, too, and overlap by centimetres), "balanced" (the
+                defaults) or "accurate" (twice the cost, errors of about 1e-6).
             changes: options by name that replace those of the fidelity.
 
         Raises:
