@@ -59,6 +59,7 @@ class Trained:
         returns: mean of the test episodes.
         tested: commit of these episodes.
         cpu: on which the training ended; "" if unknown.
+        wall_seconds: of the training, evaluations included; -1 if unknown.
     """
 
     env: str
@@ -71,6 +72,7 @@ class Trained:
     returns: float
     tested: str
     cpu: str = ""
+    wall_seconds: float = -1.0
 
 
 @dataclass(frozen=True)
@@ -168,6 +170,7 @@ def test(settings: Settings, folder: Path, episodes: int) -> tuple[Trained, list
         result.mean_return,
         commit(),
         origin.get("cpu", ""),
+        rows[-1]["seconds"],
     )
     return one, [Point(settings.env, settings.seed, int(row["steps"]), row["evaluated_success"]) for row in evaluated]
 
@@ -204,34 +207,39 @@ def report(results: Mapping[str, Any]) -> Report:
     for env_id in dict.fromkeys(one.env for one in trained):
         of_env = [one for one in trained if one.env == env_id]
         solved = [one.solved_seconds for one in of_env if one.solved_seconds >= 0]
+        known = [one.wall_seconds for one in of_env if one.wall_seconds >= 0]
         rows.append(
             [
                 env_id,
-                ", ".join(sorted({one.cpu or "not known" for one in of_env})),
                 f"{len(of_env)}",
                 f"{of_env[0].steps / 1e6:.1f}",
                 "{:.0%} ({:.0%} to {:.0%})".format(*interval([one.success for one in of_env])),
                 "{:.2f} ({:.2f} to {:.2f})".format(*interval([one.returns for one in of_env])),
                 f"{np.median([one.cpu_seconds for one in of_env]):.0f}",
-                f"{np.median(solved):.0f} ({len(solved)} of {len(of_env)})" if solved else "not reached",
+                f"{np.median(known):.0f}" if known else "not known",
+                f"{min(solved):.0f} to {max(solved):.0f} ({len(solved)} of {len(of_env)})" if solved else "not reached",
+                ", ".join(sorted({one.commit or "not known" for one in of_env})),
+                ", ".join(sorted({one.tested for one in of_env})),
             ]
         )
     header = [
         "environment",
-        "trained on",
         "seeds",
         "million steps",
         "success",
         "return",
         "CPU s of training",
+        "wall s of training",
         f"CPU s to {SOLVED:.0%} in training",
+        "trained at",
+        "tested at",
     ]
     text = (
         f'Each policy plays {EPISODES} episodes of the split "test" with its mean action. Success and return are '
-        "interquartile means over the seeds with bootstrapped 95 % intervals (Agarwal et al. 2021). CPU seconds "
-        "are medians of the seeds, evaluations included; the last column counts the seeds that reached it. "
-        f"Trained at {', '.join(sorted({one.commit or 'an unknown commit' for one in trained}))}, "
-        f"tested at {', '.join(sorted({one.tested for one in trained}))}."
+        "interquartile means over the seeds with bootstrapped 95 % intervals (Agarwal et al. 2021). Seconds of the "
+        "training are medians of the seeds, evaluations included. The next column has the fastest and the slowest of "
+        "the seeds that reached this success, and their number. The last two columns have commits. Trained on "
+        f"{', '.join(sorted({one.cpu or 'CPUs that are not known' for one in trained}))}."
     )
     picture = Picture("Success over the steps of training, a line for each seed", lambda: draw(points))
     return Report("Baselines of PPO", [text, Table(header, rows, words=2), picture])

@@ -60,7 +60,7 @@ def parallel_page(entry: ParallelEntry) -> str:
         ("Agents act in turn", f"`gsenv.envs.{entry.name}.env()`"),
         ("Steps until truncation", str(entry.max_cycles)),
     )
-    return _page(entry.name, env_class, rows, _SCALING)
+    return _page(entry.name, env_class, rows, _scaling(entry.name, task.observations))
 
 
 def pages() -> dict[str, str]:
@@ -111,10 +111,10 @@ def _space(entries: Sequence[Entry]) -> str:
     return f"`Box({bounds}, {space.shape}, {space.dtype})`"
 
 
-def _scaling(env_id: str, observations: Sequence[Entry]) -> str:
+def _scaling(name: str, observations: Sequence[Entry]) -> str:
     """Return the text on scaling, with the mean and scale of the trained policy where there is one."""
     try:
-        policy = trained_actions(env_id)
+        policy = trained_actions(name)
     except LookupError:
         return _SCALING
     rows = (

@@ -21,6 +21,7 @@ from time import perf_counter, process_time
 from typing import TYPE_CHECKING, Any
 
 from gsenv.envs import PARALLEL_ENVS
+from gsenv.envs.core.policies import policy_id
 from gsenv.train.arguments import (
     Parser,
     add_set_option,
@@ -154,9 +155,10 @@ def _parse(
         check_training(given.env, given.seeds, own)
     except (TypeError, ValueError) as error:
         parser.error(str(error))
-    settings = experiment.settings_for(given.env)
-    settings = with_arguments(replace(settings, steps=given.steps or settings.steps), own)
-    folder = given.out or Path("runs") / experiment.name / given.env.rpartition(":")[2]
+    name = given.env.rpartition(":")[2]
+    settings = experiment.settings_for(policy_id(name, own))  # of the task that is to be learnt
+    settings = with_arguments(replace(settings, env=name, steps=given.steps or settings.steps), own)
+    folder = given.out or Path("runs") / experiment.name / name
     return settings, given.seeds, folder, given.resume
 
 
@@ -273,7 +275,7 @@ def test(run: Run) -> dict[str, Any]:
             if kind == "best" and not files[kind].is_file():
                 continue  # there was no evaluation
             try:
-                actor = make_actor(str(files.get(kind, kind)), run.settings.env)
+                actor = make_actor(str(files.get(kind, kind)), run.settings.env, arguments=arguments)
             except PolicyError:
                 continue  # not every environment has a scripted policy
             count = run.settings.test_episodes

@@ -342,6 +342,30 @@ def test_what_the_user_sets_holds_in_lessons_and_tests() -> None:
     assert with_arguments(settings, {"crack_speed": 1.0}).tests == ({"crack_speed": 1.0},)
 
 
+def test_a_task_that_the_user_sets_is_learnt_with_its_own_lessons(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """`task="get_up"` makes GRagdoll-v0 another task, whose figures no policy gets up without assistance at first."""
+    started: list[Settings] = []
+
+    def run_seed(_kind: Any, settings: Settings, *_: object) -> int:
+        started.append(settings)
+        return experiment.INTERRUPTED
+
+    monkeypatch.setattr(experiment, "run_seed", run_seed)
+    for env_id, given in (("GRagdoll2D-v0", ["--set", "task=get_up"]), ("GRagdoll2D-get-up-v0", [])):
+        experiment.main(ppo.EXPERIMENT, ["--env", env_id, *given, "--out", str(tmp_path)])
+    named, own = started
+    assert named.env == "GRagdoll2D-v0"
+    assert named.arguments == own.arguments | {"task": "get_up"}
+    assert named.tests == ({"task": "get_up"},)
+    assert (named.lessons, named.steps, named.discount) == (own.lessons, own.steps, own.discount)
+    envs = experiment.make_envs(replace(named, world_count=2))
+    for name, value in named.curriculum(0).current().items():
+        envs.set_attr(name, value)
+    assert envs.get_attr("assist") == [0.7, 0.7]
+
+
 def test_a_short_run_has_a_row_of_its_end(tmp_path: Path) -> None:
     short = replace(PPO, log_every=100_000, evaluate_every=100_000, tests=())
     assert experiment.run_seed(ppo.EXPERIMENT, short, tmp_path / "seed-0") == experiment.OK

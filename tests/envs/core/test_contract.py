@@ -154,7 +154,7 @@ def test_a_terminated_episode_stays_as_it_is_and_warns_once(env_id: str) -> None
     assert not env.step(action)[2]
 
 
-BEYOND_SCRIPTS = ("GRagdoll2D-hardcore-v0", "GRagdoll-hardcore-v0")
+BEYOND_SCRIPTS = ("GCar-v0", "GCar-hardcore-v0", "GRagdoll2D-hardcore-v0", "GRagdoll-hardcore-v0")
 SCRIPTED = [i for i in IDS if ENTRIES[i].scripted_policy]
 NIGHTLY = ("GCar3D-v0", "GRagdoll-hardcore-v0")
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from gsenv.envs import ENVS
 from gsenv.envs.core.policies import scripted_policy, trained_actions, trained_policy
 from gsenv.envs.ragdoll2d.lying import FILE as LYING
 from gsenv.envs.stack.env import StackEnv, StackVectorEnv
@@ -15,7 +16,8 @@ from gsenv.train.evaluate import evaluate
 from tests.envs.registered import COSTLY
 
 ROOT = Path(__file__).parents[3]
-TRAINED = sorted(path.stem for path in (ROOT / "assets").glob("*.npz") if path.name != LYING)
+ASSETS = {path.stem for path in (ROOT / "assets").glob("*.npz") if path.name != LYING}
+TRAINED = sorted(ASSETS | {entry.id for entry in ENVS if entry.trained_as})
 
 
 @pytest.mark.parametrize(("blocks", "count", "least"), [(1, 12, 11), (3, 100, 90), (5, 100, 60), (8, 12, 11)])
