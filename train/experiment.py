@@ -39,7 +39,7 @@ from gsenv.train.progress import counting, make_progress
 if TYPE_CHECKING:
     from stable_baselines3.common.base_class import BaseAlgorithm
     from stable_baselines3.common.callbacks import BaseCallback
-    from stable_baselines3.common.vec_env import VecNormalize
+    from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 
 OK, FAILED, INTERRUPTED = 0, 1, 130
 _SCORE = ("evaluated_success", "evaluated_return")  # of an evaluation, what counts more first
@@ -70,11 +70,12 @@ class Settings:
 
 @dataclass(frozen=True)
 class Experiment:
-    """An algorithm: its settings for each environment, and how to build its model."""
+    """An algorithm: its settings for each environment, how to build its model, and what wraps the worlds for it."""
 
     name: str
     settings_for: Callable[[str], Settings]
     make_model: Callable[[Any, VecNormalize], BaseAlgorithm]
+    wrap: Callable[[Any, VecEnv], VecEnv] = lambda _, envs: envs
 
 
 class Linear:
@@ -199,7 +200,7 @@ def prepare(experiment: Experiment, settings: Settings, folder: Path, resume: bo
     if resume:
         refuse_pickle(folder / "policy.zip")
     saved = check_folder(folder, asdict(settings), resume)
-    envs = make_envs(settings)
+    envs = experiment.wrap(settings, make_envs(settings))
     rows: list[dict[str, Any]] = []
     if saved:
         normalize = load_normalize(folder / NORMALIZE, envs, gamma=settings.discount)

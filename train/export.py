@@ -328,6 +328,8 @@ def _from_weights(
         layers.append((arrays[f"{body}.{k}.weight"], arrays[f"{body}.{k}.bias"]))
     layers.append((arrays[f"{head}.weight"], arrays[f"{head}.bias"]))
     count = layers[0][0].shape[1]
-    mean = np.zeros(count, np.float32) if statistics is None else statistics.observation_mean.astype(np.float32)
-    scale = np.ones(count, np.float32) if statistics is None else statistics.scale.astype(np.float32)
+    mean, scale = np.zeros(count, np.float32), np.ones(count, np.float32)
+    if statistics is not None:  # what follows the policy's entries is the critic's
+        mean = statistics.observation_mean[:count].astype(np.float32)
+        scale = statistics.scale[:count].astype(np.float32)
     return MlpPolicy(mean, scale, tuple(layers), activation or ("relu" if is_sac else "tanh"), is_sac, notes)

@@ -15,7 +15,7 @@ import torch
 from numpy.typing import NDArray
 from stable_baselines3.common.vec_env import VecNormalize
 
-from gsenv.envs.ragdoll.mirror import ACTION, OBSERVATION, Mirror
+from gsenv.envs.ragdoll.mirror import ACTION, OBSERVATION, PRIVILEGED, Mirror
 from gsenv.train.adaptive import AdaptivePPO
 
 Array = NDArray[np.float32]
@@ -59,7 +59,8 @@ class MirroredPPO(AdaptivePPO):
         assert isinstance(normalize, VecNormalize)
         seen: Any = normalize.obs_rms
         scale = np.sqrt(seen.var + normalize.epsilon)
-        image = mirrored(observations * scale + seen.mean, OBSERVATION)
+        mirror = OBSERVATION if len(seen.mean) == len(OBSERVATION[0]) else PRIVILEGED
+        image = mirrored(observations * scale + seen.mean, mirror)
         most = normalize.clip_obs
         return np.clip((image - seen.mean) / scale, -most, most).astype(np.float32)
 

@@ -9,10 +9,11 @@ from numpy.typing import NDArray
 
 from gsenv.envs.core.spec_tables import Entry
 from gsenv.envs.ragdoll.env import RagdollTask
+from gsenv.envs.ragdoll.privileged import ENTRIES
 
 Mirror = tuple[NDArray[np.int64], NDArray[np.float32]]  # mirrored[..., k] = sign[k] * vector[..., index[k]]
 
-_SIDEWAYS = ("down_y", "vy", "wx", "wz", "mass_y", "capture_y")
+_SIDEWAYS = ("down_y", "vy", "wx", "wz", "mass_y", "capture_y", "push_y", "rest_y")
 _TRUNK = ("waist_turn", "waist_side")  # joints of legs and arms have mirrored axes
 
 
@@ -37,4 +38,5 @@ def _changes_sign(name: str) -> bool:
 
 
 OBSERVATION: Mirror = mirror_of(RagdollTask.observations)
+PRIVILEGED: Mirror = mirror_of((*RagdollTask.observations, *ENTRIES))  # of a critic that sees both
 ACTION: Mirror = mirror_of(RagdollTask.actions)

@@ -23,7 +23,7 @@ def model() -> Any:
         ppo.settings_for("GRagdoll-v0"), steps=48, world_count=3, rollout=16, batch_size=32, epochs=1, layers=(16,)
     )
     assert settings.mirrored
-    return ppo.make_model(settings, VecNormalize(experiment.make_envs(settings)))
+    return ppo.make_model(settings, VecNormalize(ppo.wrap(settings, experiment.make_envs(settings))))
 
 
 def test_a_rollout_is_followed_by_its_mirror_image(model: Any) -> None:
@@ -35,7 +35,7 @@ def test_a_rollout_is_followed_by_its_mirror_image(model: Any) -> None:
     actions, log_probs = buffer.actions.copy(), buffer.log_probs.copy()
     model._add_mirror_image()
     assert buffer.n_envs == 6
-    index, sign = mirror.OBSERVATION
+    index, sign = mirror.PRIVILEGED
     image = model.get_vec_normalize_env().unnormalize_obs(buffer.observations.copy())
     inside = abs(buffer.observations[:, 3:]) < 9.9  # the rest is clipped
     assert inside.mean() > 0.95
@@ -58,7 +58,7 @@ def test_what_the_policy_would_hardly_do_is_not_mirrored() -> None:
     settings = replace(
         ppo.settings_for("GRagdoll-v0"), steps=48, world_count=3, rollout=16, batch_size=32, layers=(16,), log_std=-4.0
     )
-    model: Any = ppo.make_model(settings, VecNormalize(experiment.make_envs(settings)))
+    model: Any = ppo.make_model(settings, VecNormalize(ppo.wrap(settings, experiment.make_envs(settings))))
     index, sign = mirror.ACTION
     bias = np.linspace(-0.9, 0.9, len(index)).astype(np.float32)
     assert abs(bias[index] * sign - bias).max() > 0.5

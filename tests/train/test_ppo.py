@@ -110,3 +110,13 @@ def test_exploration_ends_with_the_run(tmp_path: Path, monkeypatch: pytest.Monke
     free: Any = experiment.prepare(ppo.EXPERIMENT, replace(settings, final_log_std=None), tmp_path / "free").model
     free.learn(512)
     assert float(free.policy.log_std.detach().max()) > -1.1
+
+
+@pytest.mark.slow
+def test_the_first_policy_of_the_readme_builds_what_random_actions_do_not(tmp_path: Path) -> None:
+    command = ["--env", "GStack-v0", "--set", "blocks=2", "--steps", "1000000", "--out", str(tmp_path)]
+    assert " ".join(command[2:6]) in (ROOT / "README.md").read_text()
+    assert ppo.main(command) == experiment.OK
+    result = json.loads((tmp_path / "seed-0" / "result.json").read_text())
+    assert result["blocks 2: random"]["success_rate"] == 0.0
+    assert result["blocks 2: trained"]["success_rate"] >= 0.25
