@@ -36,7 +36,7 @@ class Settings(experiment.Settings):
     final_log_std: float | None = None  # to which the largest one falls in the second half of the run; None: free
     wanted_kl: float = 0.0  # of an update, to which the learning rate adapts; 0: it decreases linearly
     mirrored: bool = False  # learns from the mirror image of each rollout too; GRagdoll alone
-    privileged: bool = False  # the critic sees pushes to come and the physics of the episode; GRagdoll alone
+    privileged: bool = False  # the critic sees the pushes to come and the physics of the episode; the figures alone
 
 
 DEFAULTS = Settings()
@@ -143,6 +143,7 @@ SETTINGS = {
         steps=3_500_000,
         arguments={"blocks": 5, "crack_speed": 0.4},
         lessons=_frailer(2, 3),
+        pass_mark=0.5,  # with 0.7 it takes a fifth longer to 90 %
         tests=({},),
     ),
     "GStack-hardcore-v0": replace(
@@ -235,10 +236,11 @@ def settings_for(env_id: str) -> Settings:
 def make_model(settings: Settings, envs: VecNormalize) -> PPO:
     """Return an untrained agent; equal settings give equal agents."""
     others: dict[str, Any] = {}
+    networks = {"actor_entries": len(envs.get_attr("task")[0].observations)} if settings.privileged else {}
     if _adapts(settings):
         others = {"wanted_kl": settings.wanted_kl, "final_log_std": settings.final_log_std}
     return _algorithm(settings)(
-        _policy(settings),
+        "MlpPolicy" if not settings.privileged else _asymmetric(),
         envs,
         learning_rate=experiment.Linear(settings.learning_rate),
         n_steps=settings.rollout,
@@ -253,6 +255,7 @@ def make_model(settings: Settings, envs: VecNormalize) -> PPO:
             "net_arch": list(settings.layers),
             "log_std_init": settings.log_std,
             "optimizer_kwargs": {"eps": 1e-5, "fused": True},  # fused: less Python in each update
+            **networks,
         },
         seed=settings.seed,
         device="cpu",
@@ -278,9 +281,7 @@ def _algorithm(settings: Settings) -> type[PPO]:
     return PPO
 
 
-def _policy(settings: Settings) -> Any:
-    if not settings.privileged:
-        return "MlpPolicy"
+def _asymmetric() -> Any:
     from gsenv.train.privileged import AsymmetricPolicy
 
     return AsymmetricPolicy

@@ -18,11 +18,9 @@ from stable_baselines3.common.policies import ActorCriticPolicy
 from stable_baselines3.common.vec_env import VecEnv, VecEnvWrapper
 from torch import Tensor, nn
 
-from gsenv.envs.ragdoll.privileged import ENTRIES, privileged_observations
-
 
 class PrivilegedVecEnv(VecEnvWrapper):
-    """Worlds of GRagdoll whose observations (world, entry) are followed by the privileged ones.
+    """Worlds whose observations (world, entry) are followed by the privileged ones of their task.
 
     Those of the last state of an episode are of the state before: its world has begun the next episode.
     """
@@ -30,11 +28,12 @@ class PrivilegedVecEnv(VecEnvWrapper):
     def __init__(self, envs: VecEnv) -> None:
         own = envs.observation_space
         assert isinstance(own, spaces.Box)
-        low = np.concatenate([own.low, [entry.low for entry in ENTRIES]])
-        high = np.concatenate([own.high, [entry.high for entry in ENTRIES]])
-        super().__init__(envs, spaces.Box(low.astype(np.float32), high.astype(np.float32)))
         self._task: Any = envs.get_attr("task")[0]
-        self._seen: NDArray[np.float32] = privileged_observations(self._task)
+        more = self._task.privileged
+        low = np.concatenate([own.low, [entry.low for entry in more]])
+        high = np.concatenate([own.high, [entry.high for entry in more]])
+        super().__init__(envs, spaces.Box(low.astype(np.float32), high.astype(np.float32)))
+        self._seen: NDArray[np.float32] = self._task.privileged_observations()
 
     def reset(self) -> Any:
         return self._extended(self.venv.reset())
@@ -47,17 +46,23 @@ class PrivilegedVecEnv(VecEnvWrapper):
         return self._extended(observations), rewards, dones, infos
 
     def _extended(self, observations: Any) -> NDArray[np.float32]:
-        self._seen = privileged_observations(self._task)
+        self._seen = self._task.privileged_observations()
         return np.concatenate([observations, self._seen], 1)
 
 
 class AsymmetricPolicy(ActorCriticPolicy):
-    """Stable-Baselines3's "MlpPolicy" whose actor sees all but the last entries of the observations, its critic all."""
+    """Stable-Baselines3's "MlpPolicy" whose actor sees the first `actor_entries` observations, its critic all."""
+
+    def __init__(self, *args: Any, actor_entries: int, **kwargs: Any) -> None:
+        self.actor_entries = actor_entries
+        super().__init__(*args, **kwargs)
+
+    def _get_constructor_parameters(self) -> dict[str, Any]:
+        return super()._get_constructor_parameters() | {"actor_entries": self.actor_entries}
 
     def _build_mlp_extractor(self) -> None:
         layers: Any = self.net_arch
-        seen = self.features_dim - len(ENTRIES)
-        self.mlp_extractor: Any = _Networks(seen, self.features_dim, layers, self.activation_fn)
+        self.mlp_extractor: Any = _Networks(self.actor_entries, self.features_dim, layers, self.activation_fn)
 
 
 class _Networks(nn.Module):

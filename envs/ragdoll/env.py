@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
 from gymnasium import Env
 from gymnasium.vector import VectorEnv
 
@@ -17,6 +18,7 @@ from gsenv.envs.core.vector import TaskVectorEnv
 from gsenv.envs.ragdoll import figure, rules
 from gsenv.envs.ragdoll.build import build_scene, paint
 from gsenv.envs.ragdoll2d.lying import lying_poses
+from gsenv.envs.ragdoll2d.privileged import entries, next_push
 from gsenv.envs.ragdoll2d.task import (
     ARGUMENTS,
     BALANCE_ACTION,
@@ -76,6 +78,10 @@ def _limb_entries() -> tuple[Entry, ...]:
     return tuple(entries)
 
 
+def _directions(angles: Array) -> Array:
+    return np.stack([np.cos(angles), np.sin(angles)], 1)
+
+
 class RagdollTask(BalanceTask):
     """The rules for many worlds; `settings` has the defaults of a reset."""
 
@@ -120,6 +126,7 @@ class RagdollTask(BalanceTask):
     task_state_fields = rules.TASK_STATE_FIELDS
     max_episode_steps = time_limit("GRagdoll-v0")
     draw_count = rules.DRAW_COUNT
+    privileged = entries(BalanceTask.quantities, ("forwards", "to the left"))
     shown_height = SHOWN_HEIGHT
     balanced_substeps = 1  # of 1/60 s: overlaps stay below 0.5 mm in 99 of 100 steps of random drives
 
@@ -143,6 +150,19 @@ class RagdollTask(BalanceTask):
 
     def evaluate(self) -> None:
         rules.evaluate_worlds(self.kernel_world, self.figure, self.world.timestep)
+
+    def push_directions(self) -> tuple[Array, Array]:
+        """Return the directions of the next push and of the last one from the pelvis' heading, (world, 2)."""
+        state, facing = self.task_state, self._headings()
+        following = np.take_along_axis(state["headings"], next_push(state), 1)[:, 0]
+        return _directions(following - facing), _directions(state["heading"] - facing)
+
+    def _headings(self) -> Array:
+        """Return the heading of the pelvis' forward axis in rad, (world,)."""
+        bodies: Any = self.world.state.bodies
+        figure: Any = self.figure
+        w, x, y, z = bodies["rotation"][:, int(figure.parts["pelvis"])].T
+        return np.asarray(np.arctan2(2.0 * (x * y + w * z), 1.0 - 2.0 * (y * y + z * z)))
 
     def camera(self, world: int, width: int, height: int) -> Any:
         """Return a camera that follows the hips and sees the figure from its right front."""

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from gsenv.envs.core.spec_tables import Entry
 from gsenv.envs.ragdoll.env import RagdollTask
-from gsenv.envs.ragdoll.privileged import ENTRIES
 
 Mirror = tuple[NDArray[np.int64], NDArray[np.float32]]  # mirrored[..., k] = sign[k] * vector[..., index[k]]
 
@@ -38,5 +37,5 @@ def _changes_sign(name: str) -> bool:
 
 
 OBSERVATION: Mirror = mirror_of(RagdollTask.observations)
-PRIVILEGED: Mirror = mirror_of((*RagdollTask.observations, *ENTRIES))  # of a critic that sees both
+PRIVILEGED: Mirror = mirror_of((*RagdollTask.observations, *RagdollTask.privileged))  # of a critic that sees both
 ACTION: Mirror = mirror_of(RagdollTask.actions)

@@ -17,6 +17,7 @@ from gsenv.envs.core.vector import TaskVectorEnv
 from gsenv.envs.ragdoll2d import rules, scene
 from gsenv.envs.ragdoll2d.build import build_scene
 from gsenv.envs.ragdoll2d.lying import lying_poses
+from gsenv.envs.ragdoll2d.privileged import entries
 from gsenv.envs.ragdoll2d.task import (
     ARGUMENTS,
     BALANCE_ACTION,
@@ -112,6 +113,7 @@ class RagdollTask(BalanceTask):
     task_state_fields = rules.TASK_STATE_FIELDS
     max_episode_steps = time_limit("GRagdoll2D-v0")
     draw_count = rules.DRAW_COUNT
+    privileged = entries(BalanceTask.quantities, ("forwards",))
 
     def build_scene(self) -> Scene:
         return build_scene()

@@ -15,6 +15,7 @@ from gsenv.envs.core.task import Task
 from gsenv.envs.ragdoll2d import scene
 from gsenv.envs.ragdoll2d import shared_rules as shared
 from gsenv.envs.ragdoll2d.lying import NO_POSES
+from gsenv.envs.ragdoll2d.privileged import privileged_observations
 from gsenv.solver import Options
 
 TOLERANCE = 1e-3  # of "balanced": drives with bounded torques converge slowly, and errors of this size are not seen
@@ -165,6 +166,15 @@ class BalanceTask(Task):
     def lying(self) -> NDArray[np.float64]:
         """Return the poses in which an episode may begin, see lying.py; none where the figure stands."""
         return NO_POSES
+
+    def push_directions(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the directions of the next push and of the last one, seen by the figure, (world, axis)."""
+        forwards = np.ones((len(self.task_state), 1))
+        return forwards, forwards
+
+    def privileged_observations(self) -> NDArray[np.float32]:
+        """Return what `privileged` names, (world, entry)."""
+        return privileged_observations(self.task_state, self.physics, *self.push_directions())
 
     def solver_options(self) -> Options:
         options = Options.preset(self.fidelity)

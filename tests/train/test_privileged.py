@@ -17,13 +17,15 @@ from numpy.typing import NDArray
 from gsenv.envs.ragdoll import mirror
 from gsenv.envs.ragdoll.env import RagdollTask, RagdollVectorEnv
 from gsenv.envs.ragdoll.policy import balance
-from gsenv.envs.ragdoll.privileged import ENTRIES, privileged_observations
 from gsenv.envs.ragdoll2d import shared_rules as shared
+from gsenv.envs.ragdoll2d.env import RagdollVectorEnv as PlanarVectorEnv
+from gsenv.envs.ragdoll2d.policy import balance as planar_balance
 from gsenv.solver.spatial.joint_readings import rotated
 from gsenv.train import experiment, ppo
 from gsenv.train.export import export, load_zip
 
 OWN = len(RagdollTask.observations)
+ENTRIES = RagdollTask.privileged
 NAMES = [entry.name for entry in ENTRIES]
 SETTINGS = replace(
     ppo.settings_for("GRagdoll-v0"),
@@ -49,7 +51,7 @@ def test_pushes_come_when_and_as_they_were_foreseen() -> None:
     pushed = np.zeros(8, int)
     turns = set()
     for _ in range(200):
-        seen = privileged_observations(task)
+        seen = task.privileged_observations()
         facing = _heading(task)
         foreseen = turned(entry(seen, "push_x", "push_y"), facing)
         due = entry(seen, "push_time")[:, 0] == 0.0
@@ -58,7 +60,7 @@ def test_pushes_come_when_and_as_they_were_foreseen() -> None:
         assert not terminated.any()
         began = task.task_state["push_count"] > count
         np.testing.assert_array_equal(began, due)
-        now = privileged_observations(task)
+        now = task.privileged_observations()
         later = ~began & (entry(seen, "push_time")[:, 0] < 4.0)
         passed = entry(seen, "push_time")[later] - entry(now, "push_time")[later]
         np.testing.assert_allclose(passed, shared.CONTROL_TIME, atol=1e-5)
@@ -81,10 +83,29 @@ def _heading(task: Any) -> NDArray[Any]:
     return np.arctan2(forward[:, 1], forward[:, 0])
 
 
+def test_the_planar_figure_foresees_pushes_too() -> None:
+    envs = PlanarVectorEnv(8, push=0.5, autoreset_mode="Disabled")
+    observations, _ = envs.reset(seed=3)
+    task: Any = envs.task
+    names = [entry.name for entry in task.privileged]
+    pushed = np.zeros(8, int)
+    for _ in range(130):
+        seen = dict(zip(names, task.privileged_observations().T, strict=True))
+        count = task.task_state["push_count"].copy()
+        observations, *_ = envs.step(planar_balance(observations))
+        began = task.task_state["push_count"] > count
+        np.testing.assert_array_equal(began, seen["push_time"] == 0.0)
+        np.testing.assert_allclose(seen["push_x"][began], task.task_state["push"][began], rtol=1e-6)
+        rest = dict(zip(names, task.privileged_observations().T, strict=True))["rest_x"]
+        np.testing.assert_allclose(rest[began], 2.0 / 3.0 * task.task_state["push"][began], rtol=1e-6)
+        pushed += began
+    assert (pushed >= 1).all()
+
+
 def test_without_pushes_none_are_foreseen() -> None:
     envs = RagdollVectorEnv(2, push=0.0)
     envs.reset(seed=0)
-    seen = privileged_observations(envs.task)  # type: ignore[arg-type]
+    seen = envs.task.privileged_observations()  # type: ignore[attr-defined]
     np.testing.assert_array_equal(entry(seen, "push_time", "push_x", "push_y", "push_soon"), [[4.0, 0.0, 0.0, 0.0]] * 2)
 
 
@@ -136,7 +157,7 @@ def test_an_episode_ends_with_what_was_foreseen_before(run: Any) -> None:
     envs.reset()
     generator = np.random.default_rng(1)
     for _ in range(200):
-        before = privileged_observations(envs.get_attr("task")[0])
+        before = envs.get_attr("task")[0].privileged_observations()
         _, _, dones, infos = envs.step(generator.uniform(-1.0, 1.0, (3, 21)).astype(np.float32))
         if dones.any():
             break
