@@ -105,6 +105,7 @@ RAGDOLL3D = replace(
     wanted_kl=0.02,
     mirrored=True,
     privileged=True,
+    final_log_std=-3.0,  # else noise chooses the leg to step with, and the mean action of a symmetric policy none
     arguments={"push": 0.8},
     lessons=({"push": 0.1}, {"push": 0.3}, {"push": 0.45}, {"push": 0.6}, {"push": 0.7}),
 )
@@ -132,6 +133,7 @@ GET_UP3D = replace(
     log_std=-1.0,
     wanted_kl=0.0,  # with 0.02 the rate fell to 6e-5, and what had been learned was lost
     privileged=False,  # nothing pushes
+    final_log_std=None,
     discount=0.995,
     arguments={"assist": 0.0},
     lessons=_assisted(0.05),
