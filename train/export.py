@@ -329,7 +329,9 @@ def _from_weights(
     layers.append((arrays[f"{head}.weight"], arrays[f"{head}.bias"]))
     count = layers[0][0].shape[1]
     mean, scale = np.zeros(count, np.float32), np.ones(count, np.float32)
-    if statistics is not None:  # what follows the policy's entries is the critic's
-        mean = statistics.observation_mean[:count].astype(np.float32)
-        scale = statistics.scale[:count].astype(np.float32)
+    if statistics is not None:
+        mean, scale = statistics.observation_mean.astype(np.float32), statistics.scale.astype(np.float32)
+        critic = arrays.get("mlp_extractor.value_net.0.weight")
+        if critic is not None and critic.shape[1] == len(mean):  # what follows the policy's entries is the critic's
+            mean, scale = mean[:count], scale[:count]
     return MlpPolicy(mean, scale, tuple(layers), activation or ("relu" if is_sac else "tanh"), is_sac, notes)

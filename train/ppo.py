@@ -145,7 +145,6 @@ SETTINGS = {
         steps=3_500_000,
         arguments={"blocks": 5, "crack_speed": 0.4},
         lessons=_frailer(2, 3),
-        pass_mark=0.5,  # with 0.7 it takes a fifth longer to 90 %
         tests=({},),
     ),
     "GStack-hardcore-v0": replace(

@@ -108,7 +108,6 @@ class Task(ABC):
     ranges: ClassVar[Mapping[str, tuple[float, float]]] = {}  # of quantities, where `randomize` is None
     controls: ClassVar[Sequence[Sequence[Control]]] = ()  # keys of each agent in `gsenv play`; none: two for each entry
     captions_below: ClassVar[bool] = False  # whether captions are in the lower left corner instead of the upper one
-    privileged: ClassVar[tuple[Entry, ...]] = ()  # what only a critic may know, in training
     max_episode_steps: ClassVar[int | None] = None  # after which a VectorEnv or ParallelEnv truncates; None: never
 
     def __init__(

@@ -40,6 +40,7 @@ from gsenv.envs.ragdoll2d.task import (
     stand_term,
 )
 from gsenv.solver import Scene
+from gsenv.solver.spatial.joint_readings import rotated
 
 EYE = (-1.55, -2.75, 0.5)  # m, of the camera, from where it looks
 SHOWN_HEIGHT = 0.86  # m, where the camera looks
@@ -161,8 +162,8 @@ class RagdollTask(BalanceTask):
         """Return the heading of the pelvis' forward axis in rad, (world,)."""
         bodies: Any = self.world.state.bodies
         figure: Any = self.figure
-        w, x, y, z = bodies["rotation"][:, int(figure.parts["pelvis"])].T
-        return np.asarray(np.arctan2(2.0 * (x * y + w * z), 1.0 - 2.0 * (y * y + z * z)))
+        forward = rotated(bodies["rotation"][:, int(figure.parts["pelvis"])], np.array([1.0, 0.0, 0.0]))
+        return np.asarray(np.arctan2(forward[:, 1], forward[:, 0]))
 
     def camera(self, world: int, width: int, height: int) -> Any:
         """Return a camera that follows the hips and sees the figure from its right front."""

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gsenv.envs.core.arguments import Quantity, Setting, number_within
-from gsenv.envs.core.spec_tables import RewardTerm
+from gsenv.envs.core.spec_tables import Entry, RewardTerm
 from gsenv.envs.core.task import Task
 from gsenv.envs.ragdoll2d import scene
 from gsenv.envs.ragdoll2d import shared_rules as shared
@@ -162,6 +162,7 @@ class BalanceTask(Task):
     )
     balanced_substeps: ClassVar[int] = 2
     getting_up: ClassVar[bool] = False  # the figure lies at the start
+    privileged: ClassVar[tuple[Entry, ...]]  # of `privileged_observations`
 
     def lying(self) -> NDArray[np.float64]:
         """Return the poses in which an episode may begin, see lying.py; none where the figure stands."""

@@ -20,9 +20,8 @@ from gsenv.envs.ragdoll.policy import balance
 from gsenv.envs.ragdoll2d import shared_rules as shared
 from gsenv.envs.ragdoll2d.env import RagdollVectorEnv as PlanarVectorEnv
 from gsenv.envs.ragdoll2d.policy import balance as planar_balance
-from gsenv.solver.spatial.joint_readings import rotated
 from gsenv.train import experiment, ppo
-from gsenv.train.export import export, load_zip
+from gsenv.train.export import export, load_zip, read_normalize, save_normalize
 
 OWN = len(RagdollTask.observations)
 ENTRIES = RagdollTask.privileged
@@ -77,10 +76,9 @@ def test_pushes_come_when_and_as_they_were_foreseen() -> None:
 
 
 def _heading(task: Any) -> NDArray[Any]:
-    """From the pelvis' forward axis as the engine turns it, not by the formula under test."""
-    pelvis = task.world.state.bodies["rotation"][:, task.figure.parts["pelvis"]]
-    forward = np.array([rotated(q, np.array([1.0, 0.0, 0.0])) for q in pelvis])
-    return np.arctan2(forward[:, 1], forward[:, 0])
+    """By the formula for quaternions; the code under test turns an axis."""
+    w, x, y, z = task.world.state.bodies["rotation"][:, task.figure.parts["pelvis"]].T
+    return np.asarray(np.arctan2(2.0 * (x * y + w * z), 1.0 - 2.0 * (y * y + z * z)))
 
 
 def test_the_planar_figure_foresees_pushes_too() -> None:
@@ -169,3 +167,15 @@ def test_a_run_continues(run: Any, tmp_path: Path) -> None:
     assert run.steps == 96
     assert experiment.train(run)
     assert run.steps == 192
+
+
+def test_statistics_of_other_observations_make_no_policy(run: Any, tmp_path: Path) -> None:
+    """Those of the critic are longer than the policy's entries; any other length is refused, a longer one too."""
+    (tmp_path / "policy.zip").write_bytes((run.folder / "policy.zip").read_bytes())
+    statistics = read_normalize(run.folder / "normalize.npz")
+    mean, variance = statistics.observation_mean, statistics.observation_variance
+    for count in (OWN - 1, OWN + len(ENTRIES) - 1):
+        other = replace(statistics, observation_mean=mean[:count], observation_variance=variance[:count])
+        save_normalize(other, tmp_path / "normalize.npz")
+        with pytest.raises(ValueError, match="shape"):
+            load_zip(tmp_path / "policy.zip")
