@@ -171,7 +171,7 @@ class Car3DTask(Task):
         return rules.apply_actions(self.kernel_world, actions)
 
     def evaluate(self) -> None:
-        rules.evaluate_worlds(self.kernel_world)
+        rules.evaluate_worlds(self.kernel_world, self.max_episode_steps)
 
     def camera(self, world: int, width: int, height: int) -> Any:
         """Return a camera behind and above the car, which looks along the road."""

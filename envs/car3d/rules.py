@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-from gsenv.envs import time_limit
 from gsenv.envs.car3d import scene as n
 from gsenv.envs.car3d.course import (
     DRAW_COUNT as DRAW_COUNT,
@@ -69,7 +68,6 @@ OFF_ROAD_WEIGHT = -0.01  # per m and step beyond OFF_ROAD
 SMOOTH_WEIGHT = -0.002
 
 _PAID_PROGRESS = PAID_SPEED * CONTROL_TIME
-_TIME_LIMIT = time_limit("GCar3D-v0")
 _CHASSIS, _WHEEL, _CABIN = n.CHASSIS_BODY, n.FIRST_WHEEL, n.CABIN_BODY
 _SLOTS, _FINISH = n.SLOTS, n.FINISH
 _AXLES = n.AXLE_JOINTS
@@ -245,7 +243,7 @@ def _follow(world):  # type: ignore[no-untyped-def]
 
 
 @njit
-def evaluate_world(world):  # type: ignore[no-untyped-def]
+def evaluate_world(world, time_limit):  # type: ignore[no-untyped-def]
     """Set reward terms and info of one world after a control step; return (reward, terminated)."""
     task, term, info = world.task.state, world.task.terms, world.task.info
     progress = _update_task(world)
@@ -266,7 +264,7 @@ def evaluate_world(world):  # type: ignore[no-untyped-def]
     term.progress = PROGRESS_WEIGHT * (progress - fast) + FAST_WEIGHT * fast if counts else 0.0
     term.time = TIME_REWARD
     term.finish = FINISH_REWARD if finished else 0.0
-    term.failure = FAILURE_REWARD + TIME_REWARD * max(_TIME_LIMIT - task.steps, 0) if failed else 0.0
+    term.failure = FAILURE_REWARD + TIME_REWARD * max(time_limit - task.steps, 0) if failed else 0.0
     term.gates = gates
     term.off_road = OFF_ROAD_REWARD + OFF_ROAD_WEIGHT * beyond if off else 0.0
     term.smoothness = SMOOTH_WEIGHT * task.change
@@ -296,10 +294,10 @@ def initialize_worlds(world, worlds, difficulty, draws):  # type: ignore[no-unty
 
 
 @njit
-def evaluate_worlds(world):  # type: ignore[no-untyped-def]
-    """Set rewards, terminations and observations of all worlds."""
+def evaluate_worlds(world, time_limit):  # type: ignore[no-untyped-def]
+    """Set rewards, terminations and observations of all worlds; `time_limit` is that of the episodes in steps."""
     rewards, terminated = world.task.rewards, world.task.terminated
     for w in range(len(rewards)):
         select_world(world, w)
-        rewards[w], terminated[w] = evaluate_world(world)
+        rewards[w], terminated[w] = evaluate_world(world, time_limit)
         observe_world(world)

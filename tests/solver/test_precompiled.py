@@ -135,6 +135,7 @@ print(total.tobytes().hex())
 """
 
 
+@pytest.mark.slow  # compiles an environment
 def test_the_set_of_the_package_gives_the_bits_of_this_cpu(tmp_path: Path) -> None:
     found = precompiled.open_set()
     if isinstance(found, str):
@@ -152,6 +153,15 @@ def test_the_set_of_the_package_gives_the_bits_of_this_cpu(tmp_path: Path) -> No
         outputs.append(result.stdout)
     assert outputs[0] == outputs[1]
     assert not list(tmp_path.rglob("*.nb[ci]"))
+
+
+def test_the_set_is_of_the_present_sources(tmp_path: Path) -> None:
+    """Else the first use of an environment compiles for a minute."""
+    current = precompiled.FOLDER / precompiled.set_name()
+    if not current.is_file():
+        pytest.skip("no set for this Python")
+    with zipfile.ZipFile(current) as archive:
+        assert pack.keep_current(tmp_path) == len(archive.namelist()), "run `gsenv pack`"
 
 
 def test_packing_again_keeps_what_is_current(tmp_path: Path) -> None:
