@@ -117,11 +117,11 @@ def test_the_real_environment_refuses_in_one_line(
 
 
 def test_train_starts_the_script(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    from gsenv.train import sac
+    from gsenv.train import ppo
 
     given: list[list[str]] = []
-    monkeypatch.setattr(sac, "main", lambda arguments, prog: given.append(arguments) or 7)  # type: ignore[func-returns-value]
-    command = ["train", "GStack-v0", "--algorithm", "sac", "--seeds", "1", "2", "--steps", "10", "--resume"]
+    monkeypatch.setattr(ppo, "main", lambda arguments, prog: given.append(arguments) or 7)  # type: ignore[func-returns-value]
+    command = ["train", "GStack-v0", "--seeds", "1", "2", "--steps", "10", "--resume"]
     assert cli.main([*command, "--out", str(tmp_path), "--set", "mass=(2, 3)"]) == 7
     assert given == [[
         "--env", "GStack-v0", "--seeds", "1", "2", "--steps", "10", "--out", str(tmp_path), "--resume",

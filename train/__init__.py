@@ -1,1 +1,1 @@
-"""Training, installed as `gsenv.train`: one script per algorithm, with its settings at the top."""
+"""Training, installed as `gsenv.train`: PPO with its settings in `ppo.py`, what it is made of in the other modules."""

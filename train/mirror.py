@@ -30,12 +30,22 @@ def mirrored(vectors: Array, mirror: Mirror) -> Array:
 
 
 class MirroredPPO(AdaptivePPO):
-    """PPO for GRagdoll that doubles each rollout by its mirror image."""
+    """PPO for GRagdoll that doubles each rollout by its mirror image.
+
+    Args:
+        mirrored_share: of the run, from its begin. What learns from mirror images to the end is symmetric, and a
+            symmetric policy does nothing in a symmetric stand that is not the same on both sides, such as a step.
+    """
+
+    def __init__(self, *args: Any, mirrored_share: float = 1.0, **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+        self.mirrored_share = mirrored_share
 
     def train(self) -> None:
         buffer = self.rollout_buffer
         count = buffer.n_envs
-        self._add_mirror_image()
+        if self.num_timesteps <= self.mirrored_share * self._total_timesteps:
+            self._add_mirror_image()
         super().train()
         buffer.n_envs = count  # the next rollout begins with `reset`, which allocates all arrays anew
 

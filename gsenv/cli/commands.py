@@ -1,7 +1,6 @@
 """`gsenv list`, `train`, `evaluate` and `dataset`."""
 
 import argparse
-import importlib
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -29,6 +28,8 @@ def run_list(options: argparse.Namespace) -> int:
 
 
 def run_train(options: argparse.Namespace) -> int:
+    from gsenv.train import ppo
+
     check_env(options.env)
     try:
         check_training(options.env, options.seeds, dict(options.set))
@@ -40,8 +41,7 @@ def run_train(options: argparse.Namespace) -> int:
     arguments += ["--resume"] if options.resume else []
     for name, value in options.set:
         arguments += ["--set", f"{name}={value!r}"]
-    script = importlib.import_module(f"gsenv.train.{options.algorithm}")
-    return int(script.main(arguments, "gsenv train"))
+    return ppo.main(arguments, "gsenv train")
 
 
 def run_evaluate(options: argparse.Namespace) -> int:

@@ -91,17 +91,16 @@ def make_parser() -> argparse.ArgumentParser:
     train = commands.add_parser(
         "train",
         help="train a policy from scratch",
-        description="Train a policy with Stable-Baselines3 and test it on unseen episodes.\n"
+        description="Train a policy with Stable-Baselines3's PPO and test it on unseen episodes.\n"
         "Ctrl-C stops early and keeps the policy trained so far.",
         epilog=EXAMPLES,
         formatter_class=style,
     )
     train.add_argument("env", metavar="ENV", help="a name from `gsenv list`")
-    train.add_argument("--algorithm", choices=("ppo", "sac"), default="ppo", help="learning algorithm (default: ppo)")
     train.add_argument("--steps", type=positive, help="steps, summed over all worlds (default: the environment's)")
     train.add_argument("--seeds", type=not_negative, nargs="+", default=[0], help="seeds, one run each (default: 0)")
     train.add_argument("--resume", action="store_true", help="continue the runs in the output folder")
-    train.add_argument("--out", type=Path, metavar="FOLDER", help="output folder (default: runs/ALGORITHM/ENV)")
+    train.add_argument("--out", type=Path, metavar="FOLDER", help="output folder (default: runs/ppo/ENV)")
     add_set_option(train)
     train.set_defaults(run=run_train)
 

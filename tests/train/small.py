@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
-from gsenv.train import ppo, sac
+from gsenv.train import experiment, ppo
 
 _TINY: dict[str, Any] = {
     "steps": 256,
@@ -19,5 +19,32 @@ _TINY: dict[str, Any] = {
     "tests": ({"blocks": 1},),
 }
 PPO = replace(ppo.settings_for("GStack-v0"), rollout=64, epochs=1, **_TINY)
-SAC = replace(sac.settings_for("GStack-v0"), learning_starts=64, buffer_size=1000, gradient_steps=1, **_TINY)
-EXPERIMENTS: list[Any] = [(ppo.EXPERIMENT, PPO), (sac.EXPERIMENT, SAC)]
+
+
+@dataclass(frozen=True)
+class SacSettings(experiment.Settings):
+    """Of an algorithm that the package does not have; policies of SAC are read, and any algorithm can be trained."""
+
+    batch_size: int = 64
+    layers: tuple[int, ...] = (16,)
+
+
+def _make_sac(settings: SacSettings, envs: Any) -> Any:
+    from stable_baselines3 import SAC
+
+    return SAC(
+        "MlpPolicy",
+        envs,
+        buffer_size=1000,
+        batch_size=settings.batch_size,
+        learning_starts=64,
+        train_freq=1,
+        policy_kwargs={"net_arch": list(settings.layers)},
+        seed=settings.seed,
+        device="cpu",
+    )
+
+
+SAC = SacSettings(env="GStack-v0", arguments=PPO.arguments, lessons=PPO.lessons, **_TINY)
+SAC_EXPERIMENT = experiment.Experiment("sac", lambda _: SAC, _make_sac)
+EXPERIMENTS: list[Any] = [(ppo.EXPERIMENT, PPO), (SAC_EXPERIMENT, SAC)]

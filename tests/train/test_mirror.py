@@ -15,14 +15,21 @@ from stable_baselines3.common.vec_env import VecNormalize
 
 from gsenv.envs.ragdoll import mirror
 from gsenv.train import experiment, ppo
+from gsenv.train.mirror import MirroredPPO
 
 
 @pytest.fixture(scope="module")
 def model() -> Any:
     settings = replace(
-        ppo.settings_for("GRagdoll-v0"), steps=48, world_count=3, rollout=16, batch_size=32, epochs=1, layers=(16,)
+        ppo.settings_for("GRagdoll-v0"),
+        steps=48,
+        world_count=3,
+        rollout=16,
+        batch_size=32,
+        epochs=1,
+        layers=(16,),
+        mirrored=1.0,
     )
-    assert settings.mirrored
     return ppo.make_model(settings, VecNormalize(ppo.wrap(settings, experiment.make_envs(settings))))
 
 
@@ -80,3 +87,11 @@ def test_it_learns_for_some_rollouts(model: Any) -> None:
     assert model.rollout_buffer.n_envs == 3
     assert len(model.rollout_buffer.observations) == 2 * 16 * 3  # flat after an update
     assert any((weight != old).any() for weight, old in zip(model.policy.parameters(), before, strict=True))
+
+
+def test_mirror_images_end_after_their_share_of_the_run(model: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    seen: list[int] = []
+    monkeypatch.setattr(MirroredPPO, "_add_mirror_image", lambda self: seen.append(self.num_timesteps))
+    monkeypatch.setattr(model, "mirrored_share", 0.5)
+    model.learn(192)
+    assert seen == [48, 96]
