@@ -270,4 +270,4 @@ def test_ankles_alone_do_not_hold_the_pushes() -> None:
 def test_trained_policy_holds_light_pushes_always_and_harder_ones_mostly() -> None:
     trained = trained_actions("GRagdoll-v0")
     assert (survival(trained, 0.3) == 20.0).mean() >= 0.95
-    assert (survival(trained, 0.6) == 20.0).mean() >= 0.85
+    assert (survival(trained, 0.6) == 20.0).mean() >= 0.92
