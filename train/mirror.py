@@ -33,8 +33,8 @@ class MirroredPPO(AdaptivePPO):
     """PPO for GRagdoll that doubles each rollout by its mirror image.
 
     Args:
-        mirrored_share: of the run, from its begin. What learns from mirror images to the end is symmetric, and a
-            symmetric policy does nothing in a symmetric stand that is not the same on both sides, such as a step.
+        mirrored_share: share of the run, from its start, with mirror images. A policy that learns from them to the
+            end is symmetric: where it stands symmetrically it does the same on both sides, and takes no step.
     """
 
     def __init__(self, *args: Any, mirrored_share: float = 1.0, **kwargs: Any) -> None:

@@ -35,7 +35,7 @@ class Settings(experiment.Settings):
     log_std: float = -0.5  # logarithm of the actions' initial standard deviation
     final_log_std: float | None = None  # to which the largest one falls in the second half of the run; None: free
     wanted_kl: float = 0.0  # of an update, to which the learning rate adapts; 0: it decreases linearly
-    mirrored: float = 0.0  # share of the run in which it learns from the mirror image of each rollout too; GRagdoll
+    mirrored: float = 0.0  # share of the run that also learns from each rollout's mirror image; GRagdoll alone
     privileged: bool = False  # the critic sees the pushes to come and the physics of the episode; the figures alone
 
 
