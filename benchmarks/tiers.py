@@ -7,6 +7,7 @@ script are selected on other seeds.
 from __future__ import annotations
 
 import argparse
+import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import partial
@@ -41,10 +42,12 @@ TIERS: tuple[tuple[str, dict[str, Any]], ...] = (
     ("GStack3D-v0", {}),
     ("GStack3D-hardcore-v0", {}),
     ("tower_v0", {}),
+    ("tower_hardcore_v0", {}),
     ("GCar-v0", {"difficulty": 0.3}),
     ("GCar-v0", {}),
     ("GCar-hardcore-v0", {}),
     ("GCar3D-v0", {}),
+    ("GCar3D-hardcore-v0", {}),
     ("GRagdoll2D-v0", {"push": 0.3}),
     ("GRagdoll2D-v0", {}),
     ("GRagdoll2D-hardcore-v0", {}),
@@ -63,7 +66,7 @@ def at_speeds(script: Callable[..., NDArray[np.float32]], speeds: Iterable[float
 NAIVE: dict[str, dict[str, Actor]] = {  # by id, or the first part of it
     "GStack": {"drops from 0.5 m": stack.drop_blocks},
     "GStack3D": {"drops from 0.5 m": stack3d.drop_blocks},
-    "tower_v0": {"drops from 0.5 m": tower.drop_together},
+    "tower": {"drops from 0.5 m": tower.drop_together},
     "GCar": at_speeds(car.hold_speed, (4.0, 5.0, 5.5, 6.0, 6.5, 7.0)),
     "GCar3D": at_speeds(car3d.hold_speed, (5.5, 6.0, 6.25, 6.5, 6.75, 7.0)),
     "GRagdoll2D": {"ankles": ragdoll2d.lean},
@@ -120,7 +123,7 @@ def find(policy: str, env_id: str, arguments: Mapping[str, Any], run: Run) -> tu
     if policy in ("constant", "naive"):
         actors = constants(size, QUICK_DRAWN if run.quick else DRAWN)
         if policy == "naive":
-            actors = NAIVE[env_id if env_id in NAIVE else env_id.partition("-")[0]]
+            actors = NAIVE[env_id if env_id in NAIVE else re.split("[-_]", env_id)[0]]
         name = select(actors, env_id, arguments, QUICK_EPISODES if run.quick else SELECTION_EPISODES)
         return name, actors[name]
     if policy == "zero":
@@ -163,7 +166,7 @@ def report(results: Mapping[str, Any]) -> Report:
     text = (
         f'Success and mean return of {results["episodes"]} episodes of the split "test". The best constant action, '
         "of 20, and the speed of the naive drivers are selected on other seeds. Trained policies are those that come "
-        "with the package, with their mean action; the hardcore figures have the policies of the others."
+        "with the package, with their mean action; GRagdoll2D-hardcore-v0 and GCar3D-hardcore-v0 have those of v0."
     )
     return Report("Policies at each tier", [text, Table(header, rows, words=1)])
 

@@ -74,6 +74,16 @@ ENVS = (
         "car3d.policy:pursue",
     ),
     EnvEntry(
+        "GCar3D-hardcore-v0",
+        "car3d.env:Car3DHardcoreEnv",
+        "car3d.env:Car3DHardcoreVectorEnv",
+        585,
+        12.9,
+        "3D: the same along tighter bends and steeper hills",
+        "car3d.policy:pursue",
+        trained_as="GCar3D-v0",
+    ),
+    EnvEntry(
         "GStack3D-v0",
         "stack3d.env:Stack3DEnv",
         "stack3d.env:Stack3DVectorEnv",
@@ -165,6 +175,13 @@ PARALLEL_ENVS = (
         "tower.env:TowerVectorEnv",
         900,
         "2D: two grippers build one tower together",
+        "tower.policy:build_together",
+    ),
+    ParallelEntry(
+        "tower_hardcore_v0",
+        "tower.env:TowerHardcoreVectorEnv",
+        900,
+        "2D: the same with more, frailer and more varied blocks",
         "tower.policy:build_together",
     ),
 )

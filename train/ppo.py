@@ -67,6 +67,24 @@ def _frailer(few: int, more: int) -> tuple[dict[str, float], ...]:
     )
 
 
+TOWER = replace(
+    STACK,
+    steps=16_000_000,
+    batch_size=2048,
+    discount=0.995,
+    final_log_std=-3.2,  # else the mean action of the last gripper may stop just short of letting go
+    arguments={"blocks": 4, "crack_speed": 0.4},
+    lessons=(
+        {"blocks": 2, "crack_speed": 2.0},
+        {"blocks": 2, "crack_speed": 1.4},
+        {"blocks": 2, "crack_speed": 1.0},
+        {"blocks": 4, "crack_speed": 1.4},
+        {"blocks": 4, "crack_speed": 1.0},
+        {"blocks": 4, "crack_speed": 0.7},
+        {"blocks": 4, "crack_speed": 0.5},
+    ),
+    tests=({},),
+)
 RAGDOLL = replace(
     DEFAULTS,
     steps=2_500_000,
@@ -169,24 +187,12 @@ SETTINGS = {
         lessons=(*_frailer(2, 2), {"blocks": 3, "crack_speed": 0.4}, {"blocks": 4, "crack_speed": 0.3}),
         tests=({},),
     ),
-    "tower_v0": replace(
-        STACK,
-        steps=16_000_000,
-        world_count=256,
-        batch_size=2048,
-        discount=0.995,
-        final_log_std=-3.2,  # else the mean action of the last gripper may stop just short of letting go
-        arguments={"blocks": 4, "crack_speed": 0.4},
-        lessons=(
-            {"blocks": 2, "crack_speed": 2.0},
-            {"blocks": 2, "crack_speed": 1.4},
-            {"blocks": 2, "crack_speed": 1.0},
-            {"crack_speed": 1.4},
-            {"crack_speed": 1.0},
-            {"crack_speed": 0.7},
-            {"crack_speed": 0.5},
-        ),
-        tests=({},),
+    "tower_v0": TOWER,
+    "tower_hardcore_v0": replace(
+        TOWER,
+        steps=24_000_000,
+        arguments={"blocks": 6, "crack_speed": 0.25},
+        lessons=(*TOWER.lessons, {"blocks": 4, "crack_speed": 0.4}),
     ),
     "GCar-v0": replace(
         CAR,

@@ -1,10 +1,10 @@
-"""GCar3D-v0: a car follows a winding road over hills and obstacles against the clock."""
+"""GCar3D-v0 and GCar3D-hardcore-v0: a car follows a winding road over hills and obstacles against the clock."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from gymnasium import Env
@@ -14,7 +14,7 @@ from gsenv.envs import time_limit
 from gsenv.envs.car.env import check_difficulty
 from gsenv.envs.car3d import observe, rules, scene
 from gsenv.envs.car3d.build import NAMES, build_scene
-from gsenv.envs.core.arguments import Quantity, Setting
+from gsenv.envs.core.arguments import Quantity, Setting, with_defaults
 from gsenv.envs.core.env import TaskEnv
 from gsenv.envs.core.spec_tables import Entry, RewardTerm
 from gsenv.envs.core.steering import Stick, pair
@@ -110,7 +110,7 @@ class Car3DTask(Task):
         ),
         *_patch_entries(),
     )
-    max_episode_steps = time_limit("GCar3D-v0")
+    max_episode_steps = time_limit("GCar3D-v0")  # of both tiers
     reward_terms = (
         RewardTerm(
             "progress",
@@ -144,7 +144,7 @@ class Car3DTask(Task):
         ("off_road_time", "f8"), ("lost", "?"),
     )  # fmt: skip
     draw_count = rules.DRAW_COUNT
-    arguments = (Setting("difficulty", 0.5, check_difficulty, "0 to 1: see above"),)
+    arguments: ClassVar[tuple[Setting, ...]] = (Setting("difficulty", 0.5, check_difficulty, "0 to 1: see above"),)
     quantities = (
         Quantity("friction", "friction coefficient of everything", scene.FRICTION, 0.05, 2.0),
         Quantity("mass", "mass of the chassis", scene.CHASSIS_MASS, 50.0, 500.0, "kg"),
@@ -205,9 +205,13 @@ class Car3DTask(Task):
         return lines
 
 
-@documented
-class Car3DEnv(TaskEnv, Env[Any, Any]):
-    """Follow a winding road against the clock: GCar3D-v0.
+class Car3DHardcoreTask(Car3DTask):
+    """Car3DTask at the largest difficulty, against the same clock."""
+
+    arguments = with_defaults(Car3DTask.arguments, difficulty=1.0)
+
+
+_SPECIFICATION = """Follow a winding road against the clock: {id}.
 
     ## Description
     A car of 200 kg with four driven wheels on springs, the front ones steered, follows a road of
@@ -225,8 +229,8 @@ class Car3DEnv(TaskEnv, Env[Any, Any]):
 
     At `difficulty` 0 the road is nearly straight and level and empty. With rising difficulty, its bends
     become tighter and turn farther, its climbs and the hills beside it steeper, and obstacles more
-    frequent (from 0.4 on all three stand). The ground is a heightfield of cells of 1 m, of its own in
-    each world and episode.
+    frequent (from 0.4 on all three stand). GCar3D-v0 has 0.5 and GCar3D-hardcore-v0 1. The ground is a
+    heightfield of cells of 1 m, of its own in each world and episode.
 
     ## Action Space
     `Box(-1, 1, (2,), float32)`. Values beyond are clipped; NaN and infinity are refused.
@@ -296,6 +300,11 @@ class Car3DEnv(TaskEnv, Env[Any, Any]):
     - v0: first version.
     """
 
+
+@documented
+class Car3DEnv(TaskEnv, Env[Any, Any]):
+    __doc__ = _SPECIFICATION.replace("{id}", "GCar3D-v0")
+
     task_class = Car3DTask
     difficulty: float
 
@@ -304,4 +313,19 @@ class Car3DVectorEnv(TaskVectorEnv, VectorEnv[Any, Any, Any]):
     """N worlds of GCar3D-v0 in one batch; see Car3DEnv for the task, TaskVectorEnv for the rest."""
 
     task_class = Car3DTask
+    difficulty: float
+
+
+@documented
+class Car3DHardcoreEnv(TaskEnv, Env[Any, Any]):
+    __doc__ = _SPECIFICATION.replace("{id}", "GCar3D-hardcore-v0")
+
+    task_class = Car3DHardcoreTask
+    difficulty: float
+
+
+class Car3DHardcoreVectorEnv(TaskVectorEnv, VectorEnv[Any, Any, Any]):
+    """N worlds of GCar3D-hardcore-v0 in one batch; see Car3DHardcoreEnv for the task, TaskVectorEnv for the rest."""
+
+    task_class = Car3DHardcoreTask
     difficulty: float

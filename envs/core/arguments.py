@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -37,6 +37,11 @@ class Quantity:
     low: float  # limits of the ranges that users may give
     high: float
     unit: str = "-"
+
+
+def with_defaults(settings: tuple[Setting, ...], **defaults: Any) -> tuple[Setting, ...]:
+    """Return settings with other defaults of some."""
+    return tuple(replace(s, default=defaults.pop(s.name)) if s.name in defaults else s for s in settings)
 
 
 def check_settings(given: Mapping[str, Any], known: Sequence[Setting], who: str) -> dict[str, Any]:

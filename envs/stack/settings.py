@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gsenv.envs.core.arguments import Setting
+from gsenv.envs.core.arguments import Setting, with_defaults
 from gsenv.envs.stack import scene
 
 CONTROL_RATE = 30.0  # Hz
@@ -117,11 +116,6 @@ def sway_setting(default: float) -> Setting:
     return number_setting("sway", default, "m/s, how fast the gantry sways along each axis, at most", LIMITS["sway"])
 
 
-def with_defaults(settings: tuple[Setting, ...], **defaults: Any) -> tuple[Setting, ...]:
-    """Return settings with other defaults of some."""
-    return tuple(replace(s, default=defaults.pop(s.name)) if s.name in defaults else s for s in settings)
-
-
 BLOCK_SETTINGS = (
     range_setting("half_width", scene.HALF_WIDTH, "m, of blocks", LIMITS["half_width"]),
     range_setting("half_height", scene.HALF_HEIGHT, "m, of blocks", LIMITS["half_height"]),
@@ -141,10 +135,11 @@ BLOCK_SETTINGS = (
 SETTINGS: tuple[Setting, ...] = (
     blocks_setting(5, 1, scene.MAX_BLOCKS), *BLOCK_SETTINGS, sway_setting(0.0), weights_setting(REWARD_WEIGHTS),
 )  # fmt: skip
-HARDCORE_SETTINGS = with_defaults(
-    SETTINGS, blocks=7, half_width=(0.12, 0.3), half_height=(0.1, 0.22), mass=(1.0, 18.0), friction=(0.3, 0.6),
-    grasp_offset=0.6, grasp_tilt=0.5, crack_speed=0.25, sway=0.08,
-)  # fmt: skip
+HARDCORE_BLOCKS: dict[str, Any] = {
+    "half_width": (0.12, 0.3), "half_height": (0.1, 0.22), "mass": (1.0, 18.0), "friction": (0.3, 0.6),
+    "grasp_offset": 0.6, "grasp_tilt": 0.5, "crack_speed": 0.25,
+}  # fmt: skip
+HARDCORE_SETTINGS = with_defaults(SETTINGS, blocks=7, sway=0.08, **HARDCORE_BLOCKS)
 
 _ELSEWHERE = ("success_time", "reward_weights")
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from gsenv.envs.core.arguments import Setting
+from gsenv.envs.core.arguments import Setting, with_defaults
 from gsenv.envs.stack.settings import (
     CRACK_SPEED,
     REWARD_WEIGHTS,
@@ -13,7 +13,6 @@ from gsenv.envs.stack.settings import (
     range_setting,
     sway_setting,
     weights_setting,
-    with_defaults,
 )
 from gsenv.envs.stack3d import scene
 

@@ -8,14 +8,14 @@ from typing import Any, ClassVar
 from gymnasium.vector import VectorEnv
 
 from gsenv.envs import time_limit
-from gsenv.envs.core.arguments import Setting
+from gsenv.envs.core.arguments import Setting, with_defaults
 from gsenv.envs.core.spec_tables import Entry, RewardTerm
 from gsenv.envs.core.steering import Button, Key, Stick, pair
 from gsenv.envs.core.vector import TaskVectorEnv
 from gsenv.envs.stack import impacts
 from gsenv.envs.stack import scene as stack
 from gsenv.envs.stack.blocks import TILT_WEIGHT
-from gsenv.envs.stack.settings import BLOCK_SETTINGS, weights_setting
+from gsenv.envs.stack.settings import BLOCK_SETTINGS, HARDCORE_BLOCKS, weights_setting
 from gsenv.envs.stack.task import BlocksTask
 from gsenv.envs.tower import rules, scene, start
 from gsenv.envs.tower.build import build_scene
@@ -134,7 +134,7 @@ class TowerTask(BlocksTask):
     info_fields = (*BlocksTask.info_fields, ("bump", "?"))
     max_episode_steps = time_limit("tower_v0")
     draw_count = start.DRAW_COUNT
-    arguments = (
+    arguments: ClassVar[tuple[Setting, ...]] = (
         Setting("blocks", 4, check_blocks, f"levels of the tower: 2, 4, 6 or {scene.MAX_BLOCKS}"),
         *BLOCK_SETTINGS,
         weights_setting(REWARD_WEIGHTS),
@@ -147,6 +147,13 @@ class TowerTask(BlocksTask):
         return self.front_camera(world, width, height, SEEN_BEYOND - scene.REACH_X[0])
 
 
+class TowerHardcoreTask(TowerTask):
+    """TowerTask with harder defaults."""
+
+    arguments = with_defaults(TowerTask.arguments, blocks=6, **HARDCORE_BLOCKS)
+    max_episode_steps = time_limit("tower_hardcore_v0")
+
+
 class TowerVectorEnv(TaskVectorEnv, VectorEnv[Any, Any, Any]):
     """N worlds of tower_v0 in one batch, a Gymnasium vector environment whose worlds have two agents.
 
@@ -156,4 +163,11 @@ class TowerVectorEnv(TaskVectorEnv, VectorEnv[Any, Any, Any]):
     """
 
     task_class = TowerTask
+    blocks: int
+
+
+class TowerHardcoreVectorEnv(TaskVectorEnv, VectorEnv[Any, Any, Any]):
+    """N worlds of tower_hardcore_v0 in one batch, in all else as TowerVectorEnv."""
+
+    task_class = TowerHardcoreTask
     blocks: int

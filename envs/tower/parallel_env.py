@@ -1,4 +1,4 @@
-"""tower_v0's PettingZoo environment: one world in which both agents act at once."""
+"""The PettingZoo environments of tower_v0 and tower_hardcore_v0: one world in which both agents act at once."""
 
 from __future__ import annotations
 
@@ -9,12 +9,9 @@ from pettingzoo import ParallelEnv
 from gsenv.envs.core.painter import render_metadata
 from gsenv.envs.core.parallel import TaskParallelEnv
 from gsenv.envs.core.task import documented
-from gsenv.envs.tower.env import TowerTask
+from gsenv.envs.tower.env import TowerHardcoreTask, TowerTask
 
-
-@documented
-class TowerParallelEnv(TaskParallelEnv, ParallelEnv):
-    """Build one tower with two grippers: tower_v0.
+_SPECIFICATION = """Build one tower with two grippers: {id}.
 
     ## Description
     Two grippers hang from a gantry, one on either side of a low plinth, and each holds a block by a
@@ -105,6 +102,20 @@ class TowerParallelEnv(TaskParallelEnv, ParallelEnv):
     - v0: first version.
     """
 
+
+@documented
+class TowerParallelEnv(TaskParallelEnv, ParallelEnv):
+    __doc__ = _SPECIFICATION.replace("{id}", "tower_v0")
+
     task_class = TowerTask
     metadata: dict[str, Any] = render_metadata(name="tower_v0", is_parallelizable=True)
+    blocks: int
+
+
+@documented
+class TowerHardcoreParallelEnv(TaskParallelEnv, ParallelEnv):
+    __doc__ = _SPECIFICATION.replace("{id}", "tower_hardcore_v0")
+
+    task_class = TowerHardcoreTask
+    metadata: dict[str, Any] = render_metadata(name="tower_hardcore_v0", is_parallelizable=True)
     blocks: int

@@ -18,9 +18,11 @@ pettingzoo = pytest.importorskip("pettingzoo")
 
 import pettingzoo.test as zoo  # noqa: E402
 
-from gsenv.envs import PARALLEL_ENVS, register_envs, register_parallel_envs, tower_v0  # noqa: E402
+from gsenv.envs import PARALLEL_ENVS, register_envs, register_parallel_envs, tower_hardcore_v0, tower_v0  # noqa: E402
+from gsenv.envs.core.policies import make_batch  # noqa: E402
 from gsenv.envs.stack import scene as stack  # noqa: E402
 from gsenv.envs.stack import shared_rules as parts  # noqa: E402
+from gsenv.envs.stack.settings import HARDCORE_BLOCKS  # noqa: E402
 from gsenv.envs.tower import rules, scene  # noqa: E402
 from gsenv.envs.tower.env import TowerTask  # noqa: E402
 from gsenv.envs.tower.policy import build_together  # noqa: E402
@@ -115,7 +117,7 @@ def test_performance_benchmark(monkeypatch: pytest.MonkeyPatch, capsys: pytest.C
 
 @pytest.mark.skipif(not hasattr(pettingzoo, "make"), reason="PettingZoo's registry came with 1.27")
 def test_registry(recwarn: pytest.WarningsRecorder) -> None:
-    assert [entry.name for entry in PARALLEL_ENVS] == ["tower_v0"]
+    assert [entry.name for entry in PARALLEL_ENVS] == ["tower_v0", "tower_hardcore_v0"]
     made = pettingzoo.make("parallel", "gsenv/tower_v0")
     assert isinstance(made, tower_v0.TowerParallelEnv)
     assert made.max_cycles == 900
@@ -124,6 +126,21 @@ def test_registry(recwarn: pytest.WarningsRecorder) -> None:
     register_parallel_envs()
     register_envs()
     assert not [w for w in recwarn if "Overriding" in str(w.message)]
+
+
+def test_the_hardcore_tier_is_the_same_with_other_defaults() -> None:
+    zoo.parallel_api_test(tower_hardcore_v0.parallel_env(), num_cycles=100)
+    zoo.api_test(tower_hardcore_v0.env(), num_cycles=100)
+    hard = tower_hardcore_v0.parallel_env()
+    assert str(hard) == str(tower_hardcore_v0.env()) == "tower_hardcore_v0"
+    assert (hard.blocks, hard.max_cycles) == (6, 900)
+    same = tower_v0.parallel_env(blocks=6, **HARDCORE_BLOCKS)
+    assert_equal(hard.reset(seed=4), same.reset(seed=4))
+    assert_equal(play(hard, 200), play(same, 200))
+    batch = make_batch("tower_hardcore_v0", 2)
+    observations, _ = batch.reset(seed=4)
+    for agent, own in zip(AGENTS, observations[0], strict=True):
+        np.testing.assert_array_equal(own, hard.reset(seed=4)[0][agent])
 
 
 @pytest.mark.parametrize("first", ["pettingzoo, gsenv", "gsenv.envs.tower_v0, pettingzoo"])
@@ -414,8 +431,9 @@ def test_docstring_is_the_specification(heading: str) -> None:
     doc = tower_v0.TowerParallelEnv.__doc__ or ""
     assert f"## {heading}\n" in doc
     assert not re.search(r"\{\w+\}", doc)  # every placeholder is filled
-    for entry in (*TowerTask.actions, *TowerTask.observations, *TowerTask.reward_terms, *TowerTask.arguments):
-        assert f"| {entry.name} " in doc
+    rows: list[Any] = [*TowerTask.actions, *TowerTask.observations, *TowerTask.reward_terms, *TowerTask.arguments]
+    for row in rows:
+        assert f"| {row.name} " in doc
 
 
 @pytest.mark.parametrize(

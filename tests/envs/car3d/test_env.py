@@ -15,7 +15,7 @@ from gymnasium.vector import AutoresetMode
 
 from gsenv.envs import time_limit
 from gsenv.envs.car3d import course, road, rules, scene
-from gsenv.envs.car3d.env import Car3DEnv, Car3DTask, Car3DVectorEnv
+from gsenv.envs.car3d.env import Car3DEnv, Car3DHardcoreVectorEnv, Car3DTask, Car3DVectorEnv
 from gsenv.envs.car3d.observe import surface_at
 from gsenv.envs.car3d.policy import HABITS, hold_speed, pursue
 from tests.envs.car3d.level_road import drive_for, level_env, move_car
@@ -37,6 +37,17 @@ def test_gymnasium_checker_has_no_complaint() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         check_env(gymnasium.make("gsenv:GCar3D-v0").unwrapped, skip_render_check=True)
+
+
+def test_the_hardcore_tier_is_the_largest_difficulty_against_the_same_clock() -> None:
+    first, second = Car3DVectorEnv(2, difficulty=1.0), Car3DHardcoreVectorEnv(2)
+    assert first.max_episode_steps == second.max_episode_steps == time_limit("GCar3D-hardcore-v0")
+    for cars in (first, second):
+        cars.reset(seed=3)
+    actions = np.array([[1.0, 0.2], [0.6, -0.4]], np.float32)
+    for _ in range(60):
+        np.testing.assert_array_equal(first.step(actions)[0], second.step(actions)[0])
+    assert gymnasium.make("gsenv:GCar3D-hardcore-v0").unwrapped.difficulty == 1.0  # type: ignore[attr-defined]
 
 
 @pytest.mark.parametrize("mode", list(AutoresetMode))

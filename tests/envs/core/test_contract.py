@@ -154,9 +154,9 @@ def test_a_terminated_episode_stays_as_it_is_and_warns_once(env_id: str) -> None
     assert not env.step(action)[2]
 
 
-BEYOND_SCRIPTS = ("GCar-v0", "GCar-hardcore-v0", "GRagdoll2D-hardcore-v0", "GRagdoll-hardcore-v0")
+BEYOND_SCRIPTS = ("GCar-v0", "GCar-hardcore-v0", "GRagdoll2D-hardcore-v0", "GRagdoll-hardcore-v0", "GCar3D-hardcore-v0")
 SCRIPTED = [i for i in IDS if ENTRIES[i].scripted_policy]
-NIGHTLY = ("GCar3D-v0", "GRagdoll-hardcore-v0")
+NIGHTLY = ("GCar3D-v0", "GCar3D-hardcore-v0", "GRagdoll-hardcore-v0")
 
 
 @pytest.mark.parametrize("env_id", [pytest.param(i, marks=pytest.mark.slow) if i in NIGHTLY else i for i in SCRIPTED])
