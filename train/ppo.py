@@ -190,9 +190,9 @@ SETTINGS = {
     "tower_v0": TOWER,
     "tower_hardcore_v0": replace(
         TOWER,
-        steps=24_000_000,
+        steps=40_000_000,
         arguments={"blocks": 6, "crack_speed": 0.25},
-        lessons=(*TOWER.lessons, {"blocks": 4, "crack_speed": 0.4}),
+        lessons=(*TOWER.lessons, {"blocks": 4, "crack_speed": 0.4}, {"blocks": 4, "crack_speed": 0.25}),
     ),
     "GCar-v0": replace(
         CAR,
