@@ -145,7 +145,6 @@ ENVS = (
         19.0,
         "3D: the same with harder pushes",
         "ragdoll.policy:balance",
-        trained_as="GRagdoll-v0",
     ),
     EnvEntry(
         "GRagdoll-get-up-v0",
