@@ -111,6 +111,19 @@ CAR = replace(
     final_log_std=-2.5,
     pass_mark=0.6,
 )
+CAR3D = replace(
+    CAR,
+    steps=2_000_000,
+    world_count=128,
+    batch_size=1024,
+    discount=0.9997,
+    entropy_weight=0.004,
+    log_std=-0.7,
+    final_log_std=None,
+    arguments={"difficulty": 0.5},
+    lessons=({"difficulty": 0.1}, {"difficulty": 0.3}),
+    tests=({"difficulty": 0.3}, {"difficulty": 0.5}),
+)
 RAGDOLL3D = replace(
     RAGDOLL,
     steps=10_000_000,
@@ -208,19 +221,8 @@ SETTINGS = {
         lessons=tuple({"difficulty": value} for value in (0.2, 0.35, 0.5, 0.65, 0.8, 0.9)),
         tests=({"difficulty": 0.5}, {"difficulty": 1.0}),
     ),
-    "GCar3D-v0": replace(
-        CAR,
-        steps=2_000_000,
-        world_count=128,
-        batch_size=1024,
-        discount=0.9997,
-        entropy_weight=0.004,
-        log_std=-0.7,
-        final_log_std=None,
-        arguments={"difficulty": 0.5},
-        lessons=({"difficulty": 0.1}, {"difficulty": 0.3}),
-        tests=({"difficulty": 0.3}, {"difficulty": 0.5}),
-    ),
+    "GCar3D-v0": CAR3D,
+    "GCar3D-hardcore-v0": replace(CAR3D, tests=({"difficulty": 0.5}, {"difficulty": 1.0})),  # harder lessons: untried
     "GRagdoll2D-v0": RAGDOLL,
     "GRagdoll2D-hardcore-v0": RAGDOLL,  # pushes of up to 1.2 m/s in its place: 77 instead of 97 to 100 %
     "GRagdoll2D-get-up-v0": GET_UP,

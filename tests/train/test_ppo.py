@@ -13,6 +13,7 @@ from typing import Any
 
 import pytest
 
+from gsenv.envs import ENVS, PARALLEL_ENVS
 from gsenv.train import experiment, ppo
 from gsenv.train.adaptive import AdaptivePPO
 from tests.processes import hear_interrupts
@@ -20,6 +21,12 @@ from tests.train.small import PPO
 
 ROOT = Path(__file__).parent.parent.parent
 pytest.importorskip("stable_baselines3")
+
+
+def test_each_environment_has_settings_of_its_own() -> None:
+    """The defaults learn none of the tasks."""
+    names = {entry.id for entry in ENVS} | {entry.name for entry in PARALLEL_ENVS}
+    assert set(ppo.SETTINGS) == names
 
 
 @pytest.mark.parametrize("start", [["-m", "gsenv.train.ppo"], ["train/ppo.py"]])
