@@ -4,7 +4,8 @@ Trains what is missing in the folder --runs with the settings of train/ppo.py (`
 same files), then plays 100 episodes of the split "test" with each policy. Interquartile means over the seeds and their
 bootstrapped 95 % intervals as recommended by Agarwal et al. 2021 (Deep RL at the edge of the statistical precipice).
 All tiers and seeds take a day: Ctrl-C keeps what is done, and the same command continues. With --trained it trains
-nothing and reports the runs that are complete. With --add published seeds stay, and only others are trained and tested.
+nothing and reports the runs that are complete. With --add published seeds stay, and only others are trained and tested;
+with --renew those of other environments stay, and the environments of --env are done anew.
 """
 
 from __future__ import annotations
@@ -98,28 +99,35 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seeds", type=positive, default=SEEDS, help="number of seeds (default: %(default)s)")
     parser.add_argument("--runs", type=Path, default=Path("runs/ppo"), help="folder of the runs (default: %(default)s)")
     parser.add_argument("--trained", action="store_true", help="train nothing: report the runs that are complete")
-    parser.add_argument("--add", action="store_true", help="keep the published seeds, and do only others")
+    keeps = parser.add_mutually_exclusive_group()
+    keeps.add_argument("--add", action="store_true", help="keep the published seeds, and do only others")
+    keeps.add_argument("--renew", action="store_true", help="keep the published seeds of other environments than --env")
 
 
 def measure(run: Run) -> dict[str, Any]:
     """Train what is missing and test all."""
-    trained, points = published(run.results_file) if run.options.add else ([], [])
-    known = {(one.env, one.seed) for one in trained}
-    seeds = QUICK_SEEDS if run.quick else run.options.seeds
+    options = run.options
+    trained, points = published(run.results_file) if options.add or options.renew else ([], [])
+    known = {(one.env, one.seed) for one in trained if options.add}
+    seeds = QUICK_SEEDS if run.quick else options.seeds
     with runs_folder(run) as runs:
         jobs = [(settings_of(env_id, seed, run.quick), runs / env_id / f"seed-{seed}")
-                for env_id in run.options.env for seed in range(seeds) if (env_id, seed) not in known]  # fmt: skip
-        if run.options.trained:
+                for env_id in options.env for seed in range(seeds) if (env_id, seed) not in known]  # fmt: skip
+        if options.trained:
             jobs = [(settings, folder) for settings, folder in jobs if complete(folder, settings)]
+        new, of_training = [], []
         for settings, folder in track(jobs, "training", len(jobs)):
             if not complete(folder, settings):
                 if experiment.run_seed(ppo.EXPERIMENT, settings, folder, resume=True) != experiment.OK:
                     run.interrupted = True
                     break
                 write_json(folder / ORIGIN_FILE, {"commit": commit(), "cpu": cpu()})
-            one, of_training = test(settings, folder, QUICK_EPISODES if run.quick else EPISODES)
-            trained.append(one)
-            points += of_training
+            one, its_points = test(settings, folder, QUICK_EPISODES if run.quick else EPISODES)
+            new.append(one)
+            of_training += its_points
+    renewed = {one.env for one in new} if options.renew else set()
+    trained = [one for one in trained if one.env not in renewed] + new
+    points = [point for point in points if point.env not in renewed] + of_training
     order = list(ppo.SETTINGS)
     trained.sort(key=lambda one: (order.index(one.env), one.seed))
     points.sort(key=lambda point: order.index(point.env))

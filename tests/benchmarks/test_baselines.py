@@ -8,10 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks import baselines
 from benchmarks.baselines import Point, Trained, complete, interval, measure, published, report, settings_of
-from benchmarks.common.files import packed
+from benchmarks.common.files import packed, unpacked
 from benchmarks.common.files import write_json as write_results
 from benchmarks.common.run import Run
+from gsenv.train.experiment import Settings
 from gsenv.train.files import write_json, write_rows
 
 
@@ -62,7 +64,32 @@ def test_published_seeds_stay_and_are_not_trained_again(tmp_path: Path) -> None:
     points = [Point("GCar-v0", s, 100, 0.5) for s in range(2)]
     file = tmp_path / "baselines.json"
     write_results(file, {"trained": packed(seeds), "points": packed(points)})
-    options = argparse.Namespace(env=["GCar-v0"], seeds=2, runs=tmp_path, trained=False, add=True)
+    options = argparse.Namespace(env=["GCar-v0"], seeds=2, runs=tmp_path, trained=False, add=True, renew=False)
     kept = measure(Run(options, quick=False, dim=2, stamp={}, results_file=file))
     assert kept == {"trained": packed(seeds), "points": packed(points)}
     assert published(None) == ([], [])
+
+
+def test_renewing_replaces_an_environment_that_was_trained_anew_and_no_other(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    old = [Trained(env, 0, 100, "old", 1.0, -1.0, 0.5, 1.0, "old") for env in ("GStack-v0", "GCar-v0", "GCar3D-v0")]
+    points = [Point(one.env, 0, 100, 0.5) for one in old]
+    file = tmp_path / "baselines.json"
+    write_results(file, {"trained": packed(old), "points": packed(points)})
+    options = argparse.Namespace(
+        env=["GCar-v0", "GCar3D-v0"], seeds=2, runs=tmp_path, trained=True, add=False, renew=True
+    )
+
+    def fake_test(settings: Settings, folder: Path, episodes: int) -> tuple[Trained, list[Point]]:
+        one = Trained(settings.env, settings.seed, 200, "new", 2.0, -1.0, 0.9, 2.0, "new")
+        return one, [Point(settings.env, settings.seed, 200, 0.9)]
+
+    monkeypatch.setattr(baselines, "complete", lambda folder, settings: settings.env == "GCar-v0")
+    monkeypatch.setattr(baselines, "test", fake_test)
+    made = measure(Run(options, quick=False, dim=2, stamp={}, results_file=file))
+    trained = [(one.env, one.seed, one.commit) for one in unpacked(Trained, made["trained"])]
+    assert trained == [("GStack-v0", 0, "old"), ("GCar-v0", 0, "new"), ("GCar-v0", 1, "new"), ("GCar3D-v0", 0, "old")]
+    assert [(p.env, p.success) for p in unpacked(Point, made["points"])] == [
+        ("GStack-v0", 0.5), ("GCar-v0", 0.9), ("GCar-v0", 0.9), ("GCar3D-v0", 0.5)
+    ]  # fmt: skip
