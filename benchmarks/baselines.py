@@ -208,6 +208,16 @@ def interval(values: Sequence[float]) -> tuple[float, float, float]:
     return float(mean(sample)), float(ends.low), float(ends.high)
 
 
+def over_seeds(values: Sequence[float], style: str) -> str:
+    """Return the interquartile mean with its interval, or the value where there is one seed only."""
+    mean, low, high = (style.format(value) for value in interval(values))
+    return mean if len(values) == 1 else f"{mean} ({low} to {high})"
+
+
+def _range(values: Sequence[float]) -> str:
+    return f"{min(values):.0f}" if len(values) == 1 else f"{min(values):.0f} to {max(values):.0f}"
+
+
 def report(results: Mapping[str, Any]) -> Report:
     trained = unpacked(Trained, results["trained"])
     points = unpacked(Point, results["points"])
@@ -221,11 +231,11 @@ def report(results: Mapping[str, Any]) -> Report:
                 env_id,
                 f"{len(of_env)}",
                 f"{of_env[0].steps / 1e6:.1f}",
-                "{:.0%} ({:.0%} to {:.0%})".format(*interval([one.success for one in of_env])),
-                "{:.2f} ({:.2f} to {:.2f})".format(*interval([one.returns for one in of_env])),
+                over_seeds([one.success for one in of_env], "{:.0%}"),
+                over_seeds([one.returns for one in of_env], "{:.2f}"),
                 f"{np.median([one.cpu_seconds for one in of_env]):.0f}",
                 f"{np.median(known):.0f}" if known else "not known",
-                f"{min(solved):.0f} to {max(solved):.0f} ({len(solved)} of {len(of_env)})" if solved else "not reached",
+                f"{_range(solved)} ({len(solved)} of {len(of_env)})" if solved else "not reached",
                 ", ".join(sorted({one.commit or "not known" for one in of_env})),
                 ", ".join(sorted({one.tested for one in of_env})),
             ]

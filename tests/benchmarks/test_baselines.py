@@ -49,6 +49,14 @@ def test_the_report_counts_the_seeds_that_solved_the_task() -> None:
     assert len(figure.axes[0].lines) == 3
 
 
+def test_one_seed_has_no_interval() -> None:
+    one = Trained("GStack-v0", 0, 2_000_000, "abc", 100.0, 40.0, 0.9, 12.0, "def")
+    made = report({"trained": packed([one]), "points": packed([Point("GStack-v0", 0, 1000, 0.1)])})
+    (row,) = made.parts[1].rows  # type: ignore[union-attr]
+    assert row[3:5] == ["90%", "12.00"]
+    assert row[7] == "40 (1 of 1)"
+
+
 def test_a_run_is_complete_after_its_last_step_and_its_result(tmp_path: Path) -> None:
     settings = settings_of("GStack-v0", 1, False)
     assert not complete(tmp_path, settings)
