@@ -224,7 +224,9 @@ SETTINGS = {
     "GCar3D-v0": CAR3D,
     "GCar3D-hardcore-v0": replace(CAR3D, tests=({"difficulty": 0.5}, {"difficulty": 1.0})),  # harder lessons: no gain
     "GRagdoll2D-v0": RAGDOLL,
-    "GRagdoll2D-hardcore-v0": RAGDOLL,  # pushes of up to 1.2 m/s in its place: 77 instead of 97 to 100 %
+    "GRagdoll2D-hardcore-v0": replace(
+        RAGDOLL, steps=4_000_000, arguments={"push": 1.1}, lessons=(*RAGDOLL.lessons, {"push": 0.8})
+    ),
     "GRagdoll2D-get-up-v0": GET_UP,
     "GRagdoll-v0": RAGDOLL3D,
     "GRagdoll-get-up-v0": GET_UP3D,
