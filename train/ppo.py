@@ -113,7 +113,7 @@ CAR = replace(
 )
 CAR3D = replace(
     CAR,
-    steps=2_000_000,
+    steps=2_400_000,
     world_count=128,
     batch_size=1024,
     discount=0.9997,
