@@ -118,7 +118,6 @@ ENVS = (
         19.0,
         "2D: the same with harder pushes",
         "ragdoll2d.policy:balance",
-        trained_as="GRagdoll2D-v0",
     ),
     EnvEntry(
         "GRagdoll2D-get-up-v0",
@@ -127,6 +126,7 @@ ENVS = (
         300,
         7.5,
         "2D: the figure lies on the ground and gets up",
+        "ragdoll2d.policy:get_up",
     ),
     EnvEntry(
         "GRagdoll-v0",
@@ -153,6 +153,7 @@ ENVS = (
         300,
         7.5,
         "3D: the figure lies on the ground and gets up",
+        "ragdoll.policy:get_up",
     ),
 )
 

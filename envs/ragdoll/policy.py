@@ -14,12 +14,23 @@ from numpy.typing import NDArray
 from gsenv.envs.ragdoll import figure, scene
 from gsenv.envs.ragdoll.env import RagdollTask
 from gsenv.envs.ragdoll2d import scene as lengths
-from gsenv.envs.ragdoll2d.policy import FOLDED, LOW
+from gsenv.envs.ragdoll2d.motion import Motion, follow, over_limits, reference_motion, select
+from gsenv.envs.ragdoll2d.policy import FOLDED, LOW, UP, UPRIGHT
 
 _INDEX = {entry.name: k for k, entry in enumerate(RagdollTask.observations)}
 _AXES = {entry.name: k for k, entry in enumerate(RagdollTask.actions)}
+_MOVERS = ("waist", "hip", "knee", "ankle")
 _SPAN = {axis.name: axis.span for axis in figure.AXES}
 _STAND = {axis.name: axis.stand for axis in figure.AXES}
+FEATURES = {  # weights of what makes two moments of getting up alike
+    "height": 0.6,
+    **{f"down_{axis}": 1.2 for axis in "xyz"},
+    **{f"v{axis}": 0.3 for axis in "xyz"},
+    **{f"w{axis}": 0.5 for axis in "xyz"},
+    **{f"{side}_foot_{axis}": 0.4 for side in ("left", "right") for axis in "xy"},
+    "left_foot_z": 0.2, "right_foot_z": 0.2,
+    **{f"{axis.name}_angle": 0.5 if any(part in axis.name for part in _MOVERS) else 0.15 for axis in figure.AXES},
+}  # fmt: skip
 _SIGN = {"left": 1.0, "right": -1.0}
 _OTHER = {"left": "right", "right": "left"}
 _HIP = 0.09  # m, of a hip from the middle
@@ -69,6 +80,23 @@ def squat_and_stand(observations: NDArray[np.float32]) -> NDArray[np.float32]:
     for name, place in _AXES.items():
         actions[..., place] = FOLDED.get(name.removeprefix("left_").removeprefix("right_"), 0.0) * low
     return actions
+
+
+def features(observations: NDArray[np.float32]) -> NDArray[np.float64]:
+    """Return what `get_up` compares of observations (..., entry)."""
+    return select(observations, _INDEX, FEATURES)
+
+
+def get_up(observations: NDArray[np.float32], motion: Motion | None = None) -> NDArray[np.float32]:
+    """Return actions (..., 21) that follow a reference motion, or its mirror image, to the stand, and balance there.
+
+    motion: another one than that of the package, which begins on the back or on the front.
+    """
+    seen = np.asarray(observations)
+    stands = (seen[..., _INDEX["height"]] > UP) & (seen[..., _INDEX["down_z"]] < -UPRIGHT)
+    rising = follow(motion or reference_motion("GRagdoll-get-up-v0"), features(seen))
+    standing = over_limits(balance(seen), figure.AXES)
+    return np.where(stands[..., None], standing, rising).clip(-1.0, 1.0).astype(np.float32)
 
 
 def lean(observations: NDArray[np.float32]) -> NDArray[np.float32]:

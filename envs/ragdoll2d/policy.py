@@ -1,4 +1,4 @@
-"""Scripted policies for GRagdoll2D: balance on the ankles, steps to the capture point too, getting up without skill.
+"""Scripted policies for GRagdoll2D: balance on the ankles, steps to the capture point too, and getting up.
 
 They are functions of the observation alone and have no memory.
 """
@@ -10,13 +10,24 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gsenv.envs.ragdoll2d.env import RagdollTask
+from gsenv.envs.ragdoll2d import scene
+from gsenv.envs.ragdoll2d.env import RagdollGetUpTask, RagdollTask
+from gsenv.envs.ragdoll2d.motion import Motion, follow, over_limits, reference_motion, select
 
 _INDEX = {entry.name: k for k, entry in enumerate(RagdollTask.observations)}
+_GET_UP_INDEX = {entry.name: k for k, entry in enumerate(RagdollGetUpTask.observations)}
 _AXES = {entry.name: k for k, entry in enumerate(RagdollTask.actions)}
 
 
+UP = -0.15  # of the observation `height`: the crown 3 % below that in the stand
+UPRIGHT = 0.6  # cosine of the chest's tilt
 LOW = -2.5  # of the observation `height`: half the height of the stand
+_JOINTS = ("waist", "near_hip", "near_knee", "near_ankle", "far_hip", "far_knee", "far_ankle")
+FEATURES = {  # weights of what makes two moments of getting up alike
+    "height": 0.6, "pelvis_rate": 0.7, "vx": 0.3, "vy": 0.3, "near_foot_x": 0.5, "far_foot_x": 0.5,
+    **{f"{part}_{wave}": 1.0 for part in ("pelvis", "chest") for wave in ("sine", "cosine")},
+    **{f"{joint}_angle": 0.6 for joint in _JOINTS},
+}  # fmt: skip
 FOLDED = {"hip": 1.0, "knee": -1.0, "ankle": 1.0}  # signs of the actions that fold a leg
 
 
@@ -53,6 +64,23 @@ def squat_and_stand(observations: NDArray[np.float32]) -> NDArray[np.float32]:
     low = np.where(observations[..., _INDEX["height"]] < LOW, 1.0, 0.0)
     legs = {f"{side}_{joint}": sign * low for side in ("near", "far") for joint, sign in FOLDED.items()}
     return _actions(observations, {"waist": -low} | legs)
+
+
+def features(observations: NDArray[np.float32]) -> NDArray[np.float64]:
+    """Return what `get_up` compares of observations (..., entry) of getting up."""
+    return select(observations, _GET_UP_INDEX, FEATURES)
+
+
+def get_up(observations: NDArray[np.float32], motion: Motion | None = None) -> NDArray[np.float32]:
+    """Return actions (..., 7) that follow a reference motion to the stand, and balance there.
+
+    motion: another one than that of the package, which begins on the back or on the front.
+    """
+    seen = np.asarray(observations)
+    stands = (seen[..., _INDEX["height"]] > UP) & (seen[..., _GET_UP_INDEX["chest_cosine"]] > UPRIGHT)
+    rising = follow(motion or reference_motion("GRagdoll2D-get-up-v0"), features(seen))
+    standing = over_limits(balance(seen), scene.AXES)
+    return np.where(stands[..., None], standing, rising).clip(-1.0, 1.0).astype(np.float32)
 
 
 def balance(observations: NDArray[np.float32], habits: Habits = HABITS) -> NDArray[np.float32]:

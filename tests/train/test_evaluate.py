@@ -146,8 +146,10 @@ def test_an_argument_that_makes_another_task_has_the_policies_of_that_task() -> 
     one, other = (make_actor("trained", name, 0, get_up) for name in ("GRagdoll2D-v0", "GRagdoll2D-get-up-v0"))
     observations = np.random.default_rng(0).normal(size=(5, 44)).astype(np.float32)
     np.testing.assert_array_equal(one(observations), other(observations))
-    with pytest.raises(PolicyError, match="GRagdoll2D-get-up-v0 has no scripted policy"):
-        make_actor("scripted", "GRagdoll2D-v0", 0, get_up)
+    one, other = make_actor("scripted", "GRagdoll2D-v0", 0, get_up), make_actor("scripted", "GRagdoll2D-get-up-v0")
+    np.testing.assert_array_equal(one(observations), other(observations))
+    with pytest.raises(PolicyError, match="GNone-v0 has no scripted policy"):
+        make_actor("scripted", "GNone-v0")
 
 
 def test_episodes_that_never_end_are_refused() -> None:

@@ -154,7 +154,10 @@ def test_a_terminated_episode_stays_as_it_is_and_warns_once(env_id: str) -> None
     assert not env.step(action)[2]
 
 
-BEYOND_SCRIPTS = ("GCar-v0", "GCar-hardcore-v0", "GRagdoll2D-hardcore-v0", "GRagdoll-hardcore-v0", "GCar3D-hardcore-v0")
+BEYOND_SCRIPTS = (
+    "GCar-v0", "GCar-hardcore-v0", "GCar3D-hardcore-v0",
+    "GRagdoll2D-hardcore-v0", "GRagdoll-hardcore-v0", "GRagdoll2D-get-up-v0", "GRagdoll-get-up-v0",
+)  # fmt: skip
 SCRIPTED = [i for i in IDS if ENTRIES[i].scripted_policy]
 NIGHTLY = ("GCar3D-v0", "GCar3D-hardcore-v0", "GRagdoll-hardcore-v0")
 
