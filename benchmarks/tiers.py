@@ -166,7 +166,7 @@ def report(results: Mapping[str, Any]) -> Report:
     text = (
         f'Success and mean return of {results["episodes"]} episodes of the split "test". The best constant action, '
         "of 20, and the speed of the naive drivers are selected on other seeds. Trained policies are those that come "
-        "with the package, with their mean action; GRagdoll2D-hardcore-v0 and GCar3D-hardcore-v0 have those of v0."
+        "with the package, with their mean action; GCar3D-hardcore-v0 has that of v0."
     )
     return Report("Policies at each tier", [text, Table(header, rows, words=1)])
 
