@@ -9,7 +9,6 @@ weaker still, so that limbs sink. Those that are at rest after that give their p
 from __future__ import annotations
 
 import argparse
-import io
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -18,12 +17,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gsenv.envs.core.mlp import write_arrays
 from gsenv.envs.core.vector import TaskVectorEnv
 from gsenv.envs.ragdoll.env import RagdollVectorEnv as SpatialVectorEnv
 from gsenv.envs.ragdoll2d import scene
 from gsenv.envs.ragdoll2d.env import RagdollVectorEnv as PlanarVectorEnv
 from gsenv.envs.ragdoll2d.lying import FILE
-from gsenv.files import write_bytes
 from gsenv.solver.records.model import BodyKind
 
 Array = NDArray[np.float64]
@@ -93,9 +92,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "GRagdoll2D-get-up-v0": poses(PlanarVectorEnv(worlds, **nominal), planar_poses, given.poses),
         "GRagdoll-get-up-v0": poses(SpatialVectorEnv(worlds, **nominal), spatial_poses, given.poses),
     }
-    buffer = io.BytesIO()
-    np.savez_compressed(buffer, **arrays)  # type: ignore[arg-type]
-    write_bytes(given.out, buffer.getvalue())
+    write_arrays(given.out, arrays)
     return 0
 
 

@@ -9,7 +9,6 @@ back and of those from the front the one is kept that brings most figures to the
 from __future__ import annotations
 
 import argparse
-import io
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -19,13 +18,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gsenv.envs.core.mlp import write_arrays
 from gsenv.envs.core.policies import make_batch, trained_actions
 from gsenv.envs.core.vector import TaskVectorEnv
 from gsenv.envs.ragdoll import mirror
 from gsenv.envs.ragdoll import policy as spatial
 from gsenv.envs.ragdoll2d import policy as planar
 from gsenv.envs.ragdoll2d.motion import FILE, Motion
-from gsenv.files import write_bytes
 
 STARTS = 160  # of the trained policy
 SLOWEST = 150  # steps to the stand, of a motion that is tried
@@ -161,9 +160,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         motion = select(figure, record(figure, given.starts))
         arrays[f"{figure.id} seen"] = motion.seen.astype(np.float16)
         arrays[f"{figure.id} actions"] = motion.actions.astype(np.float16)
-    buffer = io.BytesIO()
-    np.savez_compressed(buffer, **arrays)  # type: ignore[arg-type]
-    write_bytes(given.out, buffer.getvalue())
+    write_arrays(given.out, arrays)
     return 0
 
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 import io
 import json
 import zipfile
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from importlib.resources import files
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -136,6 +137,18 @@ class MlpPolicy:
             raise ValueError(f"{file} is not a policy that gsenv has written: it has no {error}.") from error
         except (TypeError, ValueError) as error:
             raise ValueError(f"{file} is not a policy that gsenv has written: {error}") from error
+
+
+def read_asset(name: str) -> dict[str, NDArray[Any]]:
+    """Return the arrays of an .npz file among the package's assets by name."""
+    return read_arrays(io.BytesIO((files("gsenv.assets") / name).read_bytes()))
+
+
+def write_arrays(path: Path, arrays: Mapping[str, NDArray[Any]]) -> None:
+    """Write arrays into an .npz file at once; OSError: nothing is written."""
+    buffer = io.BytesIO()
+    np.savez_compressed(buffer, **arrays)  # type: ignore[arg-type]
+    write_bytes(path, buffer.getvalue())
 
 
 def read_arrays(file: Path | BinaryIO) -> dict[str, NDArray[Any]]:

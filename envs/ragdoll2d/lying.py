@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import io
 from functools import cache
-from importlib.resources import files
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gsenv.envs.core.mlp import read_arrays
+from gsenv.envs.core.mlp import read_asset
 
 FILE = "lying.npz"  # of gsenv.assets
 NO_POSES = np.zeros((0, 1))  # for tasks in which nobody lies
@@ -21,5 +19,5 @@ def lying_poses(env_id: str) -> NDArray[np.float64]:
 
     The rotation is an angle in rad in 2D, a unit quaternion in 3D.
     """
-    arrays = read_arrays(io.BytesIO((files("gsenv.assets") / FILE).read_bytes()))
+    arrays = read_asset(FILE)
     return np.ascontiguousarray(arrays[env_id], dtype=np.float64)

@@ -6,16 +6,14 @@ weighted learning for control", with one neighbour): it has no memory, and so it
 
 from __future__ import annotations
 
-import io
 from collections.abc import Mapping, Sequence
 from functools import cache
-from importlib.resources import files
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gsenv.envs.core.mlp import read_arrays
+from gsenv.envs.core.mlp import read_asset
 from gsenv.envs.ragdoll2d import scene
 
 FILE = "rises.npz"  # of gsenv.assets
@@ -33,7 +31,7 @@ class Motion(NamedTuple):
 @cache
 def reference_motion(env_id: str) -> Motion:
     """Return the motions in which a figure of this environment gets up."""
-    arrays = read_arrays(io.BytesIO((files("gsenv.assets") / FILE).read_bytes()))
+    arrays = read_asset(FILE)
     return Motion(arrays[f"{env_id} seen"].astype(np.float64), arrays[f"{env_id} actions"].astype(np.float64))
 
 
