@@ -1,7 +1,7 @@
 """What each kind of policy reaches at each tier of all tasks, from doing nothing to the trained one.
 
-Each policy plays one episode on each of 100 seeds of the split "test". The best constant action and the best naive
-script are selected on other seeds.
+Each policy plays one episode on each of 100 seeds of the split "test", by which no policy of the package was chosen.
+The best constant action and the best naive script are selected on other seeds, too.
 """
 
 from __future__ import annotations
@@ -31,6 +31,7 @@ from gsenv.envs.stack3d import policy as stack3d
 from gsenv.envs.tower import policy as tower
 from gsenv.train.evaluate import VALIDATION_SEED, Actor, Evaluation, PolicyError, evaluate, make_actor
 
+FIRST_SEED = 20_000  # runs, and the policies of the package among them, were compared on seeds below 6000
 EPISODES, QUICK_EPISODES = 100, 5
 DIAGONAL = (-1.0, -0.5, 0.05, 0.1, 0.15, 0.2, 0.3, 0.5, 0.75, 1.0)  # constant actions with equal entries
 DRAWN, QUICK_DRAWN = 10, 0  # further constant actions, drawn at random
@@ -43,7 +44,6 @@ TIERS: tuple[tuple[str, dict[str, Any]], ...] = (
     ("GStack3D-hardcore-v0", {}),
     ("tower_v0", {}),
     ("tower_hardcore_v0", {}),
-    ("GCar-v0", {"difficulty": 0.3}),
     ("GCar-v0", {}),
     ("GCar-hardcore-v0", {}),
     ("GCar3D-v0", {}),
@@ -151,7 +151,7 @@ def measure(run: Run) -> dict[str, Any]:
         for policy in POLICIES:
             found = find(policy, env_id, arguments, run)
             if found is not None:
-                result = evaluate(found[1], env_id, episodes, arguments=arguments)
+                result = evaluate(found[1], env_id, episodes, FIRST_SEED, arguments)
                 outcomes.append(Outcome(tier, policy, found[0], result.success_rate, result.mean_return))
     return {"episodes": episodes, "outcomes": packed(outcomes)}
 
@@ -164,9 +164,10 @@ def report(results: Mapping[str, Any]) -> Report:
         rows.append([tier, *(_cell(cells.get(policy)) for policy in POLICIES), cells["naive"].name])
     header = ["tier", "zero", "random", "best constant", "naive", "scripted", "trained", "the naive script"]
     text = (
-        f'Success and mean return of {results["episodes"]} episodes of the split "test". The best constant action, '
-        "of 20, and the speed of the naive drivers are selected on other seeds. Trained policies are those that come "
-        "with the package, with their mean action; GCar3D-hardcore-v0 has that of v0."
+        f'Success and mean return of {results["episodes"]} episodes of the split "test", seeds {FIRST_SEED} and on, '
+        "by which no policy was chosen. The best constant action, of 20, and the speed of the naive drivers are "
+        "selected on other seeds. Trained policies are those that come with the package, with their mean action; "
+        "GCar3D-hardcore-v0 has that of v0."
     )
     return Report("Policies at each tier", [text, Table(header, rows, words=1)])
 

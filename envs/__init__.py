@@ -142,7 +142,7 @@ ENVS = (
         "ragdoll.env:RagdollHardcoreEnv",
         "ragdoll.env:RagdollHardcoreVectorEnv",
         600,
-        19.0,
+        16.5,
         "3D: the same with harder pushes",
         "ragdoll.policy:balance",
     ),

@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NoReturn
 
 from gsenv.envs import ENVS, PARALLEL_ENVS
+from gsenv.envs.core.vector import NEVER
 
 MOST = 2**62  # of whole numbers: sums of two still fit 64 bits
 MOST_TRAINING_SEED = 2**32 - 1  # of NumPy's global generator, which Stable-Baselines3 seeds
@@ -60,16 +61,18 @@ def check_training(env_id: str, seeds: Sequence[int], given: Mapping[str, Any]) 
         raise ValueError(f"the seed {twice[0]} is given twice, and each seed is one run")
     if max(seeds) > MOST_TRAINING_SEED:
         raise ValueError(f"a seed of a training must be at most {MOST_TRAINING_SEED}, got {max(seeds)}")
-    check_state(given, "training")
+    check_episodes(given, "training")
     if given.get("split", "train") != "train":
         raise ValueError("training takes the split 'train'; 'test' is for evaluation")
     make_batch(env_id, 1, **given)
 
 
-def check_state(given: Mapping[str, Any], who: str) -> None:
-    """Refuse pixels, as no policy of gsenv reads them; `given` are arguments of the environment."""
+def check_episodes(given: Mapping[str, Any], who: str) -> None:
+    """Refuse pixels, as no policy of gsenv reads them, and no time limit; `given` are arguments of the environment."""
     if given.get("observation", "state") != "state":
         raise ValueError(f"the policies of gsenv observe the state, so {who} needs observation='state'.")
+    if given.get("max_episode_steps") == NEVER:
+        raise ValueError(f"{who} needs episodes that end, so max_episode_steps must not be -1.")
 
 
 def positive(text: str) -> int:

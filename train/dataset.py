@@ -25,7 +25,7 @@ from gsenv.envs import PARALLEL_ENVS
 from gsenv.envs.core.policies import make_batch
 from gsenv.envs.core.spec_tables import box_of
 from gsenv.files import terminable
-from gsenv.train.arguments import check_state
+from gsenv.train.arguments import check_episodes
 from gsenv.train.evaluate import SPLIT, Actor, PolicyError, evaluate, make_actor
 
 if TYPE_CHECKING:
@@ -101,7 +101,7 @@ def make_dataset(
     if Path(get_dataset_path(name)).exists():
         raise ValueError(f"there already is a dataset {name}; `minari delete {name}` deletes it.")
     arguments = dict(arguments or {})
-    check_state(arguments, "a dataset")
+    check_episodes(arguments, "a dataset")
     actor = make_actor(policy, env_id, seed, arguments)
     episodes = list(run_episodes(actor, env_id, episode_count, seed, noise, arguments, on_episodes))
     lowest, highest = reference_scores(env_id, arguments, on_scores)

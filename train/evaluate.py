@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 
 from gsenv.envs.core.policies import make_batch
 from gsenv.envs.core.spec_tables import box_of
-from gsenv.envs.core.vector import NEVER
-from gsenv.train.arguments import Parser, add_set_option, check_env_id, check_state, not_negative, positive
+from gsenv.train.arguments import Parser, add_set_option, check_env_id, check_episodes, not_negative, positive
 from gsenv.train.progress import counting
 
 SPLIT = "test"  # of all evaluations; training has the other one
@@ -72,9 +71,7 @@ def evaluate(
         ValueError: a bad value there, or observations that are pixels.
     """
     given = {"split": SPLIT} | dict(arguments or {})
-    check_state(given, "an evaluation")
-    if given.get("max_episode_steps") == NEVER:
-        raise ValueError("an evaluation needs episodes that end, so max_episode_steps must not be -1.")
+    check_episodes(given, "an evaluation")
     batches = []
     for first in range(0, episodes, BATCH):
 

@@ -63,6 +63,7 @@ class Settings:
     tests: tuple[dict[str, Any], ...] = ({},)  # environment arguments of each test
     lessons: tuple[dict[str, Any], ...] = ()  # of the curriculum: what differs from `arguments`, easiest first
     pass_mark: float = 0.7  # share of successes with which the next lesson begins
+    staggered: bool = False  # the worlds' first episodes end at random times; else those of one length stay in step
 
     def curriculum(self, lesson: int) -> Curriculum:
         return Curriculum(self.lessons, self.arguments, self.pass_mark, 2 * self.world_count, lesson)
@@ -322,6 +323,8 @@ def _watcher(run: Run, progress: Any) -> BaseCallback:
             self.evaluated = self.num_timesteps
             self.curriculum = settings.curriculum(int(run.rows[-1].get("lesson", 0)) if run.rows else 0)
             self.begin_lesson()
+            if settings.staggered:
+                run.normalize.env_method("stagger", np.random.default_rng(settings.seed + self.num_timesteps))
 
         def begin_lesson(self) -> None:
             for name, value in self.curriculum.current().items():

@@ -155,6 +155,7 @@ GET_UP = replace(
     discount=0.995,
     arguments={"assist": 0.0},
     lessons=_assisted(0.05),
+    staggered=True,  # else an update sees 1 s of all episodes, of which each lasts 10 s
     tests=({},),
 )
 GET_UP3D = replace(

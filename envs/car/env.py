@@ -33,7 +33,7 @@ def _heights() -> list[Entry]:
     entries = []
     for k in range(rules.HEIGHTS):
         ahead = rules.FIRST_HEIGHT + rules.HEIGHT_SPACING * k
-        text = f"ground {ahead:.1f} m ahead, over the ground that the chassis would stand on level"
+        text = f"ground {ahead:.1f} m ahead, from where the wheels would stand if the car were level here"
         entries.append(Entry(text, f"height_{k}", -2.5, 2.5, f"{rules.HEIGHT_UNIT:g} m"))
     return entries
 
@@ -78,7 +78,7 @@ class CarTask(Task):
         Entry("middle of the next gate, ahead of the chassis; 2 where there is none", "to_gate", -1, 2, "10 m"),
         Entry("time since a wheel touched something", "flight", 0, 2, f"{rules.FLIGHT_STEPS / 30:g} s"),
         Entry("shock of the last step", "shock", 0, 2, f"{rules.SHOCK_LIMIT:g} g"),
-        Entry("time on the roof", "on_roof", 0, 1, "s"),
+        Entry("time on the roof", "roof_time", 0, 1, "s"),
         *_heights(),
     )
     reward_terms = (
@@ -99,8 +99,8 @@ class CarTask(Task):
     )
     task_state_fields = rules.TASK_STATE_FIELDS
     info_fields = (
-        ("success", "?"), ("is_success", "?"), ("distance", "f8"), ("gates", "i8"), ("missed_gate", "?"),
-        ("crashed", "?"), ("shock", "f8"), ("on_roof", "f8"),
+        ("success", "?"), ("is_success", "?"), ("distance", "f8"), ("gates", "i8"), ("missed_gates", "i8"),
+        ("crashed", "?"), ("shock", "f8"), ("roof_time", "f8"),
     )  # fmt: skip
     max_episode_steps = time_limit("GCar-v0")
     draw_count = rules.DRAW_COUNT
@@ -142,7 +142,7 @@ class CarTask(Task):
         lines = [f"{self.task_state['place'][world]:.0f} / {scene.FINISH:.0f} m", f"{speed:.0f} km/h"]
         for shown, line in (
             (info["crashed"], f"crash: {info['shock']:.0f} g"),
-            (info["missed_gate"], "gate missed"),
+            (info["missed_gates"] > 0, "gate missed"),
             (info["success"], "finish"),
         ):
             if shown:
@@ -218,7 +218,7 @@ _SPECIFICATION = """Drive across country: {id}.
     - Truncation: after {limit} steps ({time} s), by `gymnasium.make`, `gymnasium.make_vec` and the vector environment.
 
     `info` has `success` and `is_success` (bool), `distance` (m, the largest that was reached), `gates`
-    (number passed), `missed_gate` and `crashed` (bool), `shock` (g) and `on_roof` (s).
+    (number passed), `missed_gates` (number), `crashed` (bool), `shock` (g) and `roof_time` (s).
 
     ## Arguments
     {argument_table}

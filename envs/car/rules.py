@@ -236,10 +236,10 @@ def evaluate_world(world, timestep):  # type: ignore[no-untyped-def]
     info.is_success = success
     info.distance = min(max(task.best, 0.0), _FINISH)
     info.gates = task.gates
-    info.missed_gate = missed
+    info.missed_gates = int(missed)
     info.crashed = crashed
     info.shock = SHOCK_LIMIT * task.shock
-    info.on_roof = task.roof * CONTROL_TIME
+    info.roof_time = task.roof * CONTROL_TIME
     reward = term.progress + term.time + term.finish + term.failure + term.shock + term.energy + term.smoothness
     return reward, success or failed
 

@@ -122,7 +122,7 @@ class Car3DTask(Task):
         RewardTerm("finish", f"{rules.FINISH_REWARD:g} at the finish"),
         RewardTerm(
             "failure",
-            f"{rules.FAILURE_REWARD:g} for rolling over or being lost, and {rules.TIME_REWARD:g} for each step that is "
+            f"{rules.FAILURE_REWARD:g} for rolling over or straying, and {rules.TIME_REWARD:g} for each step that is "
             f"left of {max_episode_steps}",
         ),
         RewardTerm(
@@ -141,7 +141,7 @@ class Car3DTask(Task):
     info_fields = (
         ("success", "?"), ("is_success", "?"), ("distance", "f8"), ("gates", "i8"),
         ("missed_gates", "i8"), ("rolled_over", "?"), ("off_road", "?"),
-        ("off_road_time", "f8"), ("lost", "?"),
+        ("off_road_time", "f8"), ("strayed", "?"),
     )  # fmt: skip
     draw_count = rules.DRAW_COUNT
     arguments: ClassVar[tuple[Setting, ...]] = (Setting("difficulty", 0.5, check_difficulty, "0 to 1: see above"),)
@@ -200,7 +200,7 @@ class Car3DTask(Task):
             lines.append(f"{info['missed_gates']} gate{'s' if info['missed_gates'] > 1 else ''} missed")
         if info["off_road_time"] > 0.0:
             lines.append(f"{info['off_road_time']:.1f} s off the road")
-        ends = (("rolled_over", "rolled over"), ("lost", "lost"))
+        ends = (("rolled_over", "rolled over"), ("strayed", "off the course"))
         lines += [text for name, text in ends if info[name]]
         return lines
 
@@ -272,13 +272,13 @@ _SPECIFICATION = """Follow a winding road against the clock: {id}.
     ## Episode End
     - Termination: the middle of the chassis is at 122 m along the centre line. It is a success if no gate was
       missed and the middle was never beside the drawn road, more than 2.2 m from the centre line.
-    - Termination, failure: the car has rolled over (its upward axis has a vertical part below 0.2), or is
-      lost: more than 6 m from the centre line or 5 m behind the start, or beside the road for a whole second.
+    - Termination, failure: the car has rolled over (its upward axis has a vertical part below 0.2), or has
+      strayed: more than 6 m from the centre line or 5 m behind the start, or beside the road for a whole second.
     - Truncation: after 585 steps (19.5 s), by `gymnasium.make`, `gymnasium.make_vec` and the vector environment.
 
     `info` has `success` and `is_success` (bool), `distance` (m, the largest along the centre line),
     `gates` (number passed), `missed_gates` (number), `rolled_over` (bool), `off_road` (bool, now beside the
-    road), `off_road_time` (s, until now) and `lost` (bool).
+    road), `off_road_time` (s, until now) and `strayed` (bool).
 
     ## Arguments
     {argument_table}

@@ -52,7 +52,7 @@ TASK_STATE_FIELDS: list[tuple[Any, ...]] = [
 
 CONTROL_TIME = 1.0 / 30.0  # s
 FLIGHT_STEPS = 15  # without a wheel on anything, after which progress is not paid
-LOST_STEPS = 30  # on end beside the road, after which the car is lost
+STRAY_STEPS = 30  # on end beside the road, after which it has strayed
 LEAST_UP = 0.2  # cosine of the tilt at which the car has rolled over
 
 PROGRESS_WEIGHT = 0.1  # per m
@@ -75,7 +75,7 @@ _STEER = n.FIRST_STEERING
 _TOP_SPEED, _BRAKE_SHARE = n.TOP_SPEED, n.BRAKE_TORQUE / n.TORQUE
 _STEERING, _STEERING_STEP = n.STEERING, n.STEERING_RATE * CONTROL_TIME
 _GATE_HALF, _GATE_WIDTH = n.GATE_HALF, n.GATE_WIDTH
-_OFF_ROAD, _LOST, _LOST_BEHIND = n.OFF_ROAD, n.LOST, n.LOST_BEHIND
+_OFF_ROAD, _STRAY, _STRAY_BEHIND = n.OFF_ROAD, n.STRAY, n.STRAY_BEHIND
 _RED, _GREEN = n.FIRST_RED, n.FIRST_GREEN
 
 
@@ -254,8 +254,8 @@ def evaluate_world(world, time_limit):  # type: ignore[no-untyped-def]
     off = beyond > 0.0
     task.off_road_steps += int(off)
     task.off_road_streak = task.off_road_streak + 1 if off else 0
-    lost = abs(task.aside) > _LOST or task.place < -_LOST_BEHIND or task.off_road_streak >= LOST_STEPS
-    failed = rolled or lost
+    strayed = abs(task.aside) > _STRAY or task.place < -_STRAY_BEHIND or task.off_road_streak >= STRAY_STEPS
+    failed = rolled or strayed
     finished = task.place >= _FINISH and not failed
     success = finished and task.missed + task.off_road_steps == 0
     _follow(world)
@@ -276,7 +276,7 @@ def evaluate_world(world, time_limit):  # type: ignore[no-untyped-def]
     info.rolled_over = rolled
     info.off_road = off
     info.off_road_time = CONTROL_TIME * task.off_road_steps
-    info.lost = lost
+    info.strayed = strayed
     reward = term.progress + term.time + term.finish + term.failure + term.gates + term.off_road + term.smoothness
     return reward, finished or failed
 

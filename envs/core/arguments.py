@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from difflib import get_close_matches
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,13 @@ from gsenv.solver.api.options import FIDELITIES
 from gsenv.solver.records.text import shown
 
 Array = NDArray[Any]
+SHARED = (  # arguments of all environments
+    "render_mode", "width", "height", "observation", "split", "fidelity", "randomize", "diagnostics",
+)  # fmt: skip
+_TIME_LIMITS = {  # the other name of the same thing
+    "max_episode_steps": "max_cycles of a parallel environment, or of gymnasium.make and make_vec",
+    "max_cycles": "max_episode_steps of gymnasium.make and make_vec",
+}
 
 
 @dataclass(frozen=True)
@@ -44,7 +52,7 @@ def with_defaults(settings: tuple[Setting, ...], **defaults: Any) -> tuple[Setti
     return tuple(replace(s, default=defaults.pop(s.name)) if s.name in defaults else s for s in settings)
 
 
-def check_settings(given: Mapping[str, Any], known: Sequence[Setting], who: str) -> dict[str, Any]:
+def check_settings(given: Mapping[str, Any], known: Sequence[Setting]) -> dict[str, Any]:
     """Return all settings by name, checked, with the default of each that is not given.
 
     Raises:
@@ -54,10 +62,19 @@ def check_settings(given: Mapping[str, Any], known: Sequence[Setting], who: str)
     names = [setting.name for setting in known]
     for name in given:
         if name not in names:
-            has = f"its own are {', '.join(names)}" if names else "it has none of its own"
             # Python's own words: TorchRL and others look for them and try again without the argument
-            raise TypeError(f"{who} got an unexpected keyword argument {name!r}; {has}.")
+            raise TypeError(f"the environment got an unexpected keyword argument {name!r}; {_hint(name, names)}.")
     return {s.name: s.check(given.get(s.name, s.default)) for s in known}
+
+
+def _hint(name: str, names: Sequence[str]) -> str:
+    """Return what the arguments of an environment are that has none of this name."""
+    has = f"its own are {', '.join(names)}" if names else "it has none of its own"
+    text = f"{has}; all environments have {', '.join(SHARED)}"
+    if name in _TIME_LIMITS:
+        return f"{text}; the time limit is {_TIME_LIMITS[name]}"
+    near = get_close_matches(name, [*names, *SHARED], 1)
+    return f"{text}; did you mean {near[0]!r}?" if near else text
 
 
 def mapping_of(options: Any) -> dict[str, Any]:

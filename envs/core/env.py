@@ -15,7 +15,7 @@ from gsenv.envs.core.arguments import add_settings, mapping_of
 from gsenv.envs.core.painter import Painter, render_metadata
 from gsenv.envs.core.pixels import Observer
 from gsenv.envs.core.spec_tables import box_of
-from gsenv.envs.core.splits import check_split, make_generator
+from gsenv.envs.core.splits import check_same_split, check_split, make_generator
 from gsenv.envs.core.task import Task, TaskSnapshot, of_environment
 from gsenv.solver.api.one_thread import OneThread
 
@@ -25,6 +25,8 @@ class EnvSnapshot:
     """Everything that a bit-exact continuation of a single environment needs."""
 
     task: TaskSnapshot
+    split: str
+    seed: int | None  # the last that a reset was given
     generator: dict[str, Any]
     begun: bool
     settings: dict[str, Any]  # defaults of later resets
@@ -157,20 +159,27 @@ class TaskEnv(gymnasium.Env[Any, NDArray[np.float32]]):
 
     @of_environment
     def save(self) -> EnvSnapshot:
-        """Return a snapshot for a bit-exact continuation: physics, task state, random generator and settings."""
+        """Return a snapshot for a bit-exact continuation: physics, task state, random generator and settings.
+
+        What wrappers count is not in it, such as the steps of the time limit that `gymnasium.make` adds; `pickle` and
+        `copy.deepcopy` of the whole environment keep that, too.
+        """
         generator = dict(self.np_random.bit_generator.state)
-        return EnvSnapshot(self.task.save(), generator, self._begun, dict(self.task.settings))
+        settings = dict(self.task.settings)
+        return EnvSnapshot(self.task.save(), self._split, self._np_random_seed, generator, self._begun, settings)
 
     @of_environment
     def restore(self, snapshot: EnvSnapshot) -> None:
         """Continue bit for bit from a snapshot of this or an equal environment, in any process.
 
         Raises:
-            ValueError: the snapshot is of another environment; nothing is changed.
+            ValueError: the snapshot is of another environment or of another split; nothing is changed.
         """
         if not isinstance(snapshot, EnvSnapshot):
             raise ValueError(f"restore: this needs what save() returned, got a {type(snapshot).__name__}.")
+        check_same_split(snapshot.split, self._split)
         self.task.restore(snapshot.task)
+        self._np_random_seed = snapshot.seed
         self.np_random.bit_generator.state = snapshot.generator
         self._begun = snapshot.begun
         self._warned = False

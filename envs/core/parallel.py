@@ -18,7 +18,7 @@ from gsenv.envs.core.arguments import add_settings, mapping_of
 from gsenv.envs.core.painter import Frame, Painter
 from gsenv.envs.core.pixels import Observer
 from gsenv.envs.core.spec_tables import box_of
-from gsenv.envs.core.splits import check_split, make_generator
+from gsenv.envs.core.splits import check_same_split, check_split, make_generator
 from gsenv.envs.core.task import Array, Task, TaskSnapshot, of_environment
 from gsenv.envs.core.vector import NEVER, check_limit
 from gsenv.solver.api.one_thread import OneThread
@@ -29,6 +29,8 @@ class ParallelSnapshot:
     """Everything that a bit-exact continuation of a parallel environment needs."""
 
     task: TaskSnapshot
+    split: str
+    seed: int  # the last that a reset was given, or that was drawn
     generator: dict[str, Any]
     begun: bool
     agents: list[str]
@@ -227,18 +229,23 @@ class TaskParallelEnv(ParallelEnv):
         """Return a snapshot for a bit-exact continuation: physics, task state, random generator and settings."""
         generator = dict(self.np_random.bit_generator.state)
         settings = dict(self.task.settings)
-        return ParallelSnapshot(self.task.save(), generator, self._begun, list(self.agents), self._elapsed, settings)
+        return ParallelSnapshot(
+            self.task.save(), self._split, self.np_random_seed, generator, self._begun, list(self.agents),
+            self._elapsed, settings,
+        )  # fmt: skip
 
     @of_environment
     def restore(self, snapshot: ParallelSnapshot) -> None:
         """Continue bit for bit from a snapshot of this or an equal environment, in any process.
 
         Raises:
-            ValueError: the snapshot is of another environment; nothing is changed.
+            ValueError: the snapshot is of another environment or of another split; nothing is changed.
         """
         if not isinstance(snapshot, ParallelSnapshot):
             raise ValueError(f"restore: this needs what save() returned, got a {type(snapshot).__name__}.")
+        check_same_split(snapshot.split, self._split)
         self.task.restore(snapshot.task)
+        self.np_random_seed = snapshot.seed
         self.np_random.bit_generator.state = snapshot.generator
         self._begun = snapshot.begun
         self.agents = list(snapshot.agents)

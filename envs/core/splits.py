@@ -12,6 +12,12 @@ TEST_KEY = 0x67736E76  # the word that the split "test" adds to a seed
 MOST_SEED = 2**128 - 1  # larger seeds have a fifth word of their own, which could be TEST_KEY
 
 
+def check_same_split(saved: str, own: str) -> None:
+    """Raise ValueError unless a snapshot is of the split of the environment that is to restore it."""
+    if saved != own:
+        raise ValueError(f"restore: the snapshot is of the split {saved!r}, this environment is of {own!r}.")
+
+
 def check_split(split: Any) -> str:
     if not isinstance(split, str) or split not in SPLITS:
         raise ValueError(f"split must be one of {list(SPLITS)}, got {split!r}.")

@@ -120,7 +120,7 @@ class Task(ABC):
         diagnostics: bool = False,
     ) -> None:
         self.threads = threads
-        self.settings = check_settings(settings or {}, self.arguments, type(self).__name__)
+        self.settings = check_settings(settings or {}, self.arguments)
         self._checked: dict[str, tuple[Any, Any]] = {}
         self.fidelity = check_fidelity(fidelity)
         self.randomize = check_ranges(self.ranges if randomize is None else randomize, self.quantities)

@@ -16,7 +16,7 @@ from gsenv.envs.core.arguments import DIAGNOSTIC_NAMES, add_settings, mapping_of
 from gsenv.envs.core.painter import Frame, Painter, render_metadata
 from gsenv.envs.core.pixels import Observer
 from gsenv.envs.core.spec_tables import box_of
-from gsenv.envs.core.splits import check_split, make_generator
+from gsenv.envs.core.splits import check_same_split, check_split, make_generator
 from gsenv.envs.core.streams import Streams
 from gsenv.envs.core.task import Array, Task, TaskSnapshot, of_environment
 from gsenv.solver.api.one_thread import OneThread
@@ -34,6 +34,8 @@ class VectorSnapshot:
     """Everything that a bit-exact continuation of a vector environment needs."""
 
     task: TaskSnapshot
+    split: str
+    seeds: list[int | None]  # the last that resets were given
     streams: Array
     elapsed: Array
     finished: Array
@@ -279,6 +281,8 @@ class TaskVectorEnv(VectorEnv[Any, NDArray[np.float32], Array]):
         """Return a snapshot for a bit-exact continuation: physics, task state, random generators and settings."""
         return VectorSnapshot(
             self.task.save(),
+            self._split,
+            list(self._seeds),
             self._streams.words.copy(),
             self._elapsed.copy(),
             self._finished.copy(),
@@ -291,18 +295,34 @@ class TaskVectorEnv(VectorEnv[Any, NDArray[np.float32], Array]):
         """Continue bit for bit from a snapshot of this or an equal environment, in any process.
 
         Raises:
-            ValueError: the snapshot is of another environment or number of worlds.
+            ValueError: the snapshot is of another environment, split or number of worlds; nothing is changed.
         """
         if not isinstance(snapshot, VectorSnapshot):
             raise ValueError(f"restore: this needs what save() returned, got a {type(snapshot).__name__}.")
         if len(snapshot.elapsed) != self.num_envs:
             raise ValueError(f"restore: the snapshot has {len(snapshot.elapsed)} worlds, not {self.num_envs}.")
+        check_same_split(snapshot.split, self._split)
         self.task.restore(snapshot.task)
+        self._seeds[:] = snapshot.seeds
         self._streams.words[:] = snapshot.streams
         self._elapsed[:] = snapshot.elapsed
         self._finished[:] = snapshot.finished
         self._begun[:] = snapshot.begun
         self.task.settings.update(snapshot.settings)
+
+    @of_environment
+    def stagger(self, generator: np.random.Generator) -> None:
+        """Let each episode that is running be truncated after a random part of the time limit.
+
+        Episodes that all run to the time limit begin and end together for ever; short rollouts then see one stretch of
+        them at a time. Once staggered they stay so. `generator` draws the parts uniformly.
+
+        Raises:
+            ValueError: there is no time limit.
+        """
+        if self.max_episode_steps == NEVER:
+            raise ValueError("stagger: this environment has no time limit.")
+        self._elapsed[:] = generator.integers(0, self.max_episode_steps, self.num_envs)
 
     # ------------------------------------------------- Gymnasium's other accessors
 

@@ -26,6 +26,7 @@ from gsenv.envs.ragdoll2d.task import (
     GET_UP_ACTION,
     GET_UP_END,
     GET_UP_SETTINGS,
+    GET_UP_TERMS,
     LAST_TERMS,
     OF_BALANCE,
     OF_GET_UP,
@@ -196,6 +197,7 @@ class RagdollGetUpTask(RagdollTask):
     max_episode_steps = time_limit("GRagdoll-get-up-v0")
     arguments = GET_UP_SETTINGS
     actions = _axis_actions(getting_up=True)
+    reward_terms = GET_UP_TERMS
     getting_up = True
     shown_height = 0.7  # a limb towards the camera is far down in the picture where the figure lies
 
@@ -243,7 +245,7 @@ _SPECIFICATION = (
     ## Rewards
     The sum of these terms; `info` has each as `reward_<term>`:
 
-    {reward_table}{rewards}
+    {reward_table}
 
     ## Starting State
 {start}
@@ -268,7 +270,6 @@ _BALANCE = {
     "does": "stands on level ground with bent knees and is pushed at the hips every 2 to 4 s,\n    from all sides",
     "feet": (", so the ankles\n    alone hold only light pushes: harder ones need hips, waist, arms and steps"),
     "action": BALANCE_ACTION,
-    "rewards": "",
     "start": """\
     The figure looks along -y and stands on one foot or both, each joint within 0.04 rad of the stand, and
     moves with up to 0.1 m/s along x and y. The first push comes after 1 to 4 s, the others 2 to 4 s after
@@ -281,10 +282,6 @@ _GET_UP = {
     "does": "lies on level ground and gets up; nothing pushes it",
     "feet": "",
     "action": GET_UP_ACTION,
-    "rewards": """
-
-    "stand" is 0.03 m here, with m the mean of h and of the height of the hips over that in the stand, at most 1;
-    "posture" is multiplied by m^2, and falls cost nothing.""",
     "start": """\
     The figure lies on the ground at rest, on its back, front or a side, as one of 1,024 falls left it, and
     heads in any direction.""",

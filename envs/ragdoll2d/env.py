@@ -25,6 +25,7 @@ from gsenv.envs.ragdoll2d.task import (
     GET_UP_ACTION,
     GET_UP_END,
     GET_UP_SETTINGS,
+    GET_UP_TERMS,
     LAST_TERMS,
     OF_BALANCE,
     OF_GET_UP,
@@ -65,6 +66,9 @@ def _foot_entries(side: str) -> tuple[Entry, ...]:
     )
 
 
+_APART = Entry("time with the feet apart, less the time together since", "apart", 0, 1.1, "2 s")
+
+
 class RagdollTask(BalanceTask):
     """The rules for many worlds; `settings` has the defaults of a reset."""
 
@@ -97,7 +101,7 @@ class RagdollTask(BalanceTask):
         Entry("far foot, load over the weight of the figure", "far_load", 0, 5),
         *_foot_entries("near"),
         *_foot_entries("far"),
-        Entry("time with the feet apart", "apart", 0, 1.1, "2 s"),
+        _APART,
         *_joint_entries(),
     )
     reward_terms = (
@@ -151,10 +155,11 @@ class RagdollGetUpTask(RagdollTask):
     arguments = GET_UP_SETTINGS
     actions = _axis_actions(getting_up=True)
     observations = (
-        *RagdollTask.observations,
+        *(entry for entry in RagdollTask.observations if entry is not _APART),
         Entry("pelvis, cosine of its tilt", "pelvis_cosine", -1, 1),
         Entry("chest, cosine of its tilt", "chest_cosine", -1, 1),
     )
+    reward_terms = (*GET_UP_TERMS[:2], RewardTerm("apart", "0: the feet may be apart"), *GET_UP_TERMS[2:])
     getting_up = True
 
     def lying(self) -> Array:
@@ -198,7 +203,7 @@ _SPECIFICATION = (
     ## Rewards
     The sum of these terms; `info` has each as `reward_<term>`:
 
-    {reward_table}{rewards}
+    {reward_table}
 
     ## Starting State
 {start}
@@ -227,15 +232,14 @@ _BALANCE = {
     ),
     "action": BALANCE_ACTION,
     "entries": "42",
-    "rewards": "",
     "start": """\
     The figure stands on one foot or both, each joint within 0.06 rad of the stand, and moves forwards
     or backwards with up to 0.1 m/s. The first push comes after 1 to 4 s, the others 2 to 4 s after the
     one before. A push lasts 0.1 s and changes the velocity of the whole figure by 0.1 m/s to `push`,
     uniformly drawn, forwards or backwards.""",
     "end": f"""{FALL_END}
-    - Termination: the ankles are more than 0.2 m apart for more than 2 s, from which time with the feet
-      together is taken back. (Legs astride, a constant action would hold the pushes.)
+    - Termination: the ankles are more than 0.2 m apart for more than 2 s. The clock runs backwards while they are
+      nearer, down to 0. (Legs astride, a constant action would hold the pushes.)
 {TIME_END}""",
     "of_task": OF_BALANCE,
 }
@@ -243,11 +247,7 @@ _GET_UP = {
     "does": "lies on level ground, face up or face down, and gets up;\n    nothing pushes it",
     "feet": "",
     "action": GET_UP_ACTION,
-    "entries": "44",
-    "rewards": """
-
-    "stand" is 0.03 m here, with m the mean of h and of the height of the hips over that in the stand, at most 1;
-    "posture" is multiplied by m^2, and falls and feet apart cost nothing.""",
+    "entries": "43",
     "start": """\
     The figure lies on the ground at rest, face up or face down, as one of 1,024 falls left it.""",
     "end": GET_UP_END,

@@ -84,9 +84,10 @@ def get_up(observations: NDArray[np.float32], motion: Motion | None = None) -> N
 
 
 def balance(observations: NDArray[np.float32], habits: Habits = HABITS) -> NDArray[np.float32]:
-    """Return actions (..., 7) for observations (..., entry): ankles, then steps to the capture point."""
+    """Return actions (..., 7) for observations (..., entry) of either task: ankles, then steps to the capture point."""
     observations = np.asarray(observations, np.float64)
-    seen = {name: observations[..., k] for name, k in _INDEX.items()}
+    index = _GET_UP_INDEX if observations.shape[-1] == len(_GET_UP_INDEX) else _INDEX
+    seen = {name: observations[..., k] for name, k in index.items()}
     h = habits
     capture = 0.2 * seen["capture_x"] + h.bias
     way = 0.2 * (seen["capture_x"] - seen["mass_x"])  # from the centre of mass to the capture point

@@ -355,11 +355,13 @@ def observe_world(world, timestep):  # type: ignore[no-untyped-def]
         out[10 + 3 * k] = (foot.position[0] - x) / 0.5
         out[11 + 3 * k] = foot.position[1] / 0.2
         out[12 + 3 * k] = foot.rotation[1]
-    out[16] = task.apart / MOST_APART
-    end = 17 + _observe_joints(task, bodies, out[17:])
-    if len(out) > end:  # where the figure may lie, the sines do not tell its tilt
+    if task.getting_up != 0:  # where the figure may lie, the sines do not tell its tilt
+        end = 16 + _observe_joints(task, bodies, out[16:])
         out[end] = bodies[_PELVIS].rotation[0]
         out[end + 1] = bodies[_TORSO].rotation[0]
+    else:
+        out[16] = task.apart / MOST_APART
+        _observe_joints(task, bodies, out[17:])
     clip(out, world.task.low, world.task.high)
 
 

@@ -13,7 +13,6 @@ from gsenv.solver.jit import njit
 
 CONTROL_TIME = 1.0 / 30.0  # s
 ENGINE_STEPS = 2
-SUCCESS_STEPS = 600
 
 PUSHES = 10  # of a schedule, which then begins again
 PUSH_DRAWS = 2 * PUSHES  # that `plan_pushes` uses
@@ -193,9 +192,7 @@ def count_stood(task, height, upright, others):  # type: ignore[no-untyped-def]
 @njit
 def write_info(task, info, fell, failed):  # type: ignore[no-untyped-def]
     """Set the info of a step."""
-    info.success = task.steps >= SUCCESS_STEPS and not failed
-    if task.getting_up != 0:
-        info.success = task.stood >= STOOD_STEPS
+    info.success = not failed if task.getting_up == 0 else task.stood >= STOOD_STEPS
     info.is_success = info.success
     info.fell = fell
     info.time = task.steps * CONTROL_TIME

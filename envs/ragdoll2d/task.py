@@ -75,10 +75,23 @@ POSTURE_TERM = RewardTerm(
     "posture",
     f"{shared.POSTURE_WEIGHT:g} exp(-d^2): d^2 the sum of the squares of the angles from the stand, rad^2",
 )
-LAST_TERMS = (
+_CALM_TERMS = (
     RewardTerm("smoothness", f"{shared.SMOOTH_WEIGHT:g} times the square of the change of the action"),
     RewardTerm("effort", f"{shared.EFFORT_WEIGHT:g} times the sum of the squares of torques over their bounds"),
-    RewardTerm("fall", f"{shared.FALL_REWARD:g} for a fall"),
+)
+LAST_TERMS = (*_CALM_TERMS, RewardTerm("fall", f"{shared.FALL_REWARD:g} for a fall"))
+GET_UP_TERMS = (
+    RewardTerm(
+        "stand",
+        f"{shared.STAND_WEIGHT:g} m: m the mean of two shares, the height of the crown over that in the stand and the "
+        "same of the hips, each at most 1",
+    ),
+    RewardTerm(
+        "posture",
+        f"{shared.POSTURE_WEIGHT:g} m^2 exp(-d^2): d^2 the sum of the squares of the angles from the stand, rad^2",
+    ),
+    *_CALM_TERMS,
+    RewardTerm("fall", "0: falls cost nothing"),
 )
 
 ARGUMENTS = """{argument_table}
@@ -123,7 +136,7 @@ FALL_END = """\
       more than 1 rad, or anything but the feet touches the ground."""
 TIME_END = """\
     - Truncation: after 600 steps (20 s), by `gymnasium.make`, `gymnasium.make_vec` and the vector environment.
-      Standing at that time is success."""
+      `success` says at each step whether the figure still stands; standing at the end is success."""
 GET_UP_END = """\
     - Getting up never terminates and is truncated after 300 steps (10 s), by `gymnasium.make`,
       `gymnasium.make_vec` and the vector environment. It is a success at steps where the figure has stood

@@ -104,7 +104,7 @@ class Stack3DTask(BlocksTask):
         Entry(f"blocks placed, relative to {MAX_BLOCKS}", "placed", 0, 1),
         Entry(f"blocks to go, relative to {MAX_BLOCKS}", "to_go", 0, 1),
         Entry("time that the released blocks have stood, divided by success_time", "stand_time", 0, 1),
-        Entry("block, height above its support's top again, of what is near", "near_gap", -0.05, 0.1, "m"),
+        Entry("block, height above its support's top, finely where it is near", "near_gap", -0.05, 0.1, "m"),
         Entry("block, speed at which it would land if let go now, divided by crack_speed", "drop_speed", 0, 5),
     )
     reward_terms = (

@@ -388,7 +388,10 @@ def test_bad_arguments(kwargs: dict[str, Any], message: str) -> None:
 
 
 def test_unknown_argument() -> None:
-    with pytest.raises(TypeError, match="TowerTask got an unexpected keyword argument 'bloks'; its own are blocks, "):
+    with pytest.raises(
+        TypeError,
+        match=r"the environment got an unexpected keyword argument 'bloks'; its own are .*mean 'blocks'",
+    ):
         tower_v0.parallel_env(bloks=2)
 
 

@@ -155,5 +155,7 @@ def test_the_command_writes_a_dataset(capsys: pytest.CaptureFixture[str]) -> Non
     assert "is not a number of at least 0" in capsys.readouterr().err
     assert cli.main([*command, "--noise", "1e300"]) == 2
     assert "noise must be 0 to 100" in capsys.readouterr().err
+    assert cli.main([*command, "--name", "gsenv/GStack-v0/endless-v0", "--set", "max_episode_steps=-1"]) == 2
+    assert "a dataset needs episodes that end, so max_episode_steps must not be -1" in capsys.readouterr().err
     assert cli.main([*command, "--name", ""]) == 2
     assert "Malformed dataset ID" in capsys.readouterr().err

@@ -371,3 +371,16 @@ def test_a_short_run_has_a_row_of_its_end(tmp_path: Path) -> None:
     assert experiment.run_seed(ppo.EXPERIMENT, short, tmp_path / "seed-0") == experiment.OK
     (row,) = read_rows(tmp_path / "seed-0" / "progress.csv")
     assert row["steps"] >= short.steps
+
+
+def test_staggered_worlds_begin_their_episodes_apart(tmp_path: Path) -> None:
+    lengths = {}
+    for staggered in (False, True):
+        settings = replace(
+            PPO, staggered=staggered, world_count=4, env="GRagdoll2D-get-up-v0", arguments={}, lessons=()
+        )
+        run = experiment.prepare(ppo.EXPERIMENT, replace(settings, steps=4 * 320), tmp_path / str(staggered))
+        experiment.train(run)
+        lengths[staggered] = [episode["l"] for episode in run.model.ep_info_buffer or ()]
+    assert lengths[False] == [300] * 4
+    assert len(set(lengths[True][:4])) == 4

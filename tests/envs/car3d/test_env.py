@@ -178,7 +178,7 @@ def test_the_ground_is_level_across_the_road_and_courses_grow_harder() -> None:
         vector.reset(seed=0)
         path = vector.task.task_state["path"]
         bends.append(abs(np.diff(path[..., road.HEADING])).max())
-        assert abs(path[..., road.Y]).max() < scene.HALF_DEPTH - scene.LOST
+        assert abs(path[..., road.Y]).max() < scene.HALF_DEPTH - scene.STRAY
         assert np.diff(path[..., road.X]).min() > 0.0
         for w in range(10):
             x, y, _ = road.road_point(path[w], 45.0)
@@ -232,7 +232,7 @@ def test_a_car_on_its_roof_ends_the_episode() -> None:
 
 @pytest.mark.parametrize("side", [-1, 1])
 @pytest.mark.parametrize("throttle", [0.1, 0.6])
-def test_beside_the_road_the_car_pays_for_distance_and_time_until_it_is_lost(side: int, throttle: float) -> None:
+def test_beside_the_road_the_car_pays_for_distance_and_time_until_it_strays(side: int, throttle: float) -> None:
     env = level_env()
     step, steps, terminated, info = 0, 0, False, dict[str, Any]()
     while not terminated:
@@ -247,31 +247,31 @@ def test_beside_the_road_the_car_pays_for_distance_and_time_until_it_is_lost(sid
         assert info["reward_off_road"] == pytest.approx(-cost)
         assert info["reward_progress"] > 0.0 or off
         assert info["reward_progress"] <= 0.0 or not off
-        assert terminated == info["lost"] == (aside > scene.LOST or steps == 30)
+        assert terminated == info["strayed"] == (aside > scene.STRAY or steps == 30)
     assert (steps == 30) == (throttle < 0.3)
     assert steps > 5
     assert info["reward_failure"] == pytest.approx(-0.5 - 0.005 * (585 - step))
     assert not info["success"]
 
 
-def test_a_car_that_turns_round_is_lost_and_earns_less_than_one_that_stands_still() -> None:
+def test_a_car_that_turns_round_strays_and_earns_less_than_one_that_stands_still() -> None:
     env = level_env()
     terminated, info, total, steps = False, dict[str, Any](), 0.0, 0
     while not terminated:
         _, reward, terminated, _, info = env.step(np.array((0.3, 1.0), np.float32))
         total, steps = total + reward, steps + 1
     assert steps > 60
-    assert info["lost"]
+    assert info["strayed"]
     assert info["off_road_time"] == pytest.approx(1.0)  # the road is too narrow to turn round on it
     assert total < 585 * rules.TIME_REWARD
 
 
 @pytest.mark.parametrize("beyond", [-0.2, 0.2])
-def test_a_car_behind_the_start_is_lost(beyond: float) -> None:
+def test_a_car_behind_the_start_strays(beyond: float) -> None:
     env = level_env()
-    move_car(env, 0, -scene.LOST_BEHIND - beyond)
+    move_car(env, 0, -scene.STRAY_BEHIND - beyond)
     _, _, terminated, _, info = env.step(np.zeros(2, np.float32))
-    assert terminated == info["lost"] == (beyond > 0.0)
+    assert terminated == info["strayed"] == (beyond > 0.0)
 
 
 def test_a_ride_beside_the_road_is_no_success() -> None:
@@ -285,7 +285,7 @@ def test_a_ride_beside_the_road_is_no_success() -> None:
     assert info["reward_finish"] == rules.FINISH_REWARD
     assert info["off_road_time"] == pytest.approx(4 / 30)
     assert not info["off_road"]
-    assert not info["lost"]
+    assert not info["strayed"]
     assert not info["success"]
 
 
@@ -373,7 +373,7 @@ def test_planning_of_speed_pays() -> None:
         "({:g} to {:g} m and {:g} to {:g} m)".format(*np.ravel(road.RISES)),
         f"below {rules.LEAST_UP:g}",
         f"more than {scene.OFF_ROAD:g} m from the centre line",
-        f"lost: more than {scene.LOST:g} m from the centre line or {scene.LOST_BEHIND:g} m behind the start",
+        f"strayed: more than {scene.STRAY:g} m from the centre line or {scene.STRAY_BEHIND:g} m behind the start",
         f"at {scene.FINISH:g} m along the centre line",
         f"within {scene.GATE_HALF:g} m before and behind the gate, and",
         f"within {scene.GATE_WIDTH:g} m of the centre line",

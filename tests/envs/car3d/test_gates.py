@@ -71,7 +71,7 @@ def ride_over_ramps(speed: float) -> tuple[list[Umpire], list[float], int]:
             info = task.infos[w]
             assert (info["gates"], info["missed_gates"]) == (umpires[w].passed, umpires[w].missed)
             if task.terminated[w]:
-                finished = not info["rolled_over"] and not info["lost"]
+                finished = not info["rolled_over"] and not info["strayed"]
                 assert task.terms["finish"][w] == finished * rules.FINISH_REWARD
                 assert info["success"] == (finished and umpires[w].missed == 0 and info["off_road_time"] == 0.0)
                 successes += int(info["success"])

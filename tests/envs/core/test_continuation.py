@@ -6,6 +6,7 @@ import copy
 import pickle
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode
 
-from gsenv.envs import ENVS
+from gsenv.envs import ENVS, tower_v0
 from gsenv.envs.core.vector import TaskVectorEnv
 from tests.envs.registered import EACH_TASK, IDS, MODES, digest, make, make_vector, play, random_actions, touching
 
@@ -124,6 +125,28 @@ def test_goes_on_in_another_process(tmp_path: Path) -> None:
     result = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=300)
     assert result.returncode == 0, result.stderr
     assert result.stdout.strip() == continue_all(str(path))
+
+
+def test_snapshots_of_another_split_are_refused_and_change_nothing() -> None:
+    makers: list[Callable[..., Any]] = [
+        lambda split: make("GStack-v0", split=split).unwrapped,
+        lambda split: make_vector("GStack-v0", 2, split=split),
+        lambda split: tower_v0.parallel_env(split=split),
+    ]
+    for maker in makers:
+        first, second = maker("train"), maker("test")
+        first.reset(seed=5)
+        second.reset(seed=7)
+        before = digest(second.save())
+        with pytest.raises(
+            ValueError, match="restore: the snapshot is of the split 'train', this environment is of 'test'"
+        ):
+            second.restore(first.save())
+        assert digest(second.save()) == before
+        third = maker("train")
+        third.restore(first.save())
+        seeds = third.np_random_seed
+        assert seeds == first.np_random_seed == ((5, 6) if isinstance(seeds, tuple) else 5)
 
 
 def task_of(env_id: str) -> str:

@@ -72,6 +72,27 @@ def test_classes_with_agents_do_too() -> None:
     assert VectorEnv in type(tower_vector(1)).__bases__
 
 
+# ---------------------------------------------------------------- observations
+
+
+@each_id
+def test_every_entry_varies_and_uses_its_range(env_id: str) -> None:
+    count, steps = 12, 300
+    vector = make_vector(env_id, count)
+    script = make_actor("scripted", env_id)
+    actions = random_actions(env_id, 3, steps, count)
+    actions[:, 0], actions[:, 1], actions[:, 2] = 1.0, -1.0, 0.0
+    seen, _ = vector.reset(seed=3)
+    least, most = seen.min(0), seen.max(0)
+    for given in actions:
+        given[6:] = script(seen)[6:]
+        seen = vector.step(given)[0]
+        least, most = np.minimum(least, seen.min(0)), np.maximum(most, seen.max(0))
+    names = np.array([entry.name for entry in vector.task.observations])
+    still = set(names[most - least < 1e-3 * (vector.task.high - vector.task.low)])
+    assert still <= {"rear_below"}  # of a car that rears up at a gate alone
+
+
 # ---------------------------------------------------------------- infos
 
 

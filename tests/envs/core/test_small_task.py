@@ -113,9 +113,32 @@ def test_copies_go_on_bit_for_bit(way: Any) -> None:
 
 
 def test_has_no_settings_and_no_quantities() -> None:
-    with pytest.raises(TypeError, match="unexpected keyword argument 'length'; it has none"):
+    with pytest.raises(
+        TypeError,
+        match="unexpected keyword argument 'length'; it has none of its own; all environments have render_mode, ",
+    ):
         PendulumEnv(length=2.0)
     with pytest.raises(ValueError, match="unknown quantity 'length'; known are none"):
         PendulumEnv(randomize={"length": (1.0, 2.0)})
     with pytest.raises(ValueError, match="unknown option 'length'; this environment has none"):
         PendulumEnv().reset(options={"length": 2.0})
+
+
+def test_staggered_episodes_end_apart_and_stay_so() -> None:
+    count, limit = 8, 10
+    worlds = PendulumVectorEnv(count, max_episode_steps=limit, autoreset_mode=AutoresetMode.SAME_STEP)
+    worlds.reset(seed=0)
+    worlds.stagger(np.random.default_rng(1))
+    left = limit - np.random.default_rng(1).integers(0, limit, count)  # of the first episodes
+    assert len(set(left)) > 3
+    action = np.zeros((count, 1), np.float32)
+    for step in range(1, 3 * limit):
+        truncated = worlds.step(action)[3]
+        np.testing.assert_array_equal(truncated, (step >= left) & ((step - left) % limit == 0))
+
+
+def test_without_a_time_limit_nothing_can_be_staggered() -> None:
+    worlds = PendulumVectorEnv(2, max_episode_steps=-1)
+    worlds.reset(seed=0)
+    with pytest.raises(ValueError, match="stagger: this environment has no time limit"):
+        worlds.stagger(np.random.default_rng(0))

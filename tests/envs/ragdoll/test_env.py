@@ -22,6 +22,7 @@ from gsenv.render.spatial.world_view import multiply, rotate
 from tests.envs.registered import terms_of
 from tests.envs.single_worlds import SingleWorlds, assert_info
 from tests.envs.stack.worlds import assert_equal
+from tests.envs.standing import STEPS
 
 LIMIT = 50  # steps, so that episodes end in both ways
 
@@ -45,7 +46,7 @@ def test_checkers_have_no_complaint(env_id: str) -> None:
 
 def test_tiers_are_registered_with_600_steps_and_their_pushes() -> None:
     for env_id, push in (("GRagdoll-v0", 0.6), ("GRagdoll-hardcore-v0", 1.0)):
-        assert gymnasium.spec(env_id).max_episode_steps == shared.SUCCESS_STEPS
+        assert gymnasium.spec(env_id).max_episode_steps == STEPS
         assert gymnasium.make(env_id).unwrapped.push == push  # type: ignore[attr-defined]
         vector: Any = gymnasium.make_vec(env_id, num_envs=2)
         assert (vector.push, vector.max_episode_steps) == (push, 600)

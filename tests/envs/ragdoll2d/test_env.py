@@ -21,6 +21,7 @@ from gsenv.envs.ragdoll2d.task import RANGES
 from tests.envs.registered import terms_of
 from tests.envs.single_worlds import SingleWorlds, assert_info
 from tests.envs.stack.worlds import assert_equal
+from tests.envs.standing import STEPS
 
 LIMIT = 80  # steps, so that episodes end in both ways
 
@@ -45,7 +46,7 @@ def test_checkers_have_no_complaint(env_id: str) -> None:
 def test_tiers_are_registered_with_600_steps_and_a_threshold() -> None:
     for env_id, push in (("GRagdoll2D-v0", 0.6), ("GRagdoll2D-hardcore-v0", 1.0)):
         spec = gymnasium.spec(env_id)
-        assert spec.max_episode_steps == shared.SUCCESS_STEPS
+        assert spec.max_episode_steps == STEPS
         assert spec.reward_threshold is not None
         assert gymnasium.make(env_id).unwrapped.push == push  # type: ignore[attr-defined]
         vector: Any = gymnasium.make_vec(env_id, num_envs=2)
@@ -231,7 +232,7 @@ def test_docstring_is_the_specification(heading: str) -> None:
         f"below {shared.FALL_HEIGHT:g} of its height",
         f"more than {shared.FALL_TILT:g} rad",
         f"more than {rules.APART:g} m apart for more than {rules.MOST_APART:g} s",
-        f"after {shared.SUCCESS_STEPS} steps ({shared.SUCCESS_STEPS / 30:g} s)",
+        f"after {STEPS} steps ({STEPS / 30:g} s)",
         str(RANGES["friction"]),
     ],
 )
