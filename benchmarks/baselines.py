@@ -27,13 +27,12 @@ from benchmarks.common.files import packed, read_json, unpacked
 from benchmarks.common.progress import track
 from benchmarks.common.report import Picture, Report
 from benchmarks.common.run import Run
-from benchmarks.common.stamp import commit, cpu
 from benchmarks.common.tables import Table
-from gsenv.train import experiment, ppo
+from gsenv.train import experiment, origin, ppo
 from gsenv.train.arguments import positive
 from gsenv.train.evaluate import evaluate, make_actor
 from gsenv.train.experiment import Settings
-from gsenv.train.files import read_rows, write_json
+from gsenv.train.files import read_rows
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -42,7 +41,6 @@ SEEDS, EPISODES = 5, 100
 QUICK_SEEDS, QUICK_STEPS, QUICK_EPISODES = 1, 20_000, 5
 SOLVED = 0.9  # success at which the time to learn a task is taken
 RESAMPLES = 5_000  # of the bootstrap
-ORIGIN_FILE = "origin.json"  # in a run's folder: commit and CPU
 
 
 @dataclass(frozen=True)
@@ -121,7 +119,6 @@ def measure(run: Run) -> dict[str, Any]:
                 if experiment.run_seed(ppo.EXPERIMENT, settings, folder, resume=True) != experiment.OK:
                     run.interrupted = True
                     break
-                write_json(folder / ORIGIN_FILE, {"commit": commit(), "cpu": cpu()})
             one, its_points = test(settings, folder, QUICK_EPISODES if run.quick else EPISODES)
             new.append(one)
             of_training += its_points
@@ -165,19 +162,19 @@ def test(settings: Settings, folder: Path, episodes: int) -> tuple[Trained, list
     evaluated = [row for row in rows if not isnan(row["evaluated_success"])]
     solved = [row["cpu_seconds"] for row in evaluated if row["evaluated_success"] >= SOLVED]
     result = evaluate(make_actor(str(folder / "policy.npz"), settings.env), settings.env, episodes)
-    known = folder / ORIGIN_FILE
-    origin = json.loads(known.read_text()) if known.is_file() else {}
+    known = folder / origin.FILE
+    made = json.loads(known.read_text()) if known.is_file() else {}
     one = Trained(
         settings.env,
         settings.seed,
         int(rows[-1]["steps"]),
-        origin.get("commit", ""),
+        made.get("commit", ""),
         rows[-1]["cpu_seconds"],
         solved[0] if solved else -1.0,
         result.success_rate,
         result.mean_return,
-        commit(),
-        origin.get("cpu", ""),
+        origin.commit(),
+        made.get("cpu", ""),
         rows[-1]["seconds"],
     )
     return one, [Point(settings.env, settings.seed, int(row["steps"]), row["evaluated_success"]) for row in evaluated]

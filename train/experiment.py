@@ -8,6 +8,7 @@ checkpoint together, so they are complete and fit one another at any time:
     policy.zip, normalize.npz   the same for Stable-Baselines3; `--resume` continues from them
     progress.csv     a row every `log_every` steps; TensorBoard events are written too if it is installed
     settings.json    the settings of the run
+    origin.json      version, commit and processor
     result.json      success and return on unseen seeds, after the run
 """
 
@@ -34,6 +35,7 @@ from gsenv.train.checkpoint import COLUMNS, NORMALIZE, check_folder, write_check
 from gsenv.train.curriculum import Curriculum
 from gsenv.train.evaluate import TEST_SEED, VALIDATION_SEED, PolicyError, evaluate, make_actor
 from gsenv.train.files import read_rows, reason, write_json
+from gsenv.train.origin import write_origin
 from gsenv.train.progress import counting, make_progress
 
 if TYPE_CHECKING:
@@ -218,6 +220,7 @@ def prepare(experiment: Experiment, settings: Settings, folder: Path, resume: bo
         model = experiment.make_model(settings, normalize)
     folder.mkdir(parents=True, exist_ok=True)
     write_json(folder / "settings.json", asdict(settings))
+    write_origin(folder)
     return Run(settings, folder, model, normalize, rows)
 
 

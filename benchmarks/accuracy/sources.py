@@ -6,8 +6,8 @@ from collections.abc import Iterable
 from pathlib import Path
 
 import gsenv
-from benchmarks.common.stamp import cpu
 from gsenv.solver.jit import source_digest
+from gsenv.train.origin import cpu
 
 from .suites import Suite
 

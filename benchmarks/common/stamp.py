@@ -6,39 +6,15 @@ import datetime
 import importlib.metadata
 import os
 import platform
-import subprocess
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import gsenv
+from gsenv.train.origin import commit, cpu
 
 ROOT = Path(__file__).parents[2]
 BUSY = 0.5  # load average above which other processes were running
-
-
-def cpu() -> str:
-    """Return the model name of the processor, as far as the system tells."""
-    info = Path("/proc/cpuinfo")
-    if info.exists():
-        for line in info.read_text().splitlines():
-            if line.startswith("model name"):
-                return line.partition(":")[2].strip()
-    return platform.processor() or platform.machine()
-
-
-def commit() -> str:
-    """Return the short hash of the checked-out commit, with a "+" if files differ from it; "" outside a repository."""
-    short, status = _git("rev-parse", "--short", "HEAD"), _git("status", "--porcelain", "--untracked-files=no")
-    return short + ("+" if short and status else "")
-
-
-def _git(*arguments: str) -> str:
-    try:
-        done = subprocess.run(["git", *arguments], cwd=ROOT, capture_output=True, text=True, check=True)
-    except (OSError, subprocess.CalledProcessError):
-        return ""
-    return done.stdout.strip()
 
 
 def load() -> float | None:

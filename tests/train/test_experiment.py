@@ -36,7 +36,7 @@ def mean_observation(run: experiment.Run) -> Any:
 def test_a_run_leaves_policies_logs_and_a_result(kind: Any, settings: Any, tmp_path: Path) -> None:
     assert experiment.run_seed(kind, settings, tmp_path / "seed-0") == experiment.OK
     folder = tmp_path / "seed-0"
-    assert names(folder) == POLICY_FILES | {"best.npz", "settings.json", "progress.csv", "result.json"}
+    assert names(folder) == POLICY_FILES | {"best.npz", "settings.json", "origin.json", "progress.csv", "result.json"}
     rows = read_rows(folder / "progress.csv")
     steps = [row["steps"] for row in rows]
     assert steps == sorted(set(steps))
@@ -278,7 +278,7 @@ def test_a_failed_save_leaves_the_old_policy(tmp_path: Path, monkeypatch: pytest
     monkeypatch.setattr(run.model, "save", fail)
     with pytest.raises(OSError, match="disk full"):
         experiment.save(run)
-    assert names(tmp_path) == POLICY_FILES | {"settings.json"}
+    assert names(tmp_path) == POLICY_FILES | {"settings.json", "origin.json"}
     assert (tmp_path / "policy.zip").read_bytes() == old
 
 
