@@ -142,9 +142,16 @@ def test_evaluate_prints_the_success(capsys: pytest.CaptureFixture[str]) -> None
     assert capsys.readouterr().out.startswith("success 100% of 4 episodes")
 
 
+def test_ids_may_have_their_namespace_and_doing_nothing_is_a_policy(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["evaluate", "gsenv:GRagdoll2D-v0", "--policy", "zero", "--episodes", "4"]) == 0
+    assert capsys.readouterr().out.startswith("success 0% of 4 episodes")
+
+
 @pytest.mark.parametrize(("arguments", "exit_code", "message"), [
     (["train", "GStck-v0"], 2, "did you mean GStack-v0?"),
     (["train", "GStack-v0", "--set", "blocks"], 2, "'blocks' is not of the form NAME=VALUE"),
+    (["evaluate", "scene:bridge"], 2, "scene:bridge is a scene, and this needs an environment"),
+    (["evaluate", "gsenv:GStack-v0", "--policy", "zero", "--set", "blocks=9"], 2, "blocks must be"),
     (["evaluate", "GNothing-v0"], 2, "no environment is called 'GNothing-v0'"),
     (["evaluate", "GStack-v0", "--policy", "best"], 2, "invalid choice: 'best'"),
     (["evaluate", "GStack-v0", "--policy", "missing.npz"], 1, "cannot read missing.npz"),

@@ -34,6 +34,19 @@ def test_code_of_a_page_runs(page: str, capsys: pytest.CaptureFixture[str]) -> N
     assert "world" in names
 
 
+CLIENTS = BLOCK.findall((ROOT / "docs/clients.md").read_text())
+LIBRARIES = ("stable_baselines3", "torchrl", "skrl", "supersuit")
+
+
+@pytest.mark.parametrize("block", CLIENTS, ids=lambda block: next((n for n in LIBRARIES if n in block), "gymnasium"))
+@pytest.mark.filterwarnings("ignore")  # the libraries' own, of deprecations
+def test_code_for_another_library_runs(block: str) -> None:
+    for name in LIBRARIES:
+        if name in block:
+            pytest.importorskip(name)
+    exec(compile(block, "docs/clients.md", "exec"), {})
+
+
 @pytest.mark.parametrize("page", [*sorted(ROOT.glob("*.md")), *DOCS], ids=lambda page: str(page.relative_to(ROOT)))
 def test_links_of_a_page_lead_to_files(page: Path) -> None:
     links = [link for link in LINK.findall(page.read_text()) if "://" not in link]

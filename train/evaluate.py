@@ -26,7 +26,7 @@ TEST_SEED = 0  # first seed of the test after training
 VALIDATION_SEED = 1_000_000  # first seed of evaluations during training, which also are of the split "test"
 EPISODES = 100
 BATCH = 1000  # largest number of episodes that run side by side
-POLICIES = ("trained", "scripted", "random")
+POLICIES = ("trained", "scripted", "random", "zero")
 
 Actor = Callable[[NDArray[np.float32]], NDArray[np.float32]]
 
@@ -109,7 +109,7 @@ def _run_batch(
 
 
 def make_actor(policy: str, env_id: str, seed: int = 0, arguments: Mapping[str, Any] | None = None) -> Actor:
-    """Return an actor: "trained", "scripted", "random", or from a file, policy.npz or SB3's policy.zip.
+    """Return an actor: "trained", "scripted", "random", "zero", or from a file, policy.npz or SB3's policy.zip.
 
     `arguments` are those of the environment: a `task` among them has policies of its own.
 
@@ -124,6 +124,9 @@ def make_actor(policy: str, env_id: str, seed: int = 0, arguments: Mapping[str, 
     env_id = policy_id(env_id, arguments or {})
     if policy == "random":
         return _random_actor(env_id, seed)
+    if policy == "zero":
+        size = len(make_batch(env_id, 1).task.actions)
+        return lambda observations: np.zeros((*observations.shape[:-1], size), np.float32)
     try:
         if policy == "scripted":
             return scripted_actions(env_id)

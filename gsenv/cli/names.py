@@ -32,5 +32,9 @@ def find_actor(policy: str, env_id: str, seed: int, arguments: Mapping[str, Any]
 
 def check_env(name: str) -> None:
     names = [entry.id for entry in ENVS] + [entry.name for entry in PARALLEL_ENVS]
+    if name.startswith(SCENE_PREFIX):
+        raise CliError(
+            f"{name} is a scene, and this needs an environment; `gsenv view` and `record` take scenes", WRONG_USAGE
+        )
     if name not in names:
         raise CliError(f"no environment is called {name!r}; {suggestion(name, names)}", WRONG_USAGE)

@@ -14,7 +14,7 @@ from .recording import run_record
 from .replaying import run_replay
 from .viewing import run_play, run_view
 
-POLICY_HELP = "random, scripted, trained, or a trained policy's .npz or .zip file"
+POLICY_HELP = "zero, random, scripted, trained, or a trained policy's .npz or .zip file"
 
 EXAMPLES = """\
 examples:
@@ -60,7 +60,7 @@ def make_parser() -> argparse.ArgumentParser:
         epilog=EXAMPLES,
         formatter_class=style,
     )
-    record.add_argument("target", metavar="ENV_OR_SCENE", help="a name from `gsenv list`")
+    record.add_argument("target", type=_target, metavar="ENV_OR_SCENE", help="a name from `gsenv list`")
     record.add_argument("--out", required=True, type=Path, metavar="FILE", help="video, .mp4 or .gif, or states, .npz")
     record.add_argument(
         "--policy", type=_policy_name, metavar="POLICY", help=f"policy: {POLICY_HELP} (default: random)"
@@ -96,7 +96,7 @@ def make_parser() -> argparse.ArgumentParser:
         epilog=EXAMPLES,
         formatter_class=style,
     )
-    train.add_argument("env", metavar="ENV", help="a name from `gsenv list`")
+    train.add_argument("env", type=_target, metavar="ENV", help="a name from `gsenv list`")
     train.add_argument("--steps", type=positive, help="steps, summed over all worlds (default: the environment's)")
     train.add_argument("--seeds", type=not_negative, nargs="+", default=[0], help="seeds, one run each (default: 0)")
     train.add_argument("--resume", action="store_true", help="continue the runs in the output folder")
@@ -112,7 +112,7 @@ def make_parser() -> argparse.ArgumentParser:
         epilog=EXAMPLES,
         formatter_class=style,
     )
-    evaluate.add_argument("env", metavar="ENV", help="a name from `gsenv list`")
+    evaluate.add_argument("env", type=_target, metavar="ENV", help="a name from `gsenv list`")
     _add_episodes(evaluate)
     add_set_option(evaluate)
     evaluate.set_defaults(run=run_evaluate)
@@ -125,7 +125,7 @@ def make_parser() -> argparse.ArgumentParser:
         epilog=EXAMPLES,
         formatter_class=style,
     )
-    dataset.add_argument("env", metavar="ENV", help="a name from `gsenv list`")
+    dataset.add_argument("env", type=_target, metavar="ENV", help="a name from `gsenv list`")
     _add_episodes(dataset)
     dataset.add_argument(
         "--noise", type=_noise, default=0.0, help="standard deviation of noise added to the actions (default: 0)"
@@ -169,13 +169,16 @@ def _add_window_commands(commands: "argparse._SubParsersAction[_Parser]") -> Non
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     view.add_argument(
-        "target", metavar="ENV_OR_SCENE", help="a name from `gsenv list`, or a MuJoCo (.xml) or URDF (.urdf) file"
+        "target",
+        type=_target,
+        metavar="ENV_OR_SCENE",
+        help="a name from `gsenv list`, or a MuJoCo (.xml) or URDF (.urdf) file",
     )
     view.add_argument(
         "--policy",
-        type=_viewed_policy,
+        type=_policy_name,
         metavar="POLICY",
-        help=f"policy: zero, {POLICY_HELP} (default: zero, which does nothing)",
+        help=f"policy: {POLICY_HELP} (default: zero, which does nothing)",
     )
     view.add_argument("--worlds", type=positive, default=1, metavar="N", help="number of worlds (default: 1)")
     _add_window(view)
@@ -189,7 +192,7 @@ def _add_window_commands(commands: "argparse._SubParsersAction[_Parser]") -> Non
         epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    play.add_argument("target", metavar="ENV", help="a name from `gsenv list`")
+    play.add_argument("target", type=_target, metavar="ENV", help="a name from `gsenv list`")
     play.add_argument(
         "--policy",
         type=_policy_name,
@@ -222,13 +225,13 @@ def _add_episodes(parser: argparse.ArgumentParser) -> None:
 
 
 def _policy_name(text: str) -> str:
-    if text not in ("random", "scripted", "trained") and not text.endswith((".npz", ".zip")):
+    if text not in ("zero", "random", "scripted", "trained") and not text.endswith((".npz", ".zip")):
         raise argparse.ArgumentTypeError(f"invalid choice: {text!r}; it is {POLICY_HELP}")
     return text
 
 
-def _viewed_policy(text: str) -> str:
-    return text if text == "zero" else _policy_name(text)
+def _target(text: str) -> str:
+    return text.removeprefix("gsenv:")  # the namespace of Gymnasium's ids
 
 
 def _noise(text: str) -> float:

@@ -292,7 +292,7 @@ def test_a_file_that_cannot_be_read_is_one_sentence(capsys: pytest.CaptureFixtur
         (["view", "scene:stak"], "no environment or scene is called 'scene:stak'; did you mean scene:stack?"),
         (["view", "scene:stack", "--policy", "random"], "scene:stack is a scene and takes no --policy"),
         (["view", "scene:stack", "--set", "a=1"], "scene:stack is a scene and takes no --set"),
-        (["play", "scene:stack"], "no environment is called 'scene:stack'; `gsenv list` shows them all"),
+        (["play", "scene:stack"], "scene:stack is a scene, and this needs an environment"),
         (["play", "GStack-v0", "--policy", "random"], "GStack-v0 has one agent, so --policy has nobody to act for"),
         (["view", "GStack-v0", "--set", "blocks=99"], "blocks must be"),
         (["view", "scene:stack", "--size", "100000x100000"], "width and height must be 1 to 8192 px"),
