@@ -33,6 +33,9 @@ ROUNDS, SECONDS = 7, 0.5  # of each case
 QUICK_ROUNDS, QUICK_SECONDS = 2, 0.1
 SIZES, QUICK_SIZES = (16, 64, 1024), (16, 64)
 THREADS = (1, 2)
+TASK_SIZE = 256  # worlds of the other tasks, as in training
+TASKS = ("GStack3D-v0", "GCar3D-v0", "GRagdoll2D-v0", "GRagdoll2D-get-up-v0", "GRagdoll-v0", "GRagdoll-get-up-v0")
+AGENTS = "tower_v0"
 PEERS = ("BipedalWalker-v3", "LunarLander-v3")
 PEER_SIZES = (16, 64)  # of environments that are stepped one by one
 SINGLE_TARGET, BATCHED_TARGET = 20_000, 40_000  # steps/s; the second per core
@@ -131,6 +134,23 @@ def own_jobs(env_id: str, sizes: Sequence[int]) -> Iterator[Job]:
             yield Job(Case(env_id, how, worlds, threads), partial(build, env_id, worlds, threads=threads))
 
 
+def task_jobs(env_id: str) -> Iterator[Job]:
+    """Yield how a learner steps a task on one core."""
+    yield Job(Case(env_id, "gym.make", 1, 1), partial(single, env_id))
+    for how, build in (("native vector", vector), ("SB3 BatchedVecEnv", stable_baselines)):
+        yield Job(Case(env_id, how, TASK_SIZE, 1), partial(build, env_id, TASK_SIZE))
+
+
+def agents(name: str, worlds: int) -> Step:
+    """Return an AgentVecEnv, in which each agent of each world is an environment."""
+    from gsenv.adapters.sb3_agents import AgentVecEnv
+
+    envs = AgentVecEnv(name, worlds)
+    envs.reset()
+    actions = [np.array(sampled(envs.action_space, envs.num_envs)) for _ in range(32)]
+    return lambda k: envs.step(actions[k % 32])
+
+
 def peer_jobs(env_id: str, sizes: Sequence[int]) -> Iterator[Job]:
     yield Job(Case(env_id, "gym.make", 1, 1), partial(single, env_id))
     for worlds in PEER_SIZES:
@@ -191,6 +211,8 @@ def measure(run: Run) -> dict[str, Any]:
     rounds, seconds = (QUICK_ROUNDS, QUICK_SECONDS) if run.quick else (ROUNDS, SECONDS)
     sizes = QUICK_SIZES if run.quick else SIZES
     jobs = [job for env_id in run.options.env for job in own_jobs(env_id, sizes)]
+    jobs += [job for env_id in TASKS for job in task_jobs(env_id)]
+    jobs.append(Job(Case(AGENTS, "SB3 AgentVecEnv", TASK_SIZE, 1), partial(agents, AGENTS, TASK_SIZE)))
     jobs += [job for env_id in PEERS for job in peer_jobs(env_id, sizes)]
     run.stamp["versions"].update({name: version_of(name) for name in LIBRARIES})
     for job in track(jobs, "building", len(jobs)):
@@ -220,6 +242,8 @@ def steps_table(chosen: Sequence[Case]) -> Table:
 def targets_table(chosen: Sequence[Case]) -> Table:
     rows = []
     for env_id in dict.fromkeys(case.env for case in chosen if case.how == "native vector"):
+        if env_id in TASKS:
+            continue  # the targets are those of the two planar tasks
         own = [case for case in chosen if case.env == env_id and case.wall and case.threads == 1]
         one = [statistics.median(case.wall) for case in own if case.how == "gym.make"]
         batch = [statistics.median(case.wall) for case in own if case.how == "native vector"]
@@ -234,7 +258,8 @@ def report(results: Mapping[str, Any]) -> Report:
     missing = dict.fromkeys(f"{case.how} of {case.env}: {case.reason}" for case in chosen if case.reason)
     parts: list[Part] = [
         f"The environments ran on cores {results['cores']} with random actions and with kernels compiled beforehand. "
-        f"The figures include resets, and are medians of {results['rounds']} rounds in which all cases take turns.",
+        f"The figures include resets, and are medians of {results['rounds']} rounds in which all cases take turns. "
+        "Steps of tower_v0 are those of its worlds; each has two agents.",
         steps_table(chosen),
         '"steps/CPU s" counts the time of all threads. The tasks differ: a step of gsenv\'s environments is 1/30 s '
         "long, one of Box2D's environments 1/50 s. The table compares the time that a learner waits, not the solvers.",
