@@ -36,10 +36,12 @@ THREADS = (1, 2)
 TASK_SIZE = 256  # worlds of the other tasks, as in training
 TASKS = ("GStack3D-v0", "GCar3D-v0", "GRagdoll2D-v0", "GRagdoll2D-get-up-v0", "GRagdoll-v0", "GRagdoll-get-up-v0")
 AGENTS = "tower_v0"
+OWN = {entry.id for entry in ENVS}
 PEERS = ("BipedalWalker-v3", "LunarLander-v3")
 PEER_SIZES = (16, 64)  # of environments that are stepped one by one
 SINGLE_TARGET, BATCHED_TARGET = 20_000, 40_000  # steps/s; the second per core
 WARM_STEPS = 400  # of environments, before anything is measured: compilation, caches, growing buffers
+WARM_CALLS = 300  # of batches of the other tasks: an episode of most, so that they are in all parts of theirs
 LIBRARIES = ("gymnasium", "stable-baselines3", "Box2D", "envpool")
 WORDS = 2  # columns of environment and interface
 
@@ -101,6 +103,8 @@ def single(env_id: str) -> Step:
 def vector(env_id: str, worlds: int, **arguments: Any) -> Step:
     envs = gym.make_vec(env_id, num_envs=worlds, **arguments)
     envs.reset(seed=0)
+    if env_id in OWN:
+        envs.unwrapped.stagger(np.random.default_rng(0))  # else all worlds are in the same part of their episodes
     actions = sampled(envs.action_space, 32)
     return lambda k: envs.step(actions[k % 32])
 
@@ -110,10 +114,12 @@ def stable_baselines(env_id: str, worlds: int, **arguments: Any) -> Step:
     from stable_baselines3.common.env_util import make_vec_env
 
     vec_env_class: Any = None
-    if env_id in [entry.id for entry in ENVS]:
+    if env_id in OWN:
         from gsenv.adapters.sb3 import BatchedVecEnv as vec_env_class
     envs = make_vec_env(env_id, worlds, seed=0, vec_env_cls=vec_env_class, vec_env_kwargs=arguments)
     envs.reset()
+    if env_id in OWN:
+        envs.env_method("stagger", np.random.default_rng(0))
     actions = [np.array(sampled(envs.action_space, worlds)) for _ in range(32)]
     return lambda k: envs.step(actions[k % 32])
 
@@ -147,6 +153,7 @@ def agents(name: str, worlds: int) -> Step:
 
     envs = AgentVecEnv(name, worlds)
     envs.reset()
+    envs.env_method("stagger", np.random.default_rng(0))
     actions = [np.array(sampled(envs.action_space, envs.num_envs)) for _ in range(32)]
     return lambda k: envs.step(actions[k % 32])
 
@@ -176,7 +183,7 @@ def prepare(job: Job, cores: Sequence[int], seconds: float) -> None:
     except Exception as error:  # a library is missing or broken: the other cases are measured
         case.reason = f"{type(error).__name__}: {error}".splitlines()[0]
         return
-    for k in range(max(2, WARM_STEPS // case.worlds)):
+    for k in range(WARM_CALLS if case.worlds == TASK_SIZE else max(2, WARM_STEPS // case.worlds)):
         step(k)
     began, calls = time.perf_counter(), 0
     while calls < 2 or time.perf_counter() - began < seconds / 4:
