@@ -101,7 +101,7 @@ def single(env_id: str) -> Step:
 
 
 def vector(env_id: str, worlds: int, **arguments: Any) -> Step:
-    envs = gym.make_vec(env_id, num_envs=worlds, **arguments)
+    envs: Any = gym.make_vec(env_id, num_envs=worlds, **arguments)
     envs.reset(seed=0)
     if env_id in OWN:
         envs.unwrapped.stagger(np.random.default_rng(0))  # else all worlds are in the same part of their episodes
