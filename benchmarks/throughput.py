@@ -87,6 +87,11 @@ def sampled(space: gym.Space[Any], count: int) -> list[Any]:
     return [space.sample() for _ in range(count)]
 
 
+def batches(space: gym.Space[Any], worlds: int) -> Any:
+    """Return actions (step, world, ...) of 32 steps, each drawn for itself."""
+    return np.array(sampled(space, 32 * worlds)).reshape(32, worlds, *(space.shape or ()))
+
+
 def single(env_id: str) -> Step:
     env = gym.make(env_id)
     env.reset(seed=0)
@@ -120,7 +125,7 @@ def stable_baselines(env_id: str, worlds: int, **arguments: Any) -> Step:
     envs.reset()
     if env_id in OWN:
         envs.env_method("stagger", np.random.default_rng(0))
-    actions = [np.array(sampled(envs.action_space, worlds)) for _ in range(32)]
+    actions = batches(envs.action_space, worlds)
     return lambda k: envs.step(actions[k % 32])
 
 
@@ -129,7 +134,7 @@ def envpool(env_id: str, worlds: int, threads: int) -> Step:
 
     envs = library.make_gymnasium(env_id, num_envs=worlds, num_threads=threads, seed=0)
     envs.reset()
-    actions = [np.array(sampled(envs.action_space, worlds)) for _ in range(32)]
+    actions = batches(envs.action_space, worlds)
     return lambda k: envs.step(actions[k % 32])
 
 
@@ -154,7 +159,7 @@ def agents(name: str, worlds: int) -> Step:
     envs = AgentVecEnv(name, worlds)
     envs.reset()
     envs.env_method("stagger", np.random.default_rng(0))
-    actions = [np.array(sampled(envs.action_space, envs.num_envs)) for _ in range(32)]
+    actions = batches(envs.action_space, envs.num_envs)
     return lambda k: envs.step(actions[k % 32])
 
 
