@@ -44,7 +44,9 @@ def test_code_for_another_library_runs(block: str) -> None:
     for name in LIBRARIES:
         if name in block:
             pytest.importorskip(name)
-    exec(compile(block, "docs/clients.md", "exec"), {})
+    names: dict[str, object] = {}
+    exec(compile(block, "docs/clients.md", "exec"), names)
+    assert {"env", "envs"} & set(names)
 
 
 @pytest.mark.parametrize("page", [*sorted(ROOT.glob("*.md")), *DOCS], ids=lambda page: str(page.relative_to(ROOT)))

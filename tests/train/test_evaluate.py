@@ -144,7 +144,7 @@ def test_an_argument_that_makes_another_task_has_the_policies_of_that_task() -> 
     for env_id, arguments in (("GRagdoll-v0", {}), ("GRagdoll-v0", {"task": "balance"}), ("GStack-v0", {"blocks": 2})):
         assert policy_id(env_id, arguments) == env_id
     one, other = (make_actor("trained", name, 0, get_up) for name in ("GRagdoll2D-v0", "GRagdoll2D-get-up-v0"))
-    observations = np.random.default_rng(0).normal(size=(5, 44)).astype(np.float32)
+    observations = np.random.default_rng(0).normal(size=(5, 43)).astype(np.float32)
     np.testing.assert_array_equal(one(observations), other(observations))
     one, other = make_actor("scripted", "GRagdoll2D-v0", 0, get_up), make_actor("scripted", "GRagdoll2D-get-up-v0")
     np.testing.assert_array_equal(one(observations), other(observations))
