@@ -225,7 +225,7 @@ SETTINGS = {
         tests=({"difficulty": 0.5}, {"difficulty": 1.0}),
     ),
     "GCar3D-v0": CAR3D,
-    "GCar3D-hardcore-v0": replace(CAR3D, tests=({"difficulty": 0.5}, {"difficulty": 1.0})),  # harder lessons: no gain
+    "GCar3D-hardcore-v0": replace(CAR3D, tests=({"difficulty": 0.5}, {"difficulty": 1.0})),
     "GRagdoll2D-v0": RAGDOLL,
     "GRagdoll2D-hardcore-v0": replace(
         RAGDOLL, steps=4_000_000, arguments={"push": 1.1}, lessons=(*RAGDOLL.lessons, {"push": 0.8})

@@ -312,7 +312,7 @@ class TaskVectorEnv(VectorEnv[Any, NDArray[np.float32], Array]):
 
     @of_environment
     def stagger(self, generator: np.random.Generator) -> None:
-        """Let each episode that is running be truncated after a random part of the time limit.
+        """Let each episode that is running be truncated after a random part of the time limit, none later than now.
 
         Episodes that all run to the time limit begin and end together for ever; short rollouts then see one stretch of
         them at a time. Once staggered they stay so. `generator` draws the parts uniformly.
@@ -322,7 +322,8 @@ class TaskVectorEnv(VectorEnv[Any, NDArray[np.float32], Array]):
         """
         if self.max_episode_steps == NEVER:
             raise ValueError("stagger: this environment has no time limit.")
-        self._elapsed[:] = generator.integers(0, self.max_episode_steps, self.num_envs)
+        drawn = generator.integers(0, self.max_episode_steps, self.num_envs)
+        np.maximum(self._elapsed, drawn, out=self._elapsed)
 
     # ------------------------------------------------- Gymnasium's other accessors
 

@@ -137,6 +137,19 @@ def test_staggered_episodes_end_apart_and_stay_so() -> None:
         np.testing.assert_array_equal(truncated, (step >= left) & ((step - left) % limit == 0))
 
 
+def test_staggering_makes_no_episode_longer() -> None:
+    worlds = PendulumVectorEnv(8, max_episode_steps=10, autoreset_mode=AutoresetMode.SAME_STEP)
+    worlds.reset(seed=0)
+    action = np.zeros((8, 1), np.float32)
+    for _ in range(7):
+        worlds.step(action)
+    worlds.stagger(np.random.default_rng(1))
+    ended = np.zeros(8, bool)
+    for _ in range(3):
+        ended |= worlds.step(action)[3]
+    assert ended.all()
+
+
 def test_without_a_time_limit_nothing_can_be_staggered() -> None:
     worlds = PendulumVectorEnv(2, max_episode_steps=-1)
     worlds.reset(seed=0)
