@@ -63,6 +63,7 @@ _HEEL, _TOE, _ANKLE, _CROWN = scene.HEEL, scene.TOE, scene.ANKLE, scene.CROWN
 _ARROW_LENGTH, _ARROW_HEAD, _ARROW_GAP = scene.ARROW_LENGTH, scene.ARROW_HEAD, scene.ARROW_GAP
 _PARKED_X, _PARKED_Y = scene.PARKED
 _ACTUATED = tuple(range(ACTIONS))  # their joints
+_BALANCE_ENTRIES = 17 + 2 * JOINTS + ACTIONS  # of the observations of standing figures
 _SPRING_SLOT = 4  # of a revolute joint's impulses
 _FRICTION, _TRUNK, _LEG, _STRENGTH, _DELAY = range(5)  # of BalanceTask.quantities
 
@@ -355,13 +356,13 @@ def observe_world(world, timestep):  # type: ignore[no-untyped-def]
         out[10 + 3 * k] = (foot.position[0] - x) / 0.5
         out[11 + 3 * k] = foot.position[1] / 0.2
         out[12 + 3 * k] = foot.rotation[1]
-    if task.getting_up != 0:  # where the figure may lie, the sines do not tell its tilt
+    if len(out) == _BALANCE_ENTRIES:
+        out[16] = task.apart / MOST_APART
+        _observe_joints(task, bodies, out[17:])
+    else:  # where the figure may lie, the sines do not tell its tilt
         end = 16 + _observe_joints(task, bodies, out[16:])
         out[end] = bodies[_PELVIS].rotation[0]
         out[end + 1] = bodies[_TORSO].rotation[0]
-    else:
-        out[16] = task.apart / MOST_APART
-        _observe_joints(task, bodies, out[17:])
     clip(out, world.task.low, world.task.high)
 
 

@@ -192,6 +192,8 @@ def test_standing_for_one_second_is_success(figure: Figure) -> None:
         task.step(np.ones_like(task._actions))
     assert not task.infos["success"].any()
     assert not task.terminated.any()
+    last = [k for k, entry in enumerate(task.observations) if entry.name.startswith("last_")]
+    np.testing.assert_array_equal(task.observation[:, last], 1.0)  # in its place: the length decides on the layout
 
 
 @each_figure
