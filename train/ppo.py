@@ -225,7 +225,13 @@ SETTINGS = {
         tests=({"difficulty": 0.5}, {"difficulty": 1.0}),
     ),
     "GCar3D-v0": CAR3D,
-    "GCar3D-hardcore-v0": replace(CAR3D, tests=({"difficulty": 0.5}, {"difficulty": 1.0})),
+    "GCar3D-hardcore-v0": replace(
+        CAR3D,
+        steps=4_000_000,
+        arguments={"difficulty": 1.0},
+        lessons=tuple({"difficulty": value} for value in (0.1, 0.3, 0.5, 0.75)),
+        tests=({"difficulty": 0.5}, {"difficulty": 1.0}),
+    ),
     "GRagdoll2D-v0": RAGDOLL,
     "GRagdoll2D-hardcore-v0": replace(
         RAGDOLL, steps=4_000_000, arguments={"push": 1.1}, lessons=(*RAGDOLL.lessons, {"push": 0.8})
