@@ -1,7 +1,8 @@
 """PPO of Stable-Baselines3 at each registered tier, several seeds: success, return, time of training.
 
 Trains what is missing in the folder --runs with the settings of train/ppo.py (`gsenv train ID --seeds ...` writes the
-same files), then plays 100 episodes of the split "test" with each policy. Interquartile means over the seeds and their
+same files), then plays episodes of the split "test" with each policy. Settings and learning curves of the runs are
+written to the folder training/ beside the page. Interquartile means over the seeds and their
 bootstrapped 95 % intervals as recommended by Agarwal et al. 2021 (Deep RL at the edge of the statistical precipice).
 All tiers and seeds take a day: Ctrl-C keeps what is done, and the same command continues. With --trained it trains
 nothing and reports the runs that are complete. With --add published seeds stay, and only others are trained and tested;
@@ -28,19 +29,25 @@ from benchmarks.common.progress import track
 from benchmarks.common.report import Picture, Report
 from benchmarks.common.run import Run
 from benchmarks.common.tables import Table
-from gsenv.train import experiment, origin, ppo
+from gsenv.envs.core.mlp import MlpPolicy
+from gsenv.envs.core.policies import trained_actions
+from gsenv.files import write_bytes
+from gsenv.train import curve, experiment, origin, ppo
 from gsenv.train.arguments import positive
-from gsenv.train.evaluate import evaluate, make_actor
+from gsenv.train.evaluate import TEST_SEED, Evaluation, evaluate, make_actor
 from gsenv.train.experiment import Settings
 from gsenv.train.files import read_rows
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-SEEDS, EPISODES = 5, 100
+SEEDS, EPISODES, OTHER_EPISODES = 5, 100, 300
 QUICK_SEEDS, QUICK_STEPS, QUICK_EPISODES = 1, 20_000, 5
+UNSELECTED_SEED = 20_000  # first of the other episodes, by which no policy is chosen
 SOLVED = 0.9  # success at which the time to learn a task is taken
 RESAMPLES = 5_000  # of the bootstrap
+UNKNOWN = "not known"
+TO_SOLVED = f"CPU s to {SOLVED:.0%} in training"
 
 
 @dataclass(frozen=True)
@@ -59,6 +66,10 @@ class Trained:
         tested: commit of these episodes.
         cpu: on which the training ended; "" if unknown.
         wall_seconds: of the training, evaluations included; -1 if unknown.
+        others: success of as many as OTHER_EPISODES from UNSELECTED_SEED on; -1 if unknown.
+        best: success of `best.npz` in the test episodes; -1 if unknown.
+        length: mean steps of the test episodes; -1 if unknown.
+        shipped: "policy" or "best", if the package has that policy of the seed.
     """
 
     env: str
@@ -72,6 +83,10 @@ class Trained:
     tested: str
     cpu: str = ""
     wall_seconds: float = -1.0
+    others: float = -1.0
+    best: float = -1.0
+    length: float = -1.0
+    shipped: str = ""
 
 
 @dataclass(frozen=True)
@@ -119,9 +134,11 @@ def measure(run: Run) -> dict[str, Any]:
                 if experiment.run_seed(ppo.EXPERIMENT, settings, folder, resume=True) != experiment.OK:
                     run.interrupted = True
                     break
-            one, its_points = test(settings, folder, QUICK_EPISODES if run.quick else EPISODES)
+            one, its_points = test(settings, folder, run.quick)
             new.append(one)
             of_training += its_points
+        if run.page is not None:
+            publish(new, runs, run.page.parent / "training")
     renewed = {one.env for one in new} if options.renew else set()
     trained = [one for one in trained if one.env not in renewed] + new
     points = [point for point in points if point.env not in renewed] + of_training
@@ -156,12 +173,17 @@ def complete(folder: Path, settings: Settings) -> bool:
     )
 
 
-def test(settings: Settings, folder: Path, episodes: int) -> tuple[Trained, list[Point]]:
-    """Return the result of a seed's policy, and what evaluations during its training had."""
+def test(settings: Settings, folder: Path, quick: bool) -> tuple[Trained, list[Point]]:
+    """Return the result of a seed's policies, and what evaluations during its training had."""
     rows = read_rows(folder / "progress.csv")
     evaluated = [row for row in rows if not isnan(row["evaluated_success"])]
     solved = [row["cpu_seconds"] for row in evaluated if row["evaluated_success"] >= SOLVED]
-    result = evaluate(make_actor(str(folder / "policy.npz"), settings.env), settings.env, episodes)
+
+    def score(name: str, episodes: int, seed: int = TEST_SEED) -> Evaluation:
+        actor = make_actor(str(folder / f"{name}.npz"), settings.env)
+        return evaluate(actor, settings.env, QUICK_EPISODES if quick else episodes, seed)
+
+    result = score("policy", EPISODES)
     known = folder / origin.FILE
     made = json.loads(known.read_text()) if known.is_file() else {}
     one = Trained(
@@ -176,8 +198,42 @@ def test(settings: Settings, folder: Path, episodes: int) -> tuple[Trained, list
         origin.commit(),
         made.get("cpu", ""),
         rows[-1]["seconds"],
+        score("policy", OTHER_EPISODES, UNSELECTED_SEED).success_rate,
+        score("best", EPISODES).success_rate,
+        result.mean_length,
+        shipped(settings.env, folder),
     )
     return one, [Point(settings.env, settings.seed, int(row["steps"]), row["evaluated_success"]) for row in evaluated]
+
+
+def shipped(env_id: str, folder: Path) -> str:
+    """Return the name of the policy in the folder of a run that the package has, too, or ""."""
+    try:
+        package = trained_actions(env_id)
+    except LookupError:
+        return ""
+    for name in ("policy", "best"):
+        policy = MlpPolicy.load(folder / f"{name}.npz")
+        if len(policy.layers) == len(package.layers) and all(
+            np.array_equal(one, other) for one, other in zip(_numbers(policy), _numbers(package), strict=True)
+        ):
+            return name
+    return ""
+
+
+def _numbers(policy: MlpPolicy) -> list[NDArray[np.float32]]:
+    return [policy.mean, policy.scale, *(part for layer in policy.layers for part in layer)]
+
+
+def publish(trained: Sequence[Trained], runs: Path, folder: Path) -> None:
+    """Write settings and learning curves of runs, as tables and as a picture for each environment."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for one in trained:
+        run = runs / one.env / f"seed-{one.seed}"
+        write_bytes(folder / f"{one.env}-seed-{one.seed}.csv", (run / "progress.csv").read_bytes())
+        write_bytes(folder / f"{one.env}-settings.json", (run / "settings.json").read_bytes())
+    for env_id in {one.env for one in trained}:
+        curve.plot(runs / env_id, folder / f"{env_id}.png")
 
 
 @contextmanager
@@ -218,6 +274,26 @@ def _range(values: Sequence[float]) -> str:
 def report(results: Mapping[str, Any]) -> Report:
     trained = unpacked(Trained, results["trained"])
     points = unpacked(Point, results["points"])
+    text = (
+        f'Each policy plays {EPISODES} episodes of the split "test" with its mean action. Success and return are '
+        "interquartile means over the seeds with bootstrapped 95 % intervals (Agarwal et al. 2021). Seconds of the "
+        "training are medians of the seeds, evaluations included. The next column has the fastest and the slowest of "
+        "the seeds that reached this success, and their number. The last two columns have commits: the command above "
+        "renews the environments it names, and keeps the other rows. Trained on "
+        f"{', '.join(sorted({one.cpu or 'CPUs that are not known' for one in trained}))}."
+    )
+    picture = Picture("Success over the steps of training, a line for each seed", lambda: draw(points))
+    seeds = (
+        f"## Each seed\n\nThe last policy plays the {EPISODES} episodes of the table above, from seed {TEST_SEED} on, "
+        f"and {OTHER_EPISODES} others, from {UNSELECTED_SEED} on, by which no policy was chosen; `best.npz`, the "
+        f"policy of the best evaluation during training, plays the {EPISODES}. Steps are means of these episodes. The "
+        "last column says which policy the package has; where it has that of another run, no row says so."
+    )
+    return Report("Baselines of PPO", [text, tasks_table(trained), picture, seeds, seeds_table(trained)])
+
+
+def tasks_table(trained: Sequence[Trained]) -> Table:
+    """Return the table with a row for each environment."""
     rows = []
     for env_id in dict.fromkeys(one.env for one in trained):
         of_env = [one for one in trained if one.env == env_id]
@@ -231,9 +307,9 @@ def report(results: Mapping[str, Any]) -> Report:
                 over_seeds([one.success for one in of_env], "{:.0%}"),
                 over_seeds([one.returns for one in of_env], "{:.2f}"),
                 f"{np.median([one.cpu_seconds for one in of_env]):.0f}",
-                f"{np.median(known):.0f}" if known else "not known",
+                f"{np.median(known):.0f}" if known else UNKNOWN,
                 f"{_range(solved)} ({len(solved)} of {len(of_env)})" if solved else "not reached",
-                ", ".join(sorted({one.commit or "not known" for one in of_env})),
+                ", ".join(sorted({one.commit or UNKNOWN for one in of_env})),
                 ", ".join(sorted({one.tested for one in of_env})),
             ]
         )
@@ -245,19 +321,45 @@ def report(results: Mapping[str, Any]) -> Report:
         "return",
         "CPU s of training",
         "wall s of training",
-        f"CPU s to {SOLVED:.0%} in training",
+        TO_SOLVED,
         "trained at",
         "tested at",
     ]
-    text = (
-        f'Each policy plays {EPISODES} episodes of the split "test" with its mean action. Success and return are '
-        "interquartile means over the seeds with bootstrapped 95 % intervals (Agarwal et al. 2021). Seconds of the "
-        "training are medians of the seeds, evaluations included. The next column has the fastest and the slowest of "
-        "the seeds that reached this success, and their number. The last two columns have commits. Trained on "
-        f"{', '.join(sorted({one.cpu or 'CPUs that are not known' for one in trained}))}."
-    )
-    picture = Picture("Success over the steps of training, a line for each seed", lambda: draw(points))
-    return Report("Baselines of PPO", [text, Table(header, rows, words=2), picture])
+    return Table(header, rows, words=2)
+
+
+def seeds_table(trained: Sequence[Trained]) -> Table:
+    """Return the table with a row for each seed of each environment."""
+
+    def known(value: float, style: str) -> str:
+        return style.format(value) if value >= 0.0 else UNKNOWN
+
+    rows = [
+        [
+            one.env,
+            f"{one.seed}",
+            f"{one.success:.0%}",
+            known(one.others, "{:.0%}"),
+            known(one.best, "{:.0%}"),
+            known(one.length, "{:.0f}"),
+            f"{one.solved_seconds:.0f}" if one.solved_seconds >= 0.0 else "not reached",
+            f"{one.cpu_seconds:.0f}",
+            {"policy": "the last", "best": "`best.npz`"}.get(one.shipped, ""),
+        ]
+        for one in trained
+    ]
+    header = [
+        "environment",
+        "seed",
+        f"success of {EPISODES}",
+        f"of {OTHER_EPISODES} others",
+        "`best.npz`",
+        "steps",
+        TO_SOLVED,
+        "CPU s of training",
+        "in the package",
+    ]
+    return Table(header, rows)
 
 
 def draw(points: Sequence[Point]) -> Figure:

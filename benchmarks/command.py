@@ -121,7 +121,7 @@ def run(benchmark: Benchmark, words: list[str]) -> int:
         results = stored_results(options.from_results, stem)
     else:
         command = shlex.join(["python", "-m", "benchmarks", *map(without_place, words)])
-        job = Run(options, options.quick, dim, make_stamp(command), outputs.results)
+        job = Run(options, options.quick, dim, make_stamp(command), outputs.results, outputs.page)
         results = as_stored(measured(benchmark, module, job))
         interrupted = job.interrupted
     report = module.report(results)

@@ -27,6 +27,7 @@ class Run:
         stamp: of this run; see stamp.py.
         results_file: where the results will be written; None: nowhere. A benchmark that writes it as it goes can
             continue an interrupted run.
+        page: where the page will be written; None: nowhere. Files that it links to belong into its folder.
         interrupted: set by a benchmark that returned what it had when the user pressed Ctrl-C.
     """
 
@@ -35,4 +36,5 @@ class Run:
     dim: int
     stamp: dict[str, Any]
     results_file: Path | None = None
+    page: Path | None = None
     interrupted: bool = False

@@ -3,16 +3,30 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from benchmarks import baselines
-from benchmarks.baselines import Point, Trained, complete, interval, measure, published, report, settings_of
+from benchmarks.baselines import (
+    Point,
+    Trained,
+    complete,
+    interval,
+    measure,
+    publish,
+    published,
+    report,
+    settings_of,
+    shipped,
+)
 from benchmarks.common.files import packed, unpacked
 from benchmarks.common.files import write_json as write_results
 from benchmarks.common.run import Run
+from gsenv.envs.core.policies import trained_actions
+from gsenv.train.checkpoint import COLUMNS
 from gsenv.train.experiment import Settings
 from gsenv.train.files import write_json, write_rows
 
@@ -57,6 +71,41 @@ def test_one_seed_has_no_interval() -> None:
     assert row[7] == "40 (1 of 1)"
 
 
+def test_each_seed_has_a_row_that_says_what_is_not_known() -> None:
+    seeds = [
+        Trained("GCar-v0", 0, 100, "abc", 50.0, -1.0, 0.5, 1.0, "def"),
+        Trained("GCar-v0", 1, 100, "abc", 60.0, 40.0, 0.9, 2.0, "def", "", 61.0, 0.92, 0.94, 480.4, "best"),
+    ]
+    first, second = report({"trained": packed(seeds), "points": []}).parts[-1].rows  # type: ignore[union-attr]
+    assert first == ["GCar-v0", "0", "50%", "not known", "not known", "not known", "not reached", "50", ""]
+    assert second == ["GCar-v0", "1", "90%", "92%", "94%", "480", "40", "60", "`best.npz`"]
+
+
+@pytest.mark.parametrize(("name", "other"), [("policy", "best"), ("best", "policy")])
+def test_the_policy_of_the_package_is_found_among_those_of_a_run(tmp_path: Path, name: str, other: str) -> None:
+    package = trained_actions("GCar-v0")
+    package.save(tmp_path / f"{name}.npz")
+    weight, bias = package.layers[-1]
+    changed = replace(package, layers=(*package.layers[:-1], (weight, bias + np.float32(0.01))))
+    changed.save(tmp_path / f"{other}.npz")
+    assert shipped("GCar-v0", tmp_path) == name
+    changed.save(tmp_path / f"{name}.npz")
+    assert shipped("GCar-v0", tmp_path) == ""
+
+
+def test_settings_and_curves_of_the_runs_are_written_beside_the_page(tmp_path: Path) -> None:
+    run = tmp_path / "runs" / "GCar-v0" / "seed-3"
+    run.mkdir(parents=True)
+    row = dict.fromkeys(COLUMNS, 1.0)
+    write_rows(run / "progress.csv", [row, row | {"steps": 2.0}])
+    write_json(run / "settings.json", {"env": "GCar-v0", "seed": 3})
+    publish([Trained("GCar-v0", 3, 2, "", 1.0, -1.0, 0.5, 1.0, "")], tmp_path / "runs", tmp_path / "docs")
+    assert {path.name for path in (tmp_path / "docs").iterdir()} == {
+        "GCar-v0-seed-3.csv", "GCar-v0-settings.json", "GCar-v0.png"
+    }  # fmt: skip
+    assert (tmp_path / "docs" / "GCar-v0-seed-3.csv").read_bytes() == (run / "progress.csv").read_bytes()
+
+
 def test_a_run_is_complete_after_its_last_step_and_its_result(tmp_path: Path) -> None:
     settings = settings_of("GStack-v0", 1, False)
     assert not complete(tmp_path, settings)
@@ -89,7 +138,7 @@ def test_renewing_replaces_an_environment_that_was_trained_anew_and_no_other(
         env=["GCar-v0", "GCar3D-v0"], seeds=2, runs=tmp_path, trained=True, add=False, renew=True
     )
 
-    def fake_test(settings: Settings, folder: Path, episodes: int) -> tuple[Trained, list[Point]]:
+    def fake_test(settings: Settings, folder: Path, quick: bool) -> tuple[Trained, list[Point]]:
         one = Trained(settings.env, settings.seed, 200, "new", 2.0, -1.0, 0.9, 2.0, "new")
         return one, [Point(settings.env, settings.seed, 200, 0.9)]
 
