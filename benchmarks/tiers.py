@@ -166,8 +166,7 @@ def report(results: Mapping[str, Any]) -> Report:
     text = (
         f'Success and mean return of {results["episodes"]} episodes of the split "test", seeds {FIRST_SEED} and on, '
         "by which no policy was chosen. The best constant action, of 20, and the speed of the naive drivers are "
-        "selected on other seeds. Trained policies are those that come with the package, with their mean action; "
-        "GCar3D-hardcore-v0 has that of v0."
+        "selected on other seeds. Trained policies are those that come with the package, with their mean action."
     )
     return Report("Policies at each tier", [text, Table(header, rows, words=1)])
 

@@ -24,7 +24,6 @@ class EnvEntry:
     reward_threshold: float  # mean return with which some 80 % of the episodes succeed: the task counts as solved
     summary: str  # for `gsenv list`
     scripted_policy: str | None = None  # (..., entry) observations to (..., action) actions
-    trained_as: str = ""  # id of the environment whose trained policy is that of this one, too
 
 
 ENVS = (
@@ -81,7 +80,6 @@ ENVS = (
         12.9,
         "3D: the same along tighter bends and steeper hills",
         "car3d.policy:pursue",
-        trained_as="GCar3D-v0",
     ),
     EnvEntry(
         "GStack3D-v0",

@@ -73,8 +73,7 @@ def trained_actions(env_id: str) -> MlpPolicy:
         LookupError: the environment has none.
     """
     name = env_id.rpartition(":")[2]
-    named = {entry.id: entry.trained_as for entry in ENVS}.get(name) or name
-    asset = files("gsenv.assets") / f"{named}.npz"
+    asset = files("gsenv.assets") / f"{name}.npz"
     if not asset.is_file():
         raise LookupError(f"{name} has no trained policy; `gsenv train {name}` makes one.")
     with asset.open("rb") as file:
