@@ -58,7 +58,7 @@ class Trained:
         env: its id.
         seed: of the training.
         steps: of all worlds together.
-        commit: at which the training ended; "" if unknown.
+        commit: of the training, or several, separated by ", "; "" if unknown.
         cpu_seconds: of the training, evaluations included.
         solved_seconds: CPU seconds until an evaluation during training reached SOLVED; -1: none did.
         success: share of the test episodes.
@@ -312,7 +312,7 @@ def tasks_table(trained: Sequence[Trained]) -> Table:
                 f"{np.median([one.cpu_seconds for one in of_env]):.0f}",
                 f"{np.median(known):.0f}" if known else UNKNOWN,
                 f"{_range(solved)} ({len(solved)} of {len(of_env)})" if solved else "not reached",
-                ", ".join(sorted({one.commit or UNKNOWN for one in of_env})),
+                ", ".join(sorted({commit for one in of_env for commit in (one.commit or UNKNOWN).split(", ")})),
                 ", ".join(sorted({one.tested for one in of_env})),
             ]
         )

@@ -51,13 +51,16 @@ def test_equal_seeds_have_no_interval() -> None:
 
 def test_the_report_counts_the_seeds_that_solved_the_task() -> None:
     trained = [
-        Trained("GStack-v0", s, 2_000_000, "abc", 100.0 + s, (-1.0, 40.0, 60.0)[s], 0.9, 12.0, "def") for s in range(3)
+        Trained(
+            "GStack-v0", s, 2_000_000, ("abc", "abd", "abc, abd")[s], 100.0 + s, (-1.0, 40.0, 60.0)[s], 0.9, 12.0, "def"
+        )
+        for s in range(3)
     ]
     points = [Point("GStack-v0", s, 1000 * k, 0.1 * k) for s in range(3) for k in range(5)]
     made = report({"trained": packed(trained), "points": packed(points)})
     (row,) = made.parts[1].rows  # type: ignore[union-attr]
     assert row[:3] == ["GStack-v0", "3", "2.0"]
-    assert row[-5:] == ["101", "not known", "40 to 60 (2 of 3)", "abc", "def"]
+    assert row[-5:] == ["101", "not known", "40 to 60 (2 of 3)", "abc, abd", "def"]
     assert made.picture is not None
     figure = made.picture.draw()
     assert len(figure.axes[0].lines) == 3
