@@ -232,8 +232,7 @@ def publish(trained: Sequence[Trained], runs: Path, folder: Path) -> None:
         run = runs / one.env / f"seed-{one.seed}"
         write_bytes(folder / f"{one.env}-seed-{one.seed}.csv", (run / "progress.csv").read_bytes())
     for env_id in {one.env for one in trained}:
-        seed = min(one.seed for one in trained if one.env == env_id)
-        settings = runs / env_id / f"seed-{seed}" / "settings.json"
+        settings = min((runs / env_id).glob("seed-*/settings.json"))  # those of the seeds differ in the seed alone
         write_bytes(folder / f"{env_id}-settings.json", settings.read_bytes())
         curve.plot(runs / env_id, folder / f"{env_id}.png")
 
