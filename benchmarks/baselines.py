@@ -34,7 +34,7 @@ from gsenv.envs.core.policies import trained_actions
 from gsenv.files import write_bytes
 from gsenv.train import curve, experiment, origin, ppo
 from gsenv.train.arguments import positive
-from gsenv.train.evaluate import TEST_SEED, Evaluation, evaluate, make_actor
+from gsenv.train.evaluate import TEST_SEED, UNSELECTED_SEED, Evaluation, evaluate, make_actor
 from gsenv.train.experiment import Settings
 from gsenv.train.files import read_rows
 
@@ -43,7 +43,6 @@ if TYPE_CHECKING:
 
 SEEDS, EPISODES, OTHER_EPISODES = 5, 100, 300
 QUICK_SEEDS, QUICK_STEPS, QUICK_EPISODES = 1, 20_000, 5
-UNSELECTED_SEED = 20_000  # first of the other episodes, by which no policy is chosen
 SOLVED = 0.9  # success at which the time to learn a task is taken
 RESAMPLES = 5_000  # of the bootstrap
 UNKNOWN = "not known"

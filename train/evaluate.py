@@ -23,6 +23,7 @@ from gsenv.train.progress import counting
 
 SPLIT = "test"  # of all evaluations; training has the other one
 TEST_SEED = 0  # first seed of the test after training
+UNSELECTED_SEED = 20_000  # first seed of published figures by which no policy is chosen; runs are compared below 6000
 VALIDATION_SEED = 1_000_000  # first seed of evaluations during training, which also are of the split "test"
 EPISODES = 100
 BATCH = 1000  # largest number of episodes that run side by side

@@ -15,7 +15,7 @@ from gsenv.envs.ragdoll2d.lying import FILE as LYING
 from gsenv.envs.ragdoll2d.motion import FILE as RISES
 from gsenv.envs.stack.env import StackEnv, StackVectorEnv
 from gsenv.envs.stack.policy import build_tower
-from gsenv.train.evaluate import evaluate
+from gsenv.train.evaluate import UNSELECTED_SEED, evaluate
 from tests.envs.registered import COSTLY, IDS
 
 ROOT = Path(__file__).parents[3]
@@ -85,7 +85,7 @@ NIGHTLY = (*COSTLY, "GStack3D-hardcore-v0")
 @pytest.mark.parametrize("env_id", [pytest.param(i, marks=pytest.mark.slow) if i in NIGHTLY else i for i in TRAINED])
 def test_trained_policies_reach_what_docs_tiers_says(env_id: str) -> None:
     said = published(env_id)["success"]
-    reached = evaluate(trained_actions(env_id), env_id, tiers.EPISODES, tiers.FIRST_SEED).success_rate
+    reached = evaluate(trained_actions(env_id), env_id, tiers.EPISODES, UNSELECTED_SEED).success_rate
     # of 100 episodes, the same as measured; machines differ in the last bits of the network's sums
     assert abs(reached - said) <= 3.0 * math.sqrt(2.0 * max(said * (1.0 - said), 0.01) / 100)
 
