@@ -35,8 +35,8 @@ from gsenv.files import write_bytes
 from gsenv.train import curve, experiment, origin, ppo
 from gsenv.train.arguments import positive
 from gsenv.train.evaluate import TEST_SEED, UNSELECTED_SEED, Evaluation, evaluate, make_actor
-from gsenv.train.experiment import Settings
 from gsenv.train.files import read_rows
+from gsenv.train.run import Settings
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

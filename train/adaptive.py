@@ -28,17 +28,14 @@ class AdaptivePPO(PPO):
         super().__init__(*args, **kwargs)
         self.wanted_kl = wanted_kl
         self.final_log_std = final_log_std
-        self._rate = float(self.lr_schedule(1.0))
 
     def train(self) -> None:
         super().train()
         if self.wanted_kl > 0.0:
             kl = float(self.logger.name_to_value["train/approx_kl"])
-            if kl > 2.0 * self.wanted_kl:
-                self._rate = max(self._rate / FACTOR, LEAST)
-            elif kl < 0.5 * self.wanted_kl:
-                self._rate = min(self._rate * FACTOR, MOST)
-
+            factor = 1.0 / FACTOR if kl > 2.0 * self.wanted_kl else FACTOR if kl < 0.5 * self.wanted_kl else 1.0
+            for group in self.policy.optimizer.param_groups:
+                group["lr"] = min(max(group["lr"] * factor, LEAST), MOST)
         if self.final_log_std is not None:
             self.policy.log_std.data.clamp_(max=self._most_log_std(self.final_log_std))
 
@@ -51,6 +48,4 @@ class AdaptivePPO(PPO):
         if self.wanted_kl == 0.0:
             super()._update_learning_rate(optimizers)
             return
-        for group in optimizers.param_groups:
-            group["lr"] = self._rate
-        self.logger.record("train/learning_rate", self._rate)
+        self.logger.record("train/learning_rate", optimizers.param_groups[0]["lr"])  # saved with the optimiser

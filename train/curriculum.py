@@ -16,15 +16,12 @@ class Curriculum:
             `arguments` themselves.
         arguments: of the environment.
         pass_mark: share of the latest episodes that must succeed before the next lesson begins.
-        episodes: how many must have ended since the lesson began; with at least twice the number of worlds, none of
-            the latest episodes began in the lesson before.
         lesson: number of lessons that are done.
     """
 
     lessons: Sequence[Mapping[str, Any]]
     arguments: Mapping[str, Any]
     pass_mark: float
-    episodes: int
     lesson: int = 0
     ended: int = 0  # episodes since the lesson began
 
@@ -34,9 +31,16 @@ class Curriculum:
         changed = self.lessons[self.lesson] if self.lesson < len(self.lessons) else {}
         return {name: self.arguments[name] for name in named} | dict(changed)
 
-    def advance(self, success: float) -> bool:
-        """Begin the next lesson if this one is passed; `success`: share of the latest episodes."""
-        passed = self.lesson < len(self.lessons) and self.ended >= self.episodes and success >= self.pass_mark
+    def advance(self, success: float, environments: int) -> bool:
+        """Begin the next lesson if this one is passed.
+
+        Args:
+            success: share of the latest episodes, as many as there are environments.
+            environments: twice as many episodes must have ended since the lesson began, because the first of each
+                began in the lesson before.
+        """
+        enough = self.ended >= 2 * environments
+        passed = self.lesson < len(self.lessons) and enough and success >= self.pass_mark
         if passed:
             self.lesson += 1
             self.ended = 0

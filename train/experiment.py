@@ -16,10 +16,12 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from time import perf_counter, process_time
+from time import perf_counter
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from gsenv.envs import PARALLEL_ENVS
 from gsenv.envs.core.policies import policy_id
@@ -31,44 +33,18 @@ from gsenv.train.arguments import (
     not_negative,
     positive,
 )
-from gsenv.train.checkpoint import COLUMNS, NORMALIZE, check_folder, write_checkpoint
-from gsenv.train.curriculum import Curriculum
-from gsenv.train.evaluate import TEST_SEED, VALIDATION_SEED, PolicyError, evaluate, make_actor
+from gsenv.train.checkpoint import COLUMNS, NORMALIZE, check_folder
+from gsenv.train.evaluate import TEST_SEED, PolicyError, evaluate, make_actor
 from gsenv.train.files import read_rows, reason, write_json
 from gsenv.train.origin import write_origin
 from gsenv.train.progress import counting, make_progress
+from gsenv.train.run import Run, Settings, save
 
 if TYPE_CHECKING:
     from stable_baselines3.common.base_class import BaseAlgorithm
-    from stable_baselines3.common.callbacks import BaseCallback
     from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 
 OK, FAILED, INTERRUPTED = 0, 1, 130
-_SCORE = ("evaluated_success", "evaluated_return")  # of an evaluation, what counts more first
-
-
-@dataclass(frozen=True)
-class Settings:
-    """Settings that all algorithms share; each script adds its own."""
-
-    env: str = "GStack-v0"
-    arguments: dict[str, Any] = field(default_factory=dict)  # of the environment
-    steps: int = 3_000_000
-    seed: int = 0
-    world_count: int = 64
-    discount: float = 0.99
-    torch_threads: int = 1  # more threads do not speed up such small networks
-    log_every: int = 50_000  # steps between rows of progress.csv, and between checkpoints
-    evaluate_every: int = 250_000  # steps between evaluations
-    watched_episodes: int = 50  # episodes of an evaluation during training
-    test_episodes: int = 100  # episodes of the test after training
-    tests: tuple[dict[str, Any], ...] = ({},)  # environment arguments of each test
-    lessons: tuple[dict[str, Any], ...] = ()  # of the curriculum: what differs from `arguments`, easiest first
-    pass_mark: float = 0.7  # share of successes with which the next lesson begins
-    staggered: bool = False  # the worlds' first episodes end at random times; else those of one length stay in step
-
-    def curriculum(self, lesson: int) -> Curriculum:
-        return Curriculum(self.lessons, self.arguments, self.pass_mark, 2 * self.world_count, lesson)
 
 
 @dataclass(frozen=True)
@@ -90,21 +66,6 @@ class Linear:
 
     def __call__(self, progress_remaining: float) -> float:
         return self.start * max(progress_remaining, self.end_share)
-
-
-@dataclass
-class Run:
-    """The training run of one seed."""
-
-    settings: Settings
-    folder: Path
-    model: BaseAlgorithm
-    normalize: VecNormalize
-    rows: list[dict[str, Any]]  # of progress.csv
-
-    @property
-    def steps(self) -> int:
-        return int(self.model.num_timesteps)
 
 
 def main(experiment: Experiment, arguments: Sequence[str] | None = None, prog: str | None = None) -> int:
@@ -209,15 +170,13 @@ def prepare(experiment: Experiment, settings: Settings, folder: Path, resume: bo
         normalize = load_normalize(folder / NORMALIZE, envs, gamma=settings.discount)
         model = experiment.make_model(settings, normalize)
         restore(model, folder / "policy.zip")
-        envs.seed(
-            _first_seed(settings) + model.num_timesteps % 10_000
-        )  # new seeds, or the same episodes would come again
         if (folder / "progress.csv").is_file():
             known = read_rows(folder / "progress.csv", COLUMNS)
             rows = [dict(row) for row in known if row["steps"] <= model.num_timesteps]
     else:
         normalize = VecNormalize(envs, gamma=settings.discount)
         model = experiment.make_model(settings, normalize)
+    normalize.seed(_first_seed(settings.seed, model.num_timesteps))  # after the model, which seeds its worlds as well
     folder.mkdir(parents=True, exist_ok=True)
     write_json(folder / "settings.json", asdict(settings))
     write_origin(folder)
@@ -232,42 +191,41 @@ def make_envs(settings: Settings) -> Any:
     from gsenv.adapters.sb3_agents import AgentVecEnv
 
     if settings.env in {entry.name for entry in PARALLEL_ENVS}:  # all agents learn one policy
-        agents = AgentVecEnv(settings.env, settings.world_count, **settings.arguments)
-        agents.seed(_first_seed(settings))
-        return agents
+        return AgentVecEnv(settings.env, settings.world_count, **settings.arguments)
     env_id = settings.env if ":" in settings.env else f"gsenv:{settings.env}"
     return make_vec_env(
         env_id,
         n_envs=settings.world_count,
-        seed=_first_seed(settings),
         vec_env_cls=BatchedVecEnv,  # type: ignore[arg-type]
         env_kwargs={"render_mode": None, **settings.arguments},
     )
 
 
-def _first_seed(settings: Settings) -> int:
-    """Return the first world's seed; runs have disjoint ranges of seeds, and evaluations a split of their own."""
-    return 10_000 * settings.seed
+def _first_seed(seed: int, steps: int) -> int:
+    """Return the first world's seed, from which the others count on; evaluations have a split of their own.
+
+    It is drawn, so that other runs, and this one when it is continued, play other episodes.
+    """
+    return int(np.random.SeedSequence((seed, steps)).generate_state(1)[0])
 
 
 def train(run: Run) -> bool:
     """Train with a progress bar; return False if Ctrl-C ended it. The policy is saved in any case."""
+    from gsenv.train.watcher import Watcher
+
     left = run.settings.steps - run.steps
     finished = True
     if left > 0:
         run.model.set_logger(_logger(run.folder))
         with make_progress(transient=False) as progress:
+            watcher = Watcher(run, progress)
             try:
-                run.model.learn(left, callback=_watcher(run, progress), reset_num_timesteps=False)
+                run.model.learn(left, callback=watcher, reset_num_timesteps=False)
             except KeyboardInterrupt:
                 finished = False
+            watcher.finish(evaluates=finished)  # an evaluation takes seconds, too long for Ctrl-C
     save(run)
     return finished
-
-
-def save(run: Run) -> None:
-    """Write the policy in all formats and the progress, all files or none."""
-    write_checkpoint(run.folder, run.model, run.normalize, _notes(run), run.rows)
 
 
 def test(run: Run) -> dict[str, Any]:
@@ -291,14 +249,6 @@ def test(run: Run) -> dict[str, Any]:
     return results
 
 
-def _notes(run: Run) -> dict[str, Any]:
-    algorithm = type(run.model).__name__
-    return {"env": run.settings.env, "algorithm": algorithm, "seed": run.settings.seed, "steps": run.steps}
-
-
-# ---------------------------------------------------------------- monitoring
-
-
 def _logger(folder: Path) -> Any:
     from stable_baselines3.common.logger import Logger, TensorBoardOutputFormat
 
@@ -306,92 +256,3 @@ def _logger(folder: Path) -> Any:
         return Logger(str(folder), [TensorBoardOutputFormat(str(folder / "tensorboard"))])
     except AssertionError:  # tensorboard is not installed
         return Logger(str(folder), [])
-
-
-def _watcher(run: Run, progress: Any) -> BaseCallback:
-    """Return a callback that moves the progress bar, writes rows and checkpoints, and evaluates."""
-    import numpy as np
-    from stable_baselines3.common.callbacks import BaseCallback
-
-    from gsenv.train.export import export
-
-    settings = run.settings
-
-    class Watcher(BaseCallback):
-        def _on_training_start(self) -> None:
-            self.bar = progress.add_task(settings.env, total=settings.steps, completed=run.steps)
-            self.began = perf_counter() - (run.rows[-1]["seconds"] if run.rows else 0.0)
-            self.began_cpu = process_time() - (run.rows[-1].get("cpu_seconds", 0.0) if run.rows else 0.0)
-            self.logged = self.num_timesteps
-            self.evaluated = self.num_timesteps
-            self.curriculum = settings.curriculum(int(run.rows[-1].get("lesson", 0)) if run.rows else 0)
-            self.begin_lesson()
-            if settings.staggered:
-                run.normalize.env_method("stagger", np.random.default_rng(settings.seed + self.num_timesteps))
-
-        def begin_lesson(self) -> None:
-            for name, value in self.curriculum.current().items():
-                run.normalize.set_attr(name, value)
-
-        def _on_step(self) -> bool:
-            self.curriculum.ended += int(np.sum(self.locals["dones"]))
-            return True
-
-        def _on_rollout_start(self) -> None:
-            if self.curriculum.advance(_mean(list(self.model.ep_success_buffer or ()))):
-                self.begin_lesson()
-
-        def _on_rollout_end(self) -> None:
-            if self.num_timesteps - self.logged < settings.log_every:
-                progress.update(self.bar, completed=self.num_timesteps)
-                return
-            self.logged = self.num_timesteps
-            row = self.row()
-            run.rows.append(row)
-            for name, value in row.items():
-                if value != "":
-                    self.logger.record(f"gsenv/{name}", value)
-            save(run)
-            progress.update(
-                self.bar,
-                completed=self.num_timesteps,
-                description=f"{settings.env}  return {row['return']:.2f}  success {row['success']:.0%}",
-            )
-
-        def _on_training_end(self) -> None:
-            if self.num_timesteps > self.logged:  # short runs end before their first row
-                run.rows.append(self.row())
-
-        def row(self) -> dict[str, Any]:
-            episodes: Any = self.model.ep_info_buffer or ()
-            row: dict[str, Any] = {
-                "steps": self.num_timesteps,
-                "seconds": round(perf_counter() - self.began, 1),
-                "cpu_seconds": round(process_time() - self.began_cpu, 1),
-                "return": _mean([episode["r"] for episode in episodes]),
-                "length": _mean([episode["l"] for episode in episodes]),
-                "success": _mean(list(self.model.ep_success_buffer or ())),
-                "lesson": self.curriculum.lesson,
-                "evaluated_return": "",
-                "evaluated_success": "",
-            }
-            if self.num_timesteps - self.evaluated >= settings.evaluate_every:
-                self.evaluated = self.num_timesteps
-                actor = export(self.model, run.normalize, _notes(run))
-                result = evaluate(actor, settings.env, settings.watched_episodes, VALIDATION_SEED, settings.arguments)
-                row |= {"evaluated_return": result.mean_return, "evaluated_success": result.success_rate}
-                if _is_best(row, run.rows):
-                    actor.save(run.folder / "best.npz")
-            return row
-
-    def _mean(values: list[Any]) -> float:
-        return float(np.mean(values)) if values else float("nan")
-
-    return Watcher()
-
-
-def _is_best(row: dict[str, Any], rows: list[dict[str, Any]]) -> bool:
-    """Whether no evaluation in `rows` was better than that of `row`; of equal successes the return decides."""
-    score = tuple(row[name] for name in _SCORE)
-    evaluated = [other for other in rows if other[_SCORE[0]] != "" and other[_SCORE[0]] >= 0.0]
-    return all(score >= tuple(other[name] for name in _SCORE) for other in evaluated)

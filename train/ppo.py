@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from gsenv.train import experiment
+from gsenv.train import experiment, run
 
 if TYPE_CHECKING:
     from stable_baselines3 import PPO
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Settings(experiment.Settings):
+class Settings(run.Settings):
     """Settings of one PPO run."""
 
     rollout: int = 128  # steps of each world per update
@@ -273,7 +273,7 @@ def make_model(settings: Settings, envs: VecNormalize) -> PPO:
         gae_lambda=settings.gae_lambda,
         clip_range=settings.clip,
         ent_coef=settings.entropy_weight,
-        stats_window_size=settings.world_count,
+        stats_window_size=envs.num_envs,
         policy_kwargs={
             "net_arch": list(settings.layers),
             "log_std_init": settings.log_std,

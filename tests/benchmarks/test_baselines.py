@@ -27,8 +27,8 @@ from benchmarks.common.files import write_json as write_results
 from benchmarks.common.run import Run
 from gsenv.envs.core.policies import trained_actions
 from gsenv.train.checkpoint import COLUMNS
-from gsenv.train.experiment import Settings
 from gsenv.train.files import write_json, write_rows
+from gsenv.train.run import Settings
 
 
 def test_the_interquartile_mean_drops_a_quarter_of_the_seeds_at_each_end() -> None:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from gsenv.train import experiment, ppo
+from gsenv.train.run import Settings
 
 _TINY: dict[str, Any] = {
     "steps": 256,
@@ -22,7 +23,7 @@ PPO = replace(ppo.settings_for("GStack-v0"), rollout=64, epochs=1, **_TINY)
 
 
 @dataclass(frozen=True)
-class SacSettings(experiment.Settings):
+class SacSettings(Settings):
     """Of an algorithm that the package does not have; policies of SAC are read, and any algorithm can be trained."""
 
     batch_size: int = 64

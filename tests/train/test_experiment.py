@@ -12,11 +12,12 @@ pytest.importorskip("stable_baselines3")
 
 from gsenv import cli
 from gsenv.envs.core.mlp import MlpPolicy
-from gsenv.train import checkpoint, curve, experiment, export, ppo
+from gsenv.train import checkpoint, curve, experiment, export, ppo, watcher
 from gsenv.train.evaluate import Evaluation, evaluate
-from gsenv.train.experiment import Settings, with_arguments
+from gsenv.train.experiment import with_arguments
 from gsenv.train.export import load_zip
 from gsenv.train.files import read_rows
+from gsenv.train.run import Run, Settings, save
 from tests.train.small import EXPERIMENTS, PPO
 
 POLICY_FILES = {"policy.npz", "policy.zip", "normalize.npz"}
@@ -27,7 +28,7 @@ def names(folder: Path) -> set[str]:
     return {path.name for path in folder.iterdir() if path.is_file()}
 
 
-def mean_observation(run: experiment.Run) -> Any:
+def mean_observation(run: Run) -> Any:
     statistics: Any = run.normalize.obs_rms
     return statistics.mean
 
@@ -58,7 +59,7 @@ def test_the_best_policy_is_that_of_the_best_evaluation(tmp_path: Path, monkeypa
         success = scores.pop(0)
         return Evaluation(2, success, -len(scores), 1.0)
 
-    monkeypatch.setattr(experiment, "evaluate", evaluation)
+    monkeypatch.setattr(watcher, "evaluate", evaluation)
     run = experiment.prepare(kind, replace(settings, steps=64 * 2 * 5), tmp_path)
     assert experiment.train(run)
     assert not scores
@@ -103,7 +104,7 @@ def test_resume_without_files_begins_anew(tmp_path: Path) -> None:
 
 
 @pytest.fixture
-def run(tmp_path: Path) -> experiment.Run:
+def run(tmp_path: Path) -> Run:
     """A short run, whose files are in tmp_path / "seed-0"."""
     kind, settings = EXPERIMENTS[0]
     run = experiment.prepare(kind, replace(settings, steps=128), tmp_path / "seed-0")
@@ -115,7 +116,7 @@ def contents(folder: Path) -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file()}
 
 
-def refusal(run: experiment.Run, resume: bool, **changes: Any) -> str:
+def refusal(run: Run, resume: bool, **changes: Any) -> str:
     """The sentence with which a run in the same folder is refused; no file has changed then."""
     before = contents(run.folder)
     with pytest.raises(ValueError, match=r"^[^\n]*$") as error:
@@ -124,7 +125,7 @@ def refusal(run: experiment.Run, resume: bool, **changes: Any) -> str:
     return str(error.value)
 
 
-def test_a_new_run_does_not_replace_an_old_one(run: experiment.Run, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_new_run_does_not_replace_an_old_one(run: Run, capsys: pytest.CaptureFixture[str]) -> None:
     assert "already holds a run (policy.npz" in refusal(run, resume=False)
     before = contents(run.folder)
     command = ["train", "GStack-v0", "--steps", "128", "--out", str(run.folder.parent)]
@@ -134,19 +135,19 @@ def test_a_new_run_does_not_replace_an_old_one(run: experiment.Run, capsys: pyte
     assert not (run.folder.parent / "seed-7").exists()  # refused before any seed is trained
 
 
-def test_resume_needs_the_whole_checkpoint(run: experiment.Run) -> None:
+def test_resume_needs_the_whole_checkpoint(run: Run) -> None:
     for name in ("policy.zip", "normalize.npz"):
         (run.folder / name).unlink()
         assert "has policy.npz but not" in refusal(run, resume=True)
         assert name in refusal(run, resume=True)
 
 
-def test_resume_keeps_the_arguments(run: experiment.Run) -> None:
+def test_resume_keeps_the_arguments(run: Run) -> None:
     assert "holds a run with arguments {" in refusal(run, resume=True, arguments={"blocks": 2})
     assert "holds a run with lessons [" in refusal(run, resume=True, lessons=({"blocks": 2},))
 
 
-def test_resume_refuses_files_of_two_checkpoints(run: experiment.Run) -> None:
+def test_resume_refuses_files_of_two_checkpoints(run: Run) -> None:
     old = (run.folder / "policy.zip").read_bytes()
     longer = replace(run.settings, steps=256)
     experiment.train(experiment.prepare(EXPERIMENTS[0][0], longer, run.folder, resume=True))
@@ -166,19 +167,19 @@ def test_resume_refuses_files_of_two_checkpoints(run: experiment.Run) -> None:
         ("", "progress.csv lacks the column steps"),
     ],
 )
-def test_a_broken_table_is_named(text: str, message: str, run: experiment.Run) -> None:
+def test_a_broken_table_is_named(text: str, message: str, run: Run) -> None:
     (run.folder / "progress.csv").write_text(text)
     assert message in refusal(run, resume=True)
     with pytest.raises(ValueError, match=r"progress\.csv"):
         curve.plot(run.folder.parent)
 
 
-def test_broken_settings_are_named(run: experiment.Run) -> None:
+def test_broken_settings_are_named(run: Run) -> None:
     (run.folder / "settings.json").write_text("{")
     assert "settings.json is no JSON file" in refusal(run, resume=True)
 
 
-def test_curves_leave_out_other_folders(run: experiment.Run) -> None:
+def test_curves_leave_out_other_folders(run: Run) -> None:
     for name in ("seed-foo", "seed-", "seed-1-old"):
         (run.folder.parent / name).mkdir()
         (run.folder.parent / name / "progress.csv").write_text("nothing")
@@ -187,9 +188,7 @@ def test_curves_leave_out_other_folders(run: experiment.Run) -> None:
 
 
 @pytest.mark.parametrize("name", ["policy.npz", "policy.zip", "normalize.npz", "progress.csv"])
-def test_a_failed_checkpoint_leaves_the_old_one_whole(
-    name: str, run: experiment.Run, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_failed_checkpoint_leaves_the_old_one_whole(name: str, run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     before = contents(run.folder)
     run.model.num_timesteps += 1
 
@@ -204,7 +203,7 @@ def test_a_failed_checkpoint_leaves_the_old_one_whole(
     }
     monkeypatch.setattr(*targets[name], fail)
     with pytest.raises(OSError, match="No space left"):
-        experiment.save(run)
+        save(run)
     assert contents(run.folder) == before
 
 
@@ -268,7 +267,7 @@ def test_interrupt_keeps_a_usable_policy(tmp_path: Path, monkeypatch: pytest.Mon
 def test_a_failed_save_leaves_the_old_policy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     kind, settings = EXPERIMENTS[0]
     run = experiment.prepare(kind, settings, tmp_path)
-    experiment.save(run)
+    save(run)
     old = (tmp_path / "policy.zip").read_bytes()
 
     def fail(path: Path) -> None:
@@ -277,7 +276,7 @@ def test_a_failed_save_leaves_the_old_policy(tmp_path: Path, monkeypatch: pytest
 
     monkeypatch.setattr(run.model, "save", fail)
     with pytest.raises(OSError, match="disk full"):
-        experiment.save(run)
+        save(run)
     assert names(tmp_path) == POLICY_FILES | {"settings.json", "origin.json"}
     assert (tmp_path / "policy.zip").read_bytes() == old
 
@@ -290,27 +289,84 @@ def test_tensorboard_gets_events_where_it_is_installed(tmp_path: Path) -> None:
 
 
 def test_a_lesson_begins_when_the_one_before_is_passed() -> None:
-    settings = experiment.Settings(
-        arguments={"blocks": 5, "crack_speed": 0.4},
-        world_count=4,
-        pass_mark=0.5,
-        lessons=({"blocks": 2}, {"blocks": 3}),
+    settings = Settings(
+        arguments={"blocks": 5, "crack_speed": 0.4}, pass_mark=0.5, lessons=({"blocks": 2}, {"blocks": 3})
     )
     course = settings.curriculum(0)
     assert course.current() == {"blocks": 2}
-    assert not course.advance(1.0)  # of episodes of before
+    assert not course.advance(1.0, 4)  # of episodes of before
     course.ended = 8
-    assert not course.advance(0.49)
-    assert not course.advance(float("nan"))
-    assert course.advance(0.5)
+    assert not course.advance(1.0, 8)
+    assert not course.advance(0.49, 4)
+    assert not course.advance(float("nan"), 4)
+    assert course.advance(0.5, 4)
     assert course.current() == {"blocks": 3}
-    assert not course.advance(1.0)
+    assert not course.advance(1.0, 4)
     course.ended = 8
-    assert course.advance(1.0)
+    assert course.advance(1.0, 4)
     assert course.current() == {"blocks": 5}
     course.ended = 8
-    assert not course.advance(1.0)
-    assert experiment.Settings(arguments={"blocks": 5}).curriculum(0).current() == {}
+    assert not course.advance(1.0, 4)
+    assert Settings(arguments={"blocks": 5}).curriculum(0).current() == {}
+
+
+def test_runs_play_episodes_of_their_own(tmp_path: Path) -> None:
+    """Other seeds, runs that continue, and runs whose agents share a policy begin with other seeds of their worlds."""
+    kind, settings = EXPERIMENTS[0]
+    towers = replace(settings, env="tower_v0", arguments={}, lessons=())
+    seen: list[int] = []
+    for each in (settings, replace(settings, seed=1), replace(towers, seed=2), replace(towers, seed=3)):
+        run = experiment.prepare(kind, each, tmp_path / str(each.seed))
+        run.normalize.reset()
+        seen += sorted(set(run.normalize.get_attr("np_random_seed")))
+    experiment.train(experiment.prepare(kind, replace(settings, steps=128), tmp_path / "0", resume=True))
+    run = experiment.prepare(kind, settings, tmp_path / "0", resume=True)
+    run.normalize.reset()
+    seen += run.normalize.get_attr("np_random_seed")
+    assert len(set(seen)) == len(seen) == 5 * settings.world_count
+
+
+def test_the_first_episodes_are_of_the_first_lesson(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    kind, settings = EXPERIMENTS[0]
+    run = experiment.prepare(kind, replace(settings, lessons=({"blocks": 2},), arguments={"blocks": 4}), tmp_path)
+    seen: list[Any] = []
+    reset = run.normalize.reset
+
+    def begin() -> Any:
+        seen.append(run.normalize.get_attr("blocks"))
+        return reset()
+
+    monkeypatch.setattr(run.normalize, "reset", begin)
+    experiment.train(run)
+    assert seen == [[2, 2]]
+
+
+def test_an_interrupted_run_continues_in_its_lesson(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Although no row of progress.csv was due since that lesson began, and no evaluation has been made."""
+    kind, settings = EXPERIMENTS[0]
+    lessons = ({"blocks": 2}, {"blocks": 3})
+    easy = replace(
+        settings, lessons=lessons, pass_mark=0.0, arguments={"blocks": 1}, steps=10_000, log_every=9_000,
+        evaluate_every=2_000,
+    )  # fmt: skip
+    run = experiment.prepare(kind, easy, tmp_path)
+    algorithm: Any = type(run.model)
+    learn = algorithm.train
+
+    def train(model: Any) -> None:
+        learn(model)
+        if model.env.get_attr("blocks")[0] == 3:
+            raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(algorithm, "train", train)
+        assert not experiment.train(run)
+    assert [row["lesson"] for row in run.rows] == [1]
+    again = experiment.prepare(kind, replace(easy, steps=run.steps + 2_048), tmp_path, resume=True)
+    assert experiment.train(again)
+    assert again.rows[0]["lesson"] == 1
+    assert again.rows[-1]["evaluated_success"] != ""
+    assert (tmp_path / "best.npz").is_file()
 
 
 @pytest.mark.parametrize(("kind", "settings"), EXPERIMENTS)

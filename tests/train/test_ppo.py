@@ -115,6 +115,19 @@ def test_exploration_ends_with_the_run(tmp_path: Path, monkeypatch: pytest.Monke
     assert float(free.policy.log_std.detach().max()) > -1.1
 
 
+def test_the_learning_rate_follows_the_policy_and_is_kept_by_resume(tmp_path: Path) -> None:
+    """Updates that change a policy too much lower it; a run that continues begins where the first one ended."""
+    settings = replace(PPO, wanted_kl=1e-9)
+    run: Any = experiment.prepare(ppo.EXPERIMENT, settings, tmp_path)
+    assert experiment.train(run)
+    rate = run.model.policy.optimizer.param_groups[0]["lr"]
+    assert rate == pytest.approx(settings.learning_rate / 1.5**2)  # two updates
+    again: Any = experiment.prepare(ppo.EXPERIMENT, replace(settings, steps=384), tmp_path, resume=True)
+    assert again.model.policy.optimizer.param_groups[0]["lr"] == rate
+    assert experiment.train(again)
+    assert again.model.policy.optimizer.param_groups[0]["lr"] == pytest.approx(rate / 1.5)
+
+
 @pytest.mark.slow
 def test_the_first_policy_of_the_readme_builds_what_random_actions_do_not(tmp_path: Path) -> None:
     command = ["--env", "GStack-v0", "--set", "blocks=2", "--steps", "1000000", "--out", str(tmp_path)]
