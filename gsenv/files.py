@@ -12,7 +12,7 @@ import shutil
 import signal
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
@@ -32,19 +32,43 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
     Raises:
         OSError: ``path`` is a folder or a device, or it cannot be written to; nothing has changed then.
     """
-    target = checked_target(path)
-    target.parent.mkdir(parents=True, exist_ok=True)
+    with replacing_all([path]) as (partial,):
+        yield partial
+
+
+@contextmanager
+def replacing_all(paths: Sequence[str | os.PathLike[str]]) -> Iterator[list[Path]]:
+    """Yield a temporary path for each path, as ``replacing`` does; the files there replace them all, or none.
+
+    All are on the disk before the first is replaced, as a full disk may only be noticed there, and signals wait until
+    the last one is: Ctrl-C, SIGTERM and SIGHUP leave files of one time.
+    """
+    targets = [checked_target(path) for path in paths]
+    for target in targets:
+        target.parent.mkdir(parents=True, exist_ok=True)
     with terminable():
-        partial = target.with_name(f".{target.stem[:100]}-{os.getpid()}-{next(_numbers)}{target.suffix}")
+        partials = [
+            target.with_name(f".{target.stem[:100]}-{os.getpid()}-{next(_numbers)}{target.suffix}")
+            for target in targets
+        ]
+        at = paths[0]
         try:
-            yield partial
-            replace(partial, target)
+            yield partials
+            for path, partial, target in zip(paths, partials, targets, strict=True):
+                at = path
+                _complete(partial, target)
+            with _signals_waiting():
+                for partial, target in zip(partials, targets, strict=True):
+                    os.replace(partial, target)
         except OSError as error:
-            if error.errno is None or error.filename not in (None, str(partial)):
+            names: dict[str | None, str | os.PathLike[str]] = dict(zip(map(str, partials), paths, strict=True))
+            names[None] = at
+            if error.errno is None or error.filename not in names:
                 raise
-            raise OSError(error.errno, error.strerror, str(path)) from error  # not the temporary file's name
+            raise OSError(error.errno, error.strerror, str(names[error.filename])) from error  # not the temporary name
         finally:
-            partial.unlink(missing_ok=True)
+            for partial in partials:
+                partial.unlink(missing_ok=True)
 
 
 def write_text(path: str | os.PathLike[str], text: str) -> None:
@@ -90,11 +114,34 @@ def check_writable(path: str | os.PathLike[str]) -> Path:
 
 def replace(partial: Path, target: Path) -> None:
     """Replace ``target`` by the file ``partial`` once all of it is on the disk."""
+    _complete(partial, target)
+    os.replace(partial, target)
+
+
+def _complete(partial: Path, target: Path) -> None:
+    """Make a file ready to replace another one: all of it on the disk, with the permissions of the old one."""
     with partial.open("r+b") as file:
         os.fsync(file.fileno())  # a full disk may only be noticed here
     if target.exists():
         shutil.copymode(target, partial)
-    os.replace(partial, target)
+
+
+@contextmanager
+def _signals_waiting() -> Iterator[None]:
+    """Handle signals that would end the program at the end of the block; only the main thread receives any."""
+    waiting: list[int] = []
+    is_main = threading.current_thread() is threading.main_thread()
+    handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, *_ENDING) if is_main}
+    handlers = {number: handler for number, handler in handlers.items() if callable(handler)}
+    for number in handlers:
+        signal.signal(number, lambda number, frame: waiting.append(number))
+    try:
+        yield
+    finally:
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
+    for number in waiting:
+        signal.raise_signal(number)
 
 
 @contextmanager

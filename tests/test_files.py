@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from gsenv.envs.core.mlp import MlpPolicy
-from gsenv.files import check_writable, replacing, terminable, write_bytes, write_text
+from gsenv.files import check_writable, replacing, replacing_all, terminable, write_bytes, write_text
 from gsenv.train.files import write_json, write_rows
 
 posix = pytest.mark.skipif(os.name != "posix", reason="POSIX signals, limits and links")
@@ -102,6 +102,51 @@ def test_a_signal_in_the_middle_leaves_the_old_file_and_nothing_else(name: str, 
     assert process.returncode == 128 + number
     assert path.read_text() == "old"
     assert entries(tmp_path) == ["file.txt"]
+
+
+BETWEEN = """
+import os, signal, sys
+from gsenv.files import replacing_all
+replace = os.replace
+def replace_and_end(*paths):
+    replace(*paths)
+    os.kill(os.getpid(), int(sys.argv[3]))
+os.replace = replace_and_end
+with replacing_all(sys.argv[1:3]) as partials:
+    for partial in partials:
+        partial.write_text("new")
+"""
+
+
+@posix
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
+def test_files_that_are_replaced_together_are_of_one_time(name: str, tmp_path: Path) -> None:
+    """A signal between the first and the last waits; if it did not, the second file would be the old one."""
+    number = getattr(signal, name)
+    paths = [tmp_path / "weights.txt", tmp_path / "statistics.txt"]
+    for path in paths:
+        path.write_text("old")
+    heard = functools.partial(signal.signal, number, signal.default_int_handler if name == "SIGINT" else signal.SIG_DFL)
+    command = [sys.executable, "-c", BETWEEN, *map(str, paths), str(int(number))]
+    done = subprocess.run(command, capture_output=True, text=True, preexec_fn=heard, timeout=60)
+    assert done.returncode in (128 + number, -number)
+    assert [path.read_text() for path in paths] == ["new", "new"]
+    assert entries(tmp_path) == ["statistics.txt", "weights.txt"]
+
+
+def test_the_file_that_a_full_disk_ends_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    paths = [tmp_path / "first.txt", tmp_path / "second.txt"]
+    left = [0, errno.ENOSPC]
+
+    def full(number: int) -> None:
+        if error := left.pop(0):
+            raise OSError(error, os.strerror(error))
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(OSError, match="No space left") as error, replacing_all(paths) as (first, second):
+        _ = first.write_text("new"), second.write_text("new")
+    assert error.value.filename == str(paths[1])
+    assert entries(tmp_path) == []
 
 
 @posix

@@ -8,7 +8,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gsenv.train.files import read_object, read_rows, replacing_all, write_rows
+from gsenv.files import replacing_all
+from gsenv.train.files import read_object, read_rows, write_rows
 
 if TYPE_CHECKING:
     from stable_baselines3.common.base_class import BaseAlgorithm
@@ -18,6 +19,7 @@ NORMALIZE = "normalize.npz"  # in the folder of policy.zip
 _LEARNT = ("policy.npz", "best.npz", "policy.zip", NORMALIZE, "progress.csv", "result.json")  # what a run leaves
 _NEEDED = ("policy.zip", NORMALIZE)  # to continue it
 _SAME = ("env", "arguments", "lessons")  # settings that a run keeps when it continues
+AS_TRAINED = "as trained"  # in result.json: a test with the arguments of the training
 COLUMNS = ("steps", "seconds", "return", "evaluated_return", "evaluated_success")  # of any progress.csv
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from gsenv.files import replacing
-from gsenv.train.checkpoint import COLUMNS
+from gsenv.train.checkpoint import AS_TRAINED, COLUMNS
 from gsenv.train.files import read_object, read_rows, reason
 
 _STYLES = {"trained": ("o", "#2a6fbb"), "scripted": ("--", "#46ae90"), "random": (":", "#8a8f98")}
@@ -64,14 +64,12 @@ def _seed_folders(folder: Path) -> list[Path]:
 
 
 def _add_references(seed: Path, success: Any, returns: Any) -> None:
-    """Add horizontal lines for the scripted and the random policy in the training environment."""
-    if not (seed / "result.json").is_file() or not (seed / "settings.json").is_file():
+    """Add horizontal lines for the scripted and the random policy, with the arguments of the evaluations."""
+    if not (seed / "result.json").is_file():
         return
-    arguments = read_object(seed / "settings.json").get("arguments", {})
-    name = ", ".join(f"{key} {value}" for key, value in arguments.items()) or "default"
     results = read_object(seed / "result.json")
     for policy in ("scripted", "random"):
-        result = results.get(f"{name}: {policy}")
+        result = results.get(f"{AS_TRAINED}: {policy}")
         if result is not None:
             style, color = _STYLES[policy]
             success.axhline(100 * result["success_rate"], linestyle=style, color=color, label=policy)

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from gsenv import __version__
 from gsenv.envs import PARALLEL_ENVS
-from gsenv.envs.core.policies import make_batch
+from gsenv.envs.core.policies import make_batch, named_task
 from gsenv.envs.core.spec_tables import box_of
 from gsenv.files import terminable
 from gsenv.train.arguments import check_episodes
@@ -100,7 +100,7 @@ def make_dataset(
     parse_dataset_id(name)  # raises ValueError
     if Path(get_dataset_path(name)).exists():
         raise ValueError(f"there already is a dataset {name}; `minari delete {name}` deletes it.")
-    arguments = dict(arguments or {})
+    env_id, arguments = named_task(env_id, arguments or {})
     check_episodes(arguments, "a dataset")
     actor = make_actor(policy, env_id, seed, arguments)
     episodes = list(run_episodes(actor, env_id, episode_count, seed, noise, arguments, on_episodes))

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gsenv.envs.core.policies import make_batch
+from gsenv.envs.core.policies import make_batch, named_task, scripted_actions, trained_actions
 from gsenv.envs.core.spec_tables import box_of
 from gsenv.train.arguments import Parser, add_set_option, check_env_id, check_episodes, not_negative, positive
 from gsenv.train.progress import counting
@@ -71,7 +71,8 @@ def evaluate(
         TypeError: an unknown name in `arguments`.
         ValueError: a bad value there, or observations that are pixels.
     """
-    given = {"split": SPLIT} | dict(arguments or {})
+    env_id, own = named_task(env_id, arguments or {})
+    given = {"split": SPLIT} | own
     check_episodes(given, "an evaluation")
     batches = []
     for first in range(0, episodes, BATCH):
@@ -120,9 +121,8 @@ def make_actor(policy: str, env_id: str, seed: int = 0, arguments: Mapping[str, 
         PolicyError: there is no such policy, or it does not fit this environment.
     """
     from gsenv.envs.core.mlp import MlpPolicy
-    from gsenv.envs.core.policies import policy_id, scripted_actions, trained_actions
 
-    env_id = policy_id(env_id, arguments or {})
+    env_id, _ = named_task(env_id, arguments or {})
     if policy == "random":
         return _random_actor(env_id, seed)
     if policy == "zero":
@@ -150,7 +150,7 @@ def make_actor(policy: str, env_id: str, seed: int = 0, arguments: Mapping[str, 
         ("actions", mlp.action_count, task.actions),
     ):
         if len(entries) != count:
-            raise PolicyError(f"{path} is for {count} {what}, {env_id} has {(len(entries),)}.")
+            raise PolicyError(f"{path} is for {count} {what}, and {env_id} has {len(entries)}.")
     return mlp
 
 

@@ -15,7 +15,7 @@ checkpoint together, so they are complete and fit one another at any time:
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from time import perf_counter
@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gsenv.envs import PARALLEL_ENVS
-from gsenv.envs.core.policies import policy_id
+from gsenv.envs.core.policies import named_task
 from gsenv.train.arguments import (
     Parser,
     add_set_option,
@@ -33,7 +33,7 @@ from gsenv.train.arguments import (
     not_negative,
     positive,
 )
-from gsenv.train.checkpoint import COLUMNS, NORMALIZE, check_folder
+from gsenv.train.checkpoint import AS_TRAINED, COLUMNS, NORMALIZE, check_folder
 from gsenv.train.evaluate import TEST_SEED, PolicyError, evaluate, make_actor
 from gsenv.train.files import read_rows, reason, write_json
 from gsenv.train.origin import write_origin
@@ -120,8 +120,8 @@ def _parse(
         check_training(given.env, given.seeds, own)
     except (TypeError, ValueError) as error:
         parser.error(str(error))
-    name = given.env.rpartition(":")[2]
-    settings = experiment.settings_for(policy_id(name, own))  # of the task that is to be learnt
+    name, own = named_task(given.env.rpartition(":")[2], own)
+    settings = experiment.settings_for(name)
     settings = with_arguments(replace(settings, env=name, steps=given.steps or settings.steps), own)
     folder = given.out or Path("runs") / experiment.name / name
     return settings, given.seeds, folder, given.resume
@@ -231,22 +231,30 @@ def train(run: Run) -> bool:
 def test(run: Run) -> dict[str, Any]:
     """Evaluate the policy on unseen seeds, and the scripted and random ones for comparison; print and return it."""
     results = {}
-    for arguments in run.settings.tests:
-        name = ", ".join(f"{key} {value}" for key, value in arguments.items()) or "default"
-        files = {"trained": run.folder / "policy.npz", "best": run.folder / "best.npz"}
-        for kind in ("trained", "best", "scripted", "random"):
-            if kind == "best" and not files[kind].is_file():
-                continue  # there was no evaluation
-            try:
-                actor = make_actor(str(files.get(kind, kind)), run.settings.env, arguments=arguments)
-            except PolicyError:
-                continue  # not every environment has a scripted policy
-            count = run.settings.test_episodes
-            with counting(f"testing: {name}, {kind}", count) as follow:
-                result = evaluate(actor, run.settings.env, count, TEST_SEED, arguments, follow)
-            results[f"{name}: {kind}"] = asdict(result)
-            print(f"  {name}, {kind}: {result}")
+    count = run.settings.test_episodes
+    files = {"trained": run.folder / "policy.npz", "best": run.folder / "best.npz"}
+    for name, arguments, kind in _tests(run.settings):
+        if kind == "best" and not files[kind].is_file():
+            continue  # there was no evaluation
+        try:
+            actor = make_actor(str(files.get(kind, kind)), run.settings.env, arguments=arguments)
+        except PolicyError:
+            continue  # not every environment has a scripted policy
+        with counting(f"testing: {name}, {kind}", count) as follow:
+            result = evaluate(actor, run.settings.env, count, TEST_SEED, arguments, follow)
+        results[f"{name}: {kind}"] = asdict(result)
+        print(f"  {name}, {kind}: {result}")
     return results
+
+
+def _tests(settings: Settings) -> Iterator[tuple[str, dict[str, Any], str]]:
+    """Yield name, arguments of the environment, and kind of policy of each test."""
+    for arguments in settings.tests:
+        name = ", ".join(f"{key} {value}" for key, value in arguments.items()) or "default"
+        for kind in ("trained", "best", "scripted", "random"):
+            yield name, arguments, kind
+    for kind in ("scripted", "random"):  # beside the learning curves
+        yield AS_TRAINED, settings.arguments, kind
 
 
 def _logger(folder: Path) -> Any:

@@ -6,13 +6,11 @@ import csv
 import io
 import json
 import math
-import os
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from gsenv.files import replacing, write_text
+from gsenv.files import write_text
 
 
 def write_json(path: Path, content: Any) -> None:
@@ -71,17 +69,6 @@ def _number(path: Path, line: int, cell: Any) -> float:
     except (TypeError, ValueError):
         what = repr(cell) if isinstance(cell, str) else "not as many cells as there are columns"
         raise ValueError(f"{path}: line {line} must hold numbers, got {what}.") from None
-
-
-@contextmanager
-def replacing_all(paths: Sequence[Path]) -> Iterator[list[Path]]:
-    """Yield temporary paths, one for each path; the files there replace them when the block ends, all or none."""
-    with ExitStack() as stack:
-        partials = [stack.enter_context(replacing(path)) for path in paths]
-        yield partials
-        for partial in partials:  # all of them before the first is replaced: a full disk may only be noticed here
-            with partial.open("r+b") as file:
-                os.fsync(file.fileno())
 
 
 def reason(error: Exception) -> str:

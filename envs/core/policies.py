@@ -59,11 +59,17 @@ def scripted_actions(env_id: str) -> BatchPolicy:
     return policy
 
 
-def policy_id(env_id: str, arguments: Mapping[str, Any]) -> str:
-    """Return the id whose policies fit an environment with these arguments: `task="get_up"` makes it another one."""
+def named_task(env_id: str, arguments: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
+    """Return the id and the other arguments of an environment whose argument `task` makes it that of another id.
+
+    That id has its time limit, its settings of training and its policies: GRagdoll-v0 with `task="get_up"` is
+    GRagdoll-get-up-v0.
+    """
+    others = dict(arguments)
     stem, _, version = env_id.rpartition("-")
-    other = f"{stem}-{str(arguments.get('task', '')).replace('_', '-')}-{version}"
-    return other if other.rpartition(":")[2] in {entry.id for entry in ENVS} else env_id
+    other = f"{stem}-{str(others.pop('task', '')).replace('_', '-')}-{version}"
+    known = other.rpartition(":")[2] in {entry.id for entry in ENVS}
+    return (other, others) if known else (env_id, dict(arguments))
 
 
 def trained_actions(env_id: str) -> MlpPolicy:

@@ -112,12 +112,15 @@ def _footage(options: argparse.Namespace) -> _Footage:
 def _env_footage(options: argparse.Namespace) -> _Footage:
     import gymnasium
 
+    from gsenv.envs.core.policies import named_task
+
     size = {} if options.size is None else dict(zip(("width", "height"), options.size, strict=True))
+    env_id, arguments = named_task(options.target, dict(options.set))
     try:
-        env = gymnasium.make(options.target, render_mode="rgb_array", **size, **dict(options.set))
+        env = gymnasium.make(env_id, render_mode="rgb_array", **size, **arguments)
     except (TypeError, ValueError) as error:
         raise CliError(str(error), WRONG_USAGE) from None
-    policy = _policy(options.target, options.policy or "random", dict(options.set))
+    policy = _policy(env_id, options.policy or "random", arguments)
     assert env.spec is not None  # gymnasium.make sets it
     step_count = options.steps or env.spec.max_episode_steps or 1000
     frames = _env_frames(env, policy, options.seed, step_count, one_episode=options.steps is None)
@@ -136,7 +139,7 @@ def _parallel_footage(options: argparse.Namespace) -> _Footage:
         raise CliError(str(error), WRONG_USAGE) from None
     kind = options.policy or "random"
     policy = None if kind == "random" else find_actor(kind, options.target, 0, dict(options.set))
-    step_count = options.steps or env.max_cycles or 1000
+    step_count = options.steps or max(env.max_cycles, 0) or 1000  # -1: no limit
     frames = env.film(policy, options.seed, step_count, one_episode=options.steps is None)
     return _Footage(env.metadata["render_fps"], step_count + 1, _checked(frames))
 
@@ -146,7 +149,6 @@ def _policy(env_id: str, kind: str, arguments: dict[str, Any]) -> "Policy":
         return lambda env: env.action_space.sample()
     import gsenv.envs.core.policies as policies
 
-    env_id = policies.policy_id(env_id, arguments)
     try:
         if kind in ("scripted", "trained"):
             return policies.scripted_policy(env_id) if kind == "scripted" else policies.trained_policy(env_id)

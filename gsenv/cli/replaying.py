@@ -24,11 +24,11 @@ if TYPE_CHECKING:
 def record_states(options: argparse.Namespace) -> int:
     """Write the states of a run."""
     from gsenv import replay
+    from gsenv.envs.core.policies import named_task
 
-    target = options.target
     _check_states(options)
+    target, own = named_task(options.target, dict(options.set))
     is_scene = target.startswith(SCENE_PREFIX)
-    own = dict(options.set)
     actor = None if is_scene else find_actor(options.policy or "random", target, options.seed, own)
     with _bar(target) as follow:
         try:

@@ -10,7 +10,7 @@ import pytest
 
 from gsenv.envs import ENVS
 from gsenv.envs.core.mlp import MlpPolicy
-from gsenv.envs.core.policies import policy_id
+from gsenv.envs.core.policies import named_task
 from gsenv.train import evaluate as script
 from gsenv.train.evaluate import PolicyError, evaluate, make_actor
 
@@ -137,12 +137,12 @@ def test_needs_no_torch() -> None:
     assert "success 100% of 1 episodes" in result.stdout
 
 
-def test_an_argument_that_makes_another_task_has_the_policies_of_that_task() -> None:
+def test_an_argument_that_makes_another_task_means_the_id_of_that_task() -> None:
     get_up = {"task": "get_up"}
-    assert policy_id("GRagdoll-v0", get_up) == "GRagdoll-get-up-v0"
-    assert policy_id("gsenv:GRagdoll2D-v0", get_up) == "gsenv:GRagdoll2D-get-up-v0"
+    assert named_task("GRagdoll-v0", get_up | {"push": 0.1}) == ("GRagdoll-get-up-v0", {"push": 0.1})
+    assert named_task("gsenv:GRagdoll2D-v0", get_up) == ("gsenv:GRagdoll2D-get-up-v0", {})
     for env_id, arguments in (("GRagdoll-v0", {}), ("GRagdoll-v0", {"task": "balance"}), ("GStack-v0", {"blocks": 2})):
-        assert policy_id(env_id, arguments) == env_id
+        assert named_task(env_id, arguments) == (env_id, arguments)
     one, other = (make_actor("trained", name, 0, get_up) for name in ("GRagdoll2D-v0", "GRagdoll2D-get-up-v0"))
     observations = np.random.default_rng(0).normal(size=(5, 43)).astype(np.float32)
     np.testing.assert_array_equal(one(observations), other(observations))

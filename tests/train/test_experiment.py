@@ -16,7 +16,7 @@ from gsenv.train import checkpoint, curve, experiment, export, ppo, watcher
 from gsenv.train.evaluate import Evaluation, evaluate
 from gsenv.train.experiment import with_arguments
 from gsenv.train.export import load_zip
-from gsenv.train.files import read_rows
+from gsenv.train.files import read_object, read_rows, write_json
 from gsenv.train.run import Run, Settings, save
 from tests.train.small import EXPERIMENTS, PPO
 
@@ -45,7 +45,8 @@ def test_a_run_leaves_policies_logs_and_a_result(kind: Any, settings: Any, tmp_p
     assert any(row["evaluated_success"] >= 0.0 for row in rows)
     assert json.loads((folder / "settings.json").read_text())["arguments"] == settings.arguments
     result = json.loads((folder / "result.json").read_text())
-    assert set(result) == {f"blocks 1: {policy}" for policy in ("trained", "best", "scripted", "random")}
+    tests = {f"blocks 1: {policy}" for policy in ("trained", "best", "scripted", "random")}
+    assert set(result) == tests | {"as trained: scripted", "as trained: random"}
     assert result["blocks 1: scripted"]["success_rate"] == 1.0
     curve.plot(tmp_path)
     assert (tmp_path / "curve.png").read_bytes().startswith(b"\x89PNG")
@@ -177,6 +178,18 @@ def test_a_broken_table_is_named(text: str, message: str, run: Run) -> None:
 def test_broken_settings_are_named(run: Run) -> None:
     (run.folder / "settings.json").write_text("{")
     assert "settings.json is no JSON file" in refusal(run, resume=True)
+
+
+def test_curves_have_the_scripted_and_the_random_policy_beside_them(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    from matplotlib.axes import Axes
+
+    write_json(run.folder / "result.json", experiment.test(run))
+    drawn: list[tuple[float, str]] = []
+    monkeypatch.setattr(Axes, "axhline", lambda _, y, **style: drawn.append((y, style["label"])))
+    curve.plot(run.folder.parent)
+    result = read_object(run.folder / "result.json")
+    wanted = [(result[f"as trained: {kind}"], kind) for kind in ("scripted", "random")]
+    assert drawn == [pair for r, k in wanted for pair in ((100 * r["success_rate"], k), (r["mean_return"], k))]
 
 
 def test_curves_leave_out_other_folders(run: Run) -> None:
@@ -398,10 +411,8 @@ def test_what_the_user_sets_holds_in_lessons_and_tests() -> None:
     assert with_arguments(settings, {"crack_speed": 1.0}).tests == ({"crack_speed": 1.0},)
 
 
-def test_a_task_that_the_user_sets_is_learnt_with_its_own_lessons(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """`task="get_up"` makes GRagdoll-v0 another task, whose figures no policy gets up without assistance at first."""
+def test_a_task_that_the_user_sets_is_that_of_its_own_id(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """`task="get_up"` makes GRagdoll2D-v0 another task, with lessons and a time limit of its own."""
     started: list[Settings] = []
 
     def run_seed(_kind: Any, settings: Settings, *_: object) -> int:
@@ -409,17 +420,13 @@ def test_a_task_that_the_user_sets_is_learnt_with_its_own_lessons(
         return experiment.INTERRUPTED
 
     monkeypatch.setattr(experiment, "run_seed", run_seed)
-    for env_id, given in (("GRagdoll2D-v0", ["--set", "task=get_up"]), ("GRagdoll2D-get-up-v0", [])):
-        experiment.main(ppo.EXPERIMENT, ["--env", env_id, *given, "--out", str(tmp_path)])
+    for env_id, given in (("GRagdoll2D-v0", ["task=get_up"]), ("GRagdoll2D-get-up-v0", [])):
+        sets = [word for text in (*given, "randomize=None") for word in ("--set", text)]
+        experiment.main(ppo.EXPERIMENT, ["--env", env_id, *sets, "--out", str(tmp_path)])
     named, own = started
-    assert named.env == "GRagdoll2D-v0"
-    assert named.arguments == own.arguments | {"task": "get_up"}
-    assert named.tests == ({"task": "get_up"},)
-    assert (named.lessons, named.steps, named.discount) == (own.lessons, own.steps, own.discount)
-    envs = experiment.make_envs(replace(named, world_count=2))
-    for name, value in named.curriculum(0).current().items():
-        envs.set_attr(name, value)
-    assert envs.get_attr("assist") == [0.7, 0.7]
+    assert named == own
+    assert own.env == "GRagdoll2D-get-up-v0"
+    assert own.arguments["randomize"] is None
 
 
 def test_a_short_run_has_a_row_of_its_end(tmp_path: Path) -> None:
