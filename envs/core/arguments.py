@@ -63,18 +63,18 @@ def check_settings(given: Mapping[str, Any], known: Sequence[Setting]) -> dict[s
     for name in given:
         if name not in names:
             # Python's own words: TorchRL and others look for them and try again without the argument
-            raise TypeError(f"the environment got an unexpected keyword argument {name!r}; {_hint(name, names)}.")
+            raise TypeError(f"the environment got an unexpected keyword argument {name!r}; {_hint(name, names)}")
     return {s.name: s.check(given.get(s.name, s.default)) for s in known}
 
 
 def _hint(name: str, names: Sequence[str]) -> str:
-    """Return what the arguments of an environment are that has none of this name."""
+    """Return what the arguments of an environment are that has none of this name; ends the sentence."""
     has = f"its own are {', '.join(names)}" if names else "it has none of its own"
     text = f"{has}; all environments have {', '.join(SHARED)}"
     if name in _TIME_LIMITS:
-        return f"{text}; the time limit is {_TIME_LIMITS[name]}"
+        return f"{text}; the time limit is {_TIME_LIMITS[name]}."
     near = get_close_matches(name, [*names, *SHARED], 1)
-    return f"{text}; did you mean {near[0]!r}?" if near else text
+    return f"{text}; did you mean {near[0]!r}?" if near else f"{text}."
 
 
 def mapping_of(options: Any) -> dict[str, Any]:
@@ -147,26 +147,47 @@ def check_ranges(given: Mapping[str, Any] | None, known: Sequence[Quantity]) -> 
 
 def _range(quantity: Quantity, pair: Any) -> tuple[float, float]:
     where = f"randomize: {quantity.name}"
-    try:
-        low, high = (float(end) for end in pair)
-    except (OverflowError, TypeError, ValueError):
-        raise ValueError(f"{where} must be a pair (low, high), got {shown(pair)}.") from None
-    if not (math.isfinite(low) and math.isfinite(high) and low <= high):
-        raise ValueError(f"{where} must be two finite numbers, the lower first, got {pair!r}.")
+    ends = numbers(pair)
+    if len(ends) != 2:
+        raise ValueError(f"{where} must be a pair (low, high) of finite numbers, got {shown(pair)}.")
+    low, high = ends
+    if low > high:
+        raise ValueError(f"{where} must be two numbers, the lower first, got {shown(pair)}.")
     if low < quantity.low or high > quantity.high:
-        raise ValueError(f"{where} must lie within {quantity.low:g} and {quantity.high:g}, got {pair!r}.")
+        raise ValueError(f"{where} must lie within {quantity.low:g} and {quantity.high:g}, got {shown(pair)}.")
     return low, high
+
+
+def number(value: Any) -> float | None:
+    """Return a finite float, or None for anything else: texts and truth values are no numbers."""
+    real = isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
+    try:
+        return float(value) if real and math.isfinite(value) else None
+    except OverflowError:  # a whole number beyond all floats
+        return None
+
+
+def numbers(values: Any) -> tuple[float, ...]:
+    """Return finite floats, or none at all where `values` are no tuple, list or vector of such."""
+    vector = isinstance(values, (tuple, list)) or (isinstance(values, np.ndarray) and values.ndim == 1)
+    found = [number(value) for value in values] if vector else [None]
+    return () if None in found else tuple(value for value in found if value is not None)
 
 
 def number_within(value: Any, least: float, most: float, message: str) -> float:
     """Return a number from ``least`` to ``most`` as a float; raises ValueError with the message for anything else."""
-    try:
-        number = float(value)
-    except (OverflowError, TypeError, ValueError):  # OverflowError: a whole number beyond all floats
-        number = float("nan")
-    if isinstance(value, bool) or not least <= number <= most:
+    checked = number(value)
+    if checked is None or not least <= checked <= most:
         raise ValueError(f"{message}, got {shown(value)}.")
-    return number
+    return checked
+
+
+def whole_within(value: Any, allowed: range, message: str) -> int:
+    """Return a whole number of a range as an int; raises ValueError with the message for anything else."""
+    whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+    if not whole or int(value) not in allowed:
+        raise ValueError(f"{message}, got {shown(value)}.")
+    return int(value)
 
 
 def check_fidelity(fidelity: Any) -> str:

@@ -6,11 +6,11 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-import numpy as np
 from numpy.typing import NDArray
 
-from gsenv.envs.core.arguments import Setting, with_defaults
+from gsenv.envs.core.arguments import Setting, number, number_within, numbers, whole_within, with_defaults
 from gsenv.envs.stack import scene
+from gsenv.solver.records.text import shown
 
 CONTROL_RATE = 30.0  # Hz
 SUCCESS_TIME = 1.0  # s
@@ -41,21 +41,10 @@ def blocks_setting(default: int, least: int, most: int) -> Setting:
     """Return the setting `blocks`, a whole number."""
 
     def check(blocks: Any) -> int:
-        whole = isinstance(blocks, (int, np.integer)) and not isinstance(blocks, bool)
-        if not whole or not least <= blocks <= most:
-            raise ValueError(f"blocks must be a whole number from {least} to {most}, got {blocks!r}.")
-        return int(blocks)
+        allowed = range(least, most + 1)
+        return whole_within(blocks, allowed, f"blocks must be a whole number from {least} to {most}")
 
     return Setting("blocks", default, check, f"levels of the tower, {least} to {most}")
-
-
-def _number(value: Any) -> float | None:
-    """Return a finite float, or None for anything else."""
-    real = isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
-    try:
-        return float(value) if real and math.isfinite(value) else None
-    except OverflowError:  # a whole number beyond all floats
-        return None
 
 
 def number_setting(name: str, default: float, text: str, limits: Limits) -> Setting:
@@ -63,10 +52,7 @@ def number_setting(name: str, default: float, text: str, limits: Limits) -> Sett
     low, high = limits
 
     def check(given: Any) -> float:
-        value = _number(given)
-        if value is None or not low <= value <= high:
-            raise ValueError(f"{name} must be a number from {low:g} to {high:g}, got {given!r}.")
-        return value
+        return number_within(given, low, high, f"{name} must be a number from {low:g} to {high:g}")
 
     return Setting(name, default, check, f"{text}, within {low:g} to {high:g}")
 
@@ -76,12 +62,11 @@ def range_setting(name: str, default: Range, text: str, limits: Limits) -> Setti
     least, most = limits
 
     def check(given: Any) -> Range:
-        values = [_number(value) for value in given] if isinstance(given, (tuple, list, np.ndarray)) else []
-        if len(values) == 2 and values[0] is not None and values[1] is not None:
-            low, high = values[0], values[1]
-            if least <= low <= high <= most:
-                return low, high
-        raise ValueError(f"{name} must be two numbers from {least:g} to {most:g}, lowest first, got {given!r}.")
+        values = numbers(given)
+        if len(values) != 2 or not least <= values[0] <= values[1] <= most:
+            wanted = f"two numbers from {least:g} to {most:g}, lowest first"
+            raise ValueError(f"{name} must be {wanted}, got {shown(given)}.")
+        return values[0], values[1]
 
     return Setting(name, default, check, f"{text}: (lowest, highest), within {least:g} to {most:g}")
 
@@ -92,13 +77,13 @@ def weights_setting(defaults: Mapping[str, float]) -> Setting:
     def check(given: Any) -> dict[str, float]:
         weights = dict(defaults)
         if not isinstance(given, Mapping):
-            raise ValueError(f"reward_weights must map names of reward terms to numbers, got {given!r}.")
+            raise ValueError(f"reward_weights must map names of reward terms to numbers, got {shown(given)}.")
         for name, weight in given.items():
-            value = _number(weight)
+            value = number(weight)
             if name not in weights:
                 raise ValueError(f"reward_weights: unknown term {name!r}; known are {', '.join(weights)}.")
             if value is None:
-                raise ValueError(f"reward_weights: {name} must be a finite number, got {weight!r}.")
+                raise ValueError(f"reward_weights: {name} must be a finite number, got {shown(weight)}.")
             weights[name] = value
         return weights
 

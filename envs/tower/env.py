@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 from gymnasium.vector import VectorEnv
 
 from gsenv.envs import time_limit
-from gsenv.envs.core.arguments import Setting, with_defaults
+from gsenv.envs.core.arguments import Setting, whole_within, with_defaults
 from gsenv.envs.core.spec_tables import Entry, RewardTerm
 from gsenv.envs.core.steering import Button, Key, Stick, pair
 from gsenv.envs.core.vector import TaskVectorEnv
@@ -31,9 +31,8 @@ SEEN_BEYOND = 0.7  # m, beyond the grippers' reach: the width of the largest blo
 
 def check_blocks(blocks: Any) -> int:
     """Return a number of blocks, 2, 4, 6 or 8; raises ValueError for anything else."""
-    if isinstance(blocks, bool) or blocks not in range(2, scene.MAX_BLOCKS + 1, 2):
-        raise ValueError(f"blocks must be 2, 4, 6 or {scene.MAX_BLOCKS}, got {blocks!r}.")
-    return int(blocks)
+    allowed = range(2, scene.MAX_BLOCKS + 1, 2)
+    return whole_within(blocks, allowed, f"blocks must be 2, 4, 6 or {scene.MAX_BLOCKS}")
 
 
 class TowerTask(BlocksTask):
