@@ -100,12 +100,6 @@ def constants(size: int, drawn: int) -> dict[str, Actor]:
     return {str(action.round(2).tolist()): constant(action.astype(np.float32)) for action in actions}
 
 
-def random_actions(size: int) -> Actor:
-    """Return a policy with uniform actions."""
-    generator = np.random.default_rng(0)
-    return lambda seen: generator.uniform(-1.0, 1.0, (*seen.shape[:-1], size)).astype(np.float32)
-
-
 def select(actors: Mapping[str, Actor], env_id: str, arguments: Mapping[str, Any], episodes: int) -> str:
     """Return the name of the policy with the most successes, and among those the largest return, on other seeds."""
     if len(actors) == 1:
@@ -125,10 +119,6 @@ def find(policy: str, env_id: str, arguments: Mapping[str, Any], run: Run) -> tu
             actors = NAIVE[env_id if env_id in NAIVE else re.split("[-_]", env_id)[0]]
         name = select(actors, env_id, arguments, QUICK_EPISODES if run.quick else SELECTION_EPISODES)
         return name, actors[name]
-    if policy == "zero":
-        return "", constant(np.zeros(size, np.float32))
-    if policy == "random":
-        return "", random_actions(size)
     try:
         return "", make_actor(policy, env_id)
     except PolicyError:

@@ -164,6 +164,7 @@ def test_ids_may_have_their_namespace_and_doing_nothing_is_a_policy(capsys: pyte
     (["evaluate", "GStack-v0", "--set", "self=3"], 2, "'self' is not for --set"),
     (["record", "GStack-v0", "--out", "x.mp4", "--set", "id=1"], 2, "'id' is not for --set"),
     (["record", "GStack-v0", "--out", "x.mp4", "--set", "width=64"], 2, "--size does"),
+    (["train", "GStack-v0", "--set", "threads=2"], 2, "'threads' is not for --set"),
     (["record", "GStack-v0", "--out", "x.mp4", "--set", "colour=9"], 2, "crack_speed, grasp_offset"),
     (["record", "GStack-v0", "--out", "x.npz", "--set", f"blocks={'-' * 100_000}1"], 2, "longer than 1000 characters"),
     (["record", "GStack-v0", "--out", "x.npz", "--set", f"blocks={'-' * 900}1"], 2, "blocks must be"),

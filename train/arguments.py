@@ -19,6 +19,7 @@ _COMMANDS_OWN = {  # arguments of the functions that make environments, which ar
         ("id", "env_id", "self", "num_envs", "world_count", "autoreset_mode", "vectorization_mode", "vector_kwargs"),
         "the command sets it itself",
     ),
+    "threads": "the commands use one thread",
     "render_mode": "the command sets it itself; `gsenv view` opens a window",
     **dict.fromkeys(("width", "height"), "--size does, where a command draws"),
 }

@@ -188,7 +188,7 @@ def run_episodes(
     on_episodes: Callable[[int], None] = lambda ended: None,
 ) -> Iterator[Episode]:
     """Run one episode on each of the seeds `seed` .. `seed + episode_count - 1`; arguments as of `make_dataset`."""
-    generator = np.random.default_rng(seed)
+    generator = np.random.default_rng((seed, 2))  # not the stream of the episode of this seed
 
     def act(observations: NDArray[np.float32]) -> NDArray[np.float32]:
         actions = actor(observations)

@@ -156,7 +156,7 @@ def make_actor(policy: str, env_id: str, seed: int = 0, arguments: Mapping[str, 
 
 def _random_actor(env_id: str, seed: int) -> Actor:
     space = box_of(make_batch(env_id, 1).task.actions)
-    generator = np.random.default_rng(seed)
+    generator = np.random.default_rng((seed, 1))  # not the stream of the episode of this seed
 
     def act(observations: NDArray[np.float32]) -> NDArray[np.float32]:
         return generator.uniform(space.low, space.high, (*observations.shape[:-1], *space.shape)).astype(np.float32)
@@ -177,7 +177,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = Parser(prog="evaluate", description="Evaluate a policy on unseen episodes.")
     parser.add_argument("env", help="id of the environment")
     parser.add_argument(
-        "--policy", default="trained", help="trained, scripted, random, or a .npz or .zip file (default: trained)"
+        "--policy", default="trained", help=f"{', '.join(POLICIES)}, or a .npz or .zip file (default: trained)"
     )
     parser.add_argument("--episodes", type=positive, default=EPISODES, help="number of episodes (default: %(default)s)")
     parser.add_argument(

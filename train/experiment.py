@@ -131,8 +131,8 @@ def with_arguments(settings: Settings, own: dict[str, Any]) -> Settings:
     """Return settings where these arguments of the environment hold in all lessons and in the tests."""
     lessons = [{name: value for name, value in lesson.items() if name not in own} for lesson in settings.lessons]
     lessons = [lesson for k, lesson in enumerate(lessons) if lesson and lesson not in lessons[k - 1 : k]]
-    tested = {name: value for name, value in own.items() if name != "split"}
-    tests = [test | tested for test in settings.tests]
+    own = {name: value for name, value in own.items() if name != "split"}  # evaluations have the other one
+    tests = [test | own for test in settings.tests]
     tests = [test for k, test in enumerate(tests) if test not in tests[:k]]
     return replace(settings, arguments=settings.arguments | own, lessons=tuple(lessons), tests=tuple(tests))
 

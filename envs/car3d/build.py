@@ -98,8 +98,8 @@ def _add_obstacles(scene: Scene) -> None:
 
 def _add_car(scene: Scene) -> None:
     """Add chassis and wheels, their joints and actuators, and the cabin, which is only drawn."""
-    hull = Box(half_extents=(1.0, 0.42, 0.13), position=(0.0, 0.0, 0.08), friction=0.3)
-    roof = Box(half_extents=(0.42, 0.34, 0.17), position=(-0.12, 0.0, 0.36), friction=0.3, density=0.0)
+    hull = Box(half_extents=(1.0, 0.42, 0.13), position=(0.0, 0.0, 0.08), friction=n.FRICTION)
+    roof = Box(half_extents=(0.42, 0.34, 0.17), position=(-0.12, 0.0, 0.36), friction=n.FRICTION, density=0.0)
     scene.add_body(
         "chassis", shapes=[hull, roof], position=(0.0, 0.0, n.CHASSIS_Z), center=(0.0, 0.0, 0.0),
         mass=n.CHASSIS_MASS, inertia=(14.0, 52.0, 60.0), color=WARM,

@@ -96,7 +96,7 @@ class Car3DTask(Task):
         Entry("last action, throttle", "last_throttle", -1, 1),
         Entry("last action, steering", "last_steering", -1, 1),
         Entry("distance to the left of the centre line", "aside", -3, 3, f"{scene.ROAD_HALF:g} m"),
-        Entry("time since a wheel touched something", "flight", 0, 2, f"{rules.FLIGHT_STEPS / 30:g} s"),
+        Entry("time since a wheel touched something", "flight", 0, 2, f"{observe.FLIGHT_STEPS / 30:g} s"),
         Entry("distance to the finish, along the centre line", "to_finish", -0.5, 1.5, "100 m"),
         Entry("time since the start", "time", 0, 2, f"{observe.TIME_UNIT / 30:g} s"),
         Entry("distance to the next gate, along the centre line; 2 where there is none", "to_gate", -1, 2, "10 m"),
@@ -116,7 +116,7 @@ class Car3DTask(Task):
             "progress",
             f"{rules.PROGRESS_WEIGHT:g} per m along the centre line at up to {rules.PAID_SPEED:g} m/s, and "
             f"{rules.FAST_WEIGHT:g} per m beyond what that speed gives; less on the way back; nothing beside the road, "
-            f"and once no wheel has touched anything for {rules.FLIGHT_STEPS / 30:g} s",
+            f"and once no wheel has touched anything for {observe.FLIGHT_STEPS / 30:g} s",
         ),
         RewardTerm("time", f"{rules.TIME_REWARD:g} per step"),
         RewardTerm("finish", f"{rules.FINISH_REWARD:g} at the finish"),
@@ -148,7 +148,7 @@ class Car3DTask(Task):
     quantities = (
         Quantity("friction", "friction coefficient of everything", scene.FRICTION, 0.05, 2.0),
         Quantity("mass", "mass of the chassis", scene.CHASSIS_MASS, 50.0, 500.0, "kg"),
-        Quantity("wheel_torque", "motor torque of each wheel at a full action", scene.TORQUE, 10.0, 400.0, "N m"),
+        Quantity("wheel_torque", "motor torque of each wheel at a full action; its brake changes by the same factor", scene.TORQUE, 10.0, 400.0, "N m"),
         Quantity("suspension", "stiffness of each wheel's spring", scene.STIFFNESS, 2000.0, 50000.0, "N/m"),
         Quantity("gravity", "gravity", scene.GRAVITY, 0.5, 30.0, "m/s^2"),
     )

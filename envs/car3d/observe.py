@@ -19,7 +19,7 @@ PATCH_ROWS, PATCH_COLUMNS = 7, 5
 FIRST_ROW, ROW_SPACING = 0.8, 0.8  # m ahead of the middle of the car
 COLUMN_SPACING = 0.6  # m
 SPEED_UNIT, SPIN_UNIT, HEIGHT_UNIT = 10.0, 3.0, 1.0
-FLIGHT_UNIT = 15  # control steps
+FLIGHT_STEPS = 15  # without a wheel on anything, after which progress is not paid
 TIME_UNIT = 600  # control steps
 
 _CHASSIS, _WHEEL = n.CHASSIS_BODY, n.FIRST_WHEEL
@@ -135,7 +135,7 @@ def observe_world(world):  # type: ignore[no-untyped-def]
     out[21] = task.steering / _STEERING
     out[22], out[23] = task.action[0], task.action[1]
     out[24] = task.aside / _ROAD_HALF
-    out[25] = task.flight / FLIGHT_UNIT
+    out[25] = task.flight / FLIGHT_STEPS
     out[26] = (_FINISH - task.place) / 100.0
     out[27] = task.steps / TIME_UNIT
     _observe_gate(task, out[28:])

@@ -14,7 +14,7 @@ from gsenv.envs.car3d.course import (
     gate_place,
     place_thing,
 )
-from gsenv.envs.car3d.observe import observe_world
+from gsenv.envs.car3d.observe import FLIGHT_STEPS, observe_world
 from gsenv.envs.car3d.road import COLUMNS, HEADING, nearest, path_at
 from gsenv.envs.core.kernels import active_contacts, first_not_finite
 from gsenv.solver.core.edit import disable_body, set_mass
@@ -51,7 +51,6 @@ TASK_STATE_FIELDS: list[tuple[Any, ...]] = [
 ]
 
 CONTROL_TIME = 1.0 / 30.0  # s
-FLIGHT_STEPS = 15  # without a wheel on anything, after which progress is not paid
 STRAY_STEPS = 30  # on end beside the road, after which it has strayed
 LEAST_UP = 0.2  # cosine of the tilt at which the car has rolled over
 

@@ -90,7 +90,6 @@ CHASSIS_BODY = FIRST_BUMPS + BUMPS
 FIRST_WHEEL = CHASSIS_BODY + 1  # rear left, rear right, front left, front right
 CABIN_BODY = FIRST_WHEEL + 4
 FIRST_BALL = CABIN_BODY + 1
-LAST_BODY = FIRST_BALL + BALL_GROUPS * GROUP_BALLS
 AXLE_JOINTS = (0, 2, 4, 7)  # of the suspensions; the spins and steerings lie between
 FIRST_STEERING = 4  # of the controls
 

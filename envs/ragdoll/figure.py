@@ -13,7 +13,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gsenv.envs.ragdoll.scene import AXIS_DTYPE, FEET, HANDS, LEGS, LINK_DTYPE, PARTS_DTYPE, PELVIS, REACH, TORSO
+from gsenv.envs.ragdoll.scene import AXIS_DTYPE, FEET, HANDS, LEGS, LINK_DTYPE, PARTS_DTYPE, PELVIS, TORSO
+from gsenv.envs.ragdoll2d.scene import REACH
 from gsenv.mjcf import MjcfModel, parse_mjcf
 from gsenv.mjcf.build import Names
 from gsenv.solver.records.bundle import Bundle

@@ -11,7 +11,6 @@ from gsenv.envs.ragdoll2d import scene as lengths
 
 AXIS_COUNT = 21  # driven joints
 STAND_TILT = 0.02  # rad, of the pelvis in the stand, where the soles are level
-REACH = 0.6  # of half a joint's range: what a full action adds to the angle of the stand
 ARROW_LENGTH = 0.5  # m, of the arrow of a push of 1 m/s
 ARROW_GAP = 0.24  # m, from the middle of the pelvis to its tip
 ARROW_BARB = 0.085  # m, half the length of the two barbs of its head

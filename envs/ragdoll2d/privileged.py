@@ -13,6 +13,7 @@ from gsenv.envs.core.spec_tables import Entry
 from gsenv.envs.ragdoll2d import shared_rules as shared
 
 MOST_TIME = 4.0  # s
+MOST_PUSH = 3.0  # m/s, of the argument `push`
 SOON = 0.5  # s
 
 Array = NDArray[np.float64]
@@ -24,11 +25,11 @@ def entries(quantities: Sequence[Quantity], sides: Sequence[str]) -> tuple[Entry
     return (
         Entry("time to the next push", "push_time", 0, MOST_TIME, "s"),
         *(
-            Entry(f"the next push, {side}", f"push_{axis}", -2, 2, "m/s")
+            Entry(f"the next push, {side}", f"push_{axis}", -MOST_PUSH, MOST_PUSH, "m/s")
             for axis, side in zip(axes, sides, strict=True)
         ),
         *(
-            Entry(f"what the present push has still to add, {side}", f"rest_{axis}", -2, 2, "m/s")
+            Entry(f"what the present push has still to add, {side}", f"rest_{axis}", -MOST_PUSH, MOST_PUSH, "m/s")
             for axis, side in zip(axes, sides, strict=True)
         ),
         *(Entry(quantity.name, quantity.name, 0, 3) for quantity in quantities),

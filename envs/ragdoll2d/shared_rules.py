@@ -80,7 +80,7 @@ def begin_push(task):  # type: ignore[no-untyped-def]
         task.push = task.pushes[task.push_count % PUSHES]
         task.push_count += 1
         task.pushed = 0
-        task.next_push += task.gaps[task.push_count % PUSHES]
+        task.next_push += max(task.gaps[task.push_count % PUSHES], FEWEST_GAP)  # where the schedule begins again
 
 
 @njit

@@ -15,7 +15,7 @@ from gsenv.envs.core.task import Task
 from gsenv.envs.ragdoll2d import scene
 from gsenv.envs.ragdoll2d import shared_rules as shared
 from gsenv.envs.ragdoll2d.lying import NO_POSES
-from gsenv.envs.ragdoll2d.privileged import privileged_observations
+from gsenv.envs.ragdoll2d.privileged import MOST_PUSH, privileged_observations
 from gsenv.solver import Options
 
 TOLERANCE = 1e-3  # of "balanced": drives with bounded torques converge slowly, and errors of this size are not seen
@@ -30,7 +30,7 @@ RANGES = {  # drawn in each episode, unless `randomize` says otherwise
 
 def check_push(push: Any) -> float:
     """Return a push from 0 to 3 m/s as a float; raises ValueError for anything else."""
-    return number_within(push, 0.0, 3.0, "push must be a speed from 0 to 3 m/s")
+    return number_within(push, 0.0, MOST_PUSH, f"push must be a speed from 0 to {MOST_PUSH:g} m/s")
 
 
 class OneOfTasks:
@@ -77,18 +77,18 @@ POSTURE_TERM = RewardTerm(
 )
 _CALM_TERMS = (
     RewardTerm("smoothness", f"{shared.SMOOTH_WEIGHT:g} times the square of the change of the action"),
-    RewardTerm("effort", f"{shared.EFFORT_WEIGHT:g} times the sum of the squares of torques over their bounds"),
+    RewardTerm("effort", f"{shared.EFFORT_WEIGHT:g} times the sum of the squares of torques over their nominal bounds"),
 )
 LAST_TERMS = (*_CALM_TERMS, RewardTerm("fall", f"{shared.FALL_REWARD:g} for a fall"))
 GET_UP_TERMS = (
     RewardTerm(
         "stand",
-        f"{shared.STAND_WEIGHT:g} m: m the mean of two shares, the height of the crown over that in the stand and the "
+        f"{shared.STAND_WEIGHT:g} s: s the mean of two shares, the height of the crown over that in the stand and the "
         "same of the hips, each at most 1",
     ),
     RewardTerm(
         "posture",
-        f"{shared.POSTURE_WEIGHT:g} m^2 exp(-d^2): d^2 the sum of the squares of the angles from the stand, rad^2",
+        f"{shared.POSTURE_WEIGHT:g} s^2 exp(-d^2): d^2 the sum of the squares of the angles from the stand, rad^2",
     ),
     *_CALM_TERMS,
     RewardTerm("fall", "0: falls cost nothing"),

@@ -82,6 +82,12 @@ def test_pixels_are_refused(observation: str) -> None:
         evaluate(make_actor("scripted", "GStack-v0"), "GStack-v0", 1, arguments={"observation": observation})
 
 
+def test_random_actions_are_not_what_the_episode_of_their_seed_is_drawn_from() -> None:
+    drawn = np.random.default_rng(5).uniform(-1.0, 1.0, 12)
+    for action in make_actor("random", "GStack-v0", 5)(np.zeros((3, 32), np.float32)).ravel():
+        assert abs(drawn - action).min() > 1e-6
+
+
 @pytest.mark.parametrize("entry", ENVS, ids=lambda entry: entry.id)
 def test_random_policies_of_all_environments(entry: object) -> None:
     env_id: str = entry.id  # type: ignore[attr-defined]

@@ -404,7 +404,7 @@ def test_what_the_user_sets_holds_in_lessons_and_tests() -> None:
         tests=({}, {"crack_speed": 0.3}),
     )
     own = with_arguments(settings, {"blocks": 4, "split": "train"})
-    assert own.arguments == {"blocks": 4, "split": "train"}
+    assert own.arguments == {"blocks": 4}
     assert own.lessons == ({"crack_speed": 2.0},)
     assert own.tests == ({"blocks": 4}, {"blocks": 4, "crack_speed": 0.3})
     assert with_arguments(settings, {}) == settings

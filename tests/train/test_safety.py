@@ -307,7 +307,9 @@ NAN = np.full((4, COUNT), np.nan, np.float32)
         ({"weight_2": np.zeros((4, 4), np.float32)}, "it has no 'weight_1'"),
         ({"extra": np.zeros(2)}, "arrays of other names: extra"),
         ({"head": np.array("no json")}, "is not a policy"),
-        ({"head": np.array('["list"]')}, "is not a policy"),
+        ({"head": np.array('["list"]')}, "its head must be a JSON object, got a list"),
+        ({"head": np.array("[" * 100_000 + "]" * 100_000)}, "its head is JSON that is nested too deeply"),
+        ({"bias_0": np.zeros(4, np.complex64)}, "the bias of layer 0 must be an array of floats"),
     ],
 )
 def test_broken_policies_are_refused(changes: dict[str, Any], message: str, tmp_path: Path) -> None:
@@ -325,7 +327,8 @@ def test_broken_policies_are_refused(changes: dict[str, Any], message: str, tmp_
         ({"activation": ["tanh"]}, "activation must be one of"),
         ({"squash": "yes"}, "squash must be True or False"),
         ({"notes": "text"}, "notes a dict"),
-        ({"colour": 1}, "unexpected keyword argument 'colour'"),
+        ({"colour": 1}, "its head has other names: colour"),
+        ({"mean": [0.0]}, "its head has other names: mean"),
     ],
 )
 def test_broken_heads_are_refused(head: dict[str, Any], message: str, tmp_path: Path) -> None:
@@ -337,7 +340,7 @@ def test_broken_heads_are_refused(head: dict[str, Any], message: str, tmp_path: 
 
 def test_policies_of_other_environments_are_refused(tmp_path: Path) -> None:
     path = write(tmp_path / "policy.npz", weight_0=np.zeros((3, COUNT), np.float32), bias_0=np.zeros(3, np.float32))
-    assert "is for 3 actions, GStack-v0 has (4,)" in complaint(path)
+    assert "is for 3 actions, and GStack-v0 has 4" in complaint(path)
 
 
 def test_a_bomb_is_not_unpacked(tmp_path: Path) -> None:
@@ -347,6 +350,12 @@ def test_a_bomb_is_not_unpacked(tmp_path: Path) -> None:
             member.write(bytes(2**20))
     assert path.stat().st_size < 2**20
     assert "it would unpack to 300 MB" in complaint(path)
+
+
+def test_half_a_file_is_called_damaged(tmp_path: Path) -> None:
+    path = write(tmp_path / "policy.npz")
+    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+    assert "is not a policy that gsenv has written: it is damaged, cut off or no zip archive" in complaint(path)
 
 
 @pytest.mark.parametrize(
