@@ -40,7 +40,8 @@ LIBRARIES = ("stable_baselines3", "torchrl", "skrl", "supersuit")
 
 @pytest.mark.parametrize("block", CLIENTS, ids=lambda block: next((n for n in LIBRARIES if n in block), "gymnasium"))
 @pytest.mark.filterwarnings("ignore")  # the libraries' own, of deprecations
-def test_code_for_another_library_runs(block: str) -> None:
+def test_code_for_another_library_runs(block: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)  # where it writes files
     for name in LIBRARIES:
         if name in block:
             pytest.importorskip(name)

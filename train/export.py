@@ -6,22 +6,25 @@ arrays.
 
 from __future__ import annotations
 
-import json
+import io
 import pickle
 import re
 import shlex
+import warnings
 import zipfile
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import torch
 from numpy.typing import NDArray
-from stable_baselines3.common.save_util import load_from_zip_file, recursive_setattr
+from stable_baselines3.common.save_util import recursive_getattr, recursive_setattr
 from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 
-from gsenv.envs.core.mlp import MlpPolicy, read_arrays
+from gsenv.envs.core.mlp import MlpPolicy, check_archive, parse_object, read_arrays, read_members, summary
 from gsenv.files import replacing
+from gsenv.solver.jit import say_once
 from gsenv.train.checkpoint import NORMALIZE
 
 if TYPE_CHECKING:
@@ -30,8 +33,22 @@ if TYPE_CHECKING:
 PICKLES = re.compile(r".*norm.*\.(pkl|pickle)", re.IGNORECASE)  # usual names of what SB3's VecNormalize.save writes
 STEPS = re.compile(r"(\d+)_steps")  # in the names of files of Stable-Baselines3's CheckpointCallback
 ACTIVATIONS = {"torch.nn.modules.activation.Tanh": "tanh", "torch.nn.modules.activation.ReLU": "relu"}
+MOST_ENTRIES = 100_000  # of all dicts and lists in one member of a saved model; an optimiser has four per tensor
+VARIABLES = ("pytorch_variables", "tensors")  # members of tensors that belong to no state dict; long ago the second
 
-_BROKEN = (AssertionError, AttributeError, EOFError, IndexError, KeyError, RuntimeError, TypeError, ValueError)
+
+@dataclass(frozen=True)
+class _Saved:
+    """What is in a zip file of Stable-Baselines3, by name.
+
+    data: what the model says about itself as JSON; the pickles in that stay unread, as text.
+    states: state dicts of the policy and the optimisers.
+    variables: tensors that belong to none of these.
+    """
+
+    data: dict[str, Any]
+    states: dict[str, Any]
+    variables: dict[str, Any]
 
 
 @dataclass(frozen=True)
@@ -83,7 +100,7 @@ def _unit(normalize: VecNormalize) -> tuple[Any, Any, float]:
     return np.zeros(shape), np.ones(shape), 1.0
 
 
-def save_normalize(statistics: Statistics, path: Path) -> None:
+def save_normalize(statistics: Statistics, path: str | Path) -> None:
     """Write normalize.npz."""
     with replacing(path) as partial:
         np.savez(partial, **asdict(statistics))
@@ -133,15 +150,18 @@ def restore(model: BaseAlgorithm, path: Path) -> None:
         OSError: a file cannot be read.
         ValueError: it is of another network or algorithm, or the two are of different checkpoints.
     """
-    weights, variables = _read_zip(path)
-    steps = _checked_steps(path, read_normalize(path.with_name(NORMALIZE)), "cannot be continued; policy.npz is whole")
+    saved = _read_zip(path)
+    statistics = read_normalize(path.with_name(NORMALIZE))
+    steps = _checked_steps(path, saved, statistics, "cannot be continued; policy.npz is whole")
     model.num_timesteps = steps
     try:
-        model.set_parameters(weights, device="cpu")
-        for name, value in variables.items():
+        model.set_parameters(saved.states, device="cpu")
+        for name, value in saved.variables.items():
+            if recursive_getattr(model, name).shape != value.shape:
+                raise ValueError(f"{name} has the shape {tuple(value.shape)}.")
             recursive_setattr(model, f"{name}.data", value.data)
-    except _BROKEN as error:
-        raise ValueError(f"{path} does not fit these settings: {_first_line(error)}") from error
+    except Exception as error:  # Stable-Baselines3 and torch raise all kinds of things for what is of another network
+        raise ValueError(f"{path} does not fit these settings: {summary(error)}") from error
 
 
 def export(model: BaseAlgorithm, normalize: VecNormalize | None, notes: dict[str, Any] | None = None) -> MlpPolicy:
@@ -160,24 +180,31 @@ def load_zip(path: Path) -> MlpPolicy:
         ValueError: the file is not an "MlpPolicy" of PPO or SAC, or acts in a way that gsenv's policies do not, or its
             normalisation is a pickle, which is not read, or that of another checkpoint.
     """
-    weights, _ = _read_zip(path)
+    saved = _read_zip(path)
     refuse_pickle(path)
     beside = path.with_name(NORMALIZE)
     statistics = read_normalize(beside) if beside.is_file() else None
     if statistics is not None:
-        _checked_steps(path, statistics, "make no policy; convert the pickle of this one's steps")
-    policy = dict(weights.get("policy", {}))
-    _refuse_other_actions(path, is_sac="actor.latent_pi.0.weight" in policy)
-    strange = [name for name in policy if "features_extractor." in name]  # a CnnPolicy's
-    if strange or not ({"action_net.weight", "actor.mu.weight"} & set(policy)):
+        _checked_steps(path, saved, statistics, "make no policy; convert the pickle of this one's steps")
+    weights = saved.states["policy"]
+    _refuse_other_actions(path, saved, is_sac="actor.latent_pi.0.weight" in weights)
+    strange = [name for name in weights if "features_extractor." in name]  # a CnnPolicy's
+    if strange or not ({"action_net.weight", "actor.mu.weight"} & set(weights)):
         raise ValueError(
             f"{path} is not an MlpPolicy of Stable-Baselines3's PPO or SAC, and gsenv reads no others; score it with "
             "stable_baselines3.common.evaluation.evaluate_policy instead."
         )
     try:
-        return _from_weights(policy, statistics, {}, _activation_of_zip(path))
-    except _BROKEN as error:
-        raise ValueError(f"{path} is not an MlpPolicy of PPO or SAC: {_first_line(error)}") from error
+        policy = _from_weights(weights, statistics, {}, _activation_of(saved))
+    except Exception as error:  # torch raises all kinds of things for strange tensors
+        raise ValueError(f"{path} is not an MlpPolicy of PPO or SAC: {summary(error)}") from error
+    if statistics is None:
+        say_once(
+            f"normalisation of {path.resolve()}",
+            f"gsenv: {path} has no {NORMALIZE} beside it, so observations are passed to it as they are; if it was "
+            "trained with VecNormalize, docs/clients.md shows how to write that file",
+        )
+    return policy
 
 
 def refuse_pickle(policy: Path) -> None:
@@ -231,39 +258,88 @@ def convert_pickle(file: str | Path) -> Path:
     return path
 
 
-def _read_zip(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return the state dicts and the variables of a saved model; the pickles in it are not read."""
+def _read_zip(path: Path) -> _Saved:
+    """Return what a saved model holds; the pickles in it are not read.
+
+    Raises:
+        OSError: it cannot be read.
+        ValueError: it is damaged, too large, or not what Stable-Baselines3 writes.
+    """
     if not path.is_file():
         raise FileNotFoundError(2, "there is no such file", str(path))
+    refused = f"{path} is not an MlpPolicy of Stable-Baselines3's PPO or SAC"
     try:
-        _, weights, variables = load_from_zip_file(path, device="cpu", load_data=False)
+        members = read_members(path)
+        for name in ("data", "policy.pth"):
+            if name not in members:
+                raise ValueError(f"it has no member {name}.")
+        data = parse_object(members["data"], "its member data")
+        tensors = {
+            name.removesuffix(".pth"): _tensors_of(name, content)
+            for name, content in members.items()
+            if name.endswith(".pth")
+        }
+    except OSError:
+        raise
     except pickle.UnpicklingError as error:  # of torch, for anything but tensors
         raise ValueError(
-            f"{path} is not an MlpPolicy of Stable-Baselines3's PPO or SAC: where such a file has tensors it has "
-            "pickled objects, which gsenv does not read because they can run any code."
+            f"{refused}: where such a file has tensors it has pickled objects, which gsenv does not read because they "
+            "can run any code."
         ) from error
-    except _BROKEN as error:
-        raise ValueError(
-            f"{path} is not an MlpPolicy of Stable-Baselines3's PPO or SAC: {_first_line(error)}"
-        ) from error
-    return dict(weights), dict(variables or {})
+    except Exception as error:  # torch raises all kinds of things for strange tensors
+        raise ValueError(f"{refused}: {summary(error)}") from error
+    variables = [tensors.pop(name) for name in VARIABLES if name in tensors]
+    return _Saved(data, tensors, variables[0] if variables else {})
 
 
-def _data_of_zip(path: Path) -> dict[str, Any]:
-    """Return what a saved model says about itself as JSON; the pickles in that stay unread, as text."""
+def _tensors_of(name: str, content: bytes) -> dict[str, Any]:
+    """Return what torch has written into a member of a saved model: a dict of tensors, or of dicts with tensors.
+
+    Raises:
+        UnpicklingError: it has objects other than tensors, numbers and texts.
+        ValueError: it cannot be read, is something else, or `_check_tensor` refuses one of the tensors.
+    """
     try:
-        with zipfile.ZipFile(path) as archive:
-            data = json.loads(archive.read("data"))
-    except (KeyError, ValueError):
-        return {}
-    return data if isinstance(data, dict) else {}
+        if zipfile.is_zipfile(io.BytesIO(content)):  # an archive within the archive, which torch unpacks
+            with zipfile.ZipFile(io.BytesIO(content)) as archive:
+                check_archive(archive)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # torch's, about formats that it may refuse next
+            state = torch.load(io.BytesIO(content), map_location="cpu", weights_only=True)
+    except pickle.UnpicklingError:
+        raise
+    except Exception as error:  # torch raises all kinds of things for a broken file
+        raise ValueError(f"its member {name} holds no tensors that can be read ({summary(error)}).") from error
+    if not isinstance(state, dict) or not all(isinstance(key, str) for key in state):
+        raise ValueError(f"its member {name} must hold a dict by names, and holds something else.")
+    pending: list[Any] = [state]
+    count = 0
+    while pending:
+        value = pending.pop()
+        if isinstance(value, torch.Tensor):
+            _check_tensor(name, value)
+        elif isinstance(value, (dict, list, tuple)):
+            count += len(value)
+            if count > MOST_ENTRIES:  # a small file can hold one list a million times, or one that holds itself
+                raise ValueError(f"its member {name} has more than {MOST_ENTRIES} entries.")
+            pending.extend(value.values() if isinstance(value, dict) else value)
+    return state
 
 
-def _checked_steps(path: Path, statistics: Statistics, what: str) -> int:
+def _check_tensor(member: str, tensor: torch.Tensor) -> None:
+    """Raise ValueError for a tensor of anything but real numbers, all of which are in the file."""
+    if tensor.layout != torch.strided or tensor.device.type != "cpu" or tensor.is_complex() or tensor.is_quantized:
+        kind = f"{tensor.dtype}, {tensor.layout}, {tensor.device}"
+        raise ValueError(f"its member {member} has a tensor that is no plain array of real numbers ({kind}).")
+    if tensor.numel() * tensor.element_size() > tensor.untyped_storage().nbytes():
+        raise ValueError(f"its member {member} has too few numbers for a tensor of the shape {tuple(tensor.shape)}.")
+
+
+def _checked_steps(path: Path, saved: _Saved, statistics: Statistics, what: str) -> int:
     """Return the steps of a normalisation; ValueError where the zip beside it is of others, so that the two `what`."""
     steps = int(statistics.steps)
-    trained = _steps_of_zip(path)
-    if steps and trained not in (None, steps):  # 0: `statistics_of` was not told
+    trained = saved.data.get("num_timesteps")
+    if steps and isinstance(trained, int) and trained != steps:  # 0: `statistics_of` was not told
         raise ValueError(
             f"{path} is of {trained} steps and {NORMALIZE} beside it of {steps}, so they are of two checkpoints and "
             f"{what}."
@@ -271,34 +347,31 @@ def _checked_steps(path: Path, statistics: Statistics, what: str) -> int:
     return steps
 
 
-def _steps_of_zip(path: Path) -> int | None:
-    """Return how many steps a saved model has trained, or None if the file does not say."""
-    steps = _data_of_zip(path).get("num_timesteps")
-    return steps if isinstance(steps, int) else None
-
-
-def _refuse_other_actions(path: Path, is_sac: bool) -> None:
+def _refuse_other_actions(path: Path, saved: _Saved, is_sac: bool) -> None:
     """Raise ValueError where a saved model makes actions of its network's output in a way that gsenv's policies do not.
 
     The mean action of PPO with gSDE (`use_sde`) is that without; SAC's is clipped before its tanh.
     """
-    data = _data_of_zip(path)
-    arguments = data.get("policy_kwargs")
-    arguments = arguments if isinstance(arguments, dict) else {}
-    if is_sac and (data.get("use_sde") or arguments.get("use_sde")):
+    arguments = _policy_arguments(saved)
+    if is_sac and (saved.data.get("use_sde") or arguments.get("use_sde")):
         raise ValueError(f"{path} is of SAC with gSDE (use_sde=True), whose mean actions gsenv cannot compute.")
     if not is_sac and arguments.get("squash_output"):
         raise ValueError(f"{path} has squash_output=True, and gsenv squashes the actions of SAC alone.")
 
 
-def _activation_of_zip(path: Path) -> str | None:
+def _policy_arguments(saved: _Saved) -> dict[str, Any]:
+    """Return the `policy_kwargs` of a saved model."""
+    arguments = saved.data.get("policy_kwargs")
+    return arguments if isinstance(arguments, dict) else {}
+
+
+def _activation_of(saved: _Saved) -> str | None:
     """Return "tanh" or "relu" where the policy was made with an `activation_fn`; None: the algorithm's own.
 
     Raises:
         ValueError: another function.
     """
-    arguments = _data_of_zip(path).get("policy_kwargs")
-    written = arguments.get("activation_fn") if isinstance(arguments, dict) else None
+    written = _policy_arguments(saved).get("activation_fn")
     if written is None:
         return None
     return _known_activation(str(written).removeprefix("<class '").removesuffix("'>"))
@@ -311,27 +384,31 @@ def _known_activation(name: str) -> str:
     return ACTIVATIONS[name]
 
 
-def _first_line(error: BaseException) -> str:
-    return str(error).strip().partition("\n")[0]
-
-
 def _from_weights(
-    weights: Any, statistics: Statistics | None, notes: dict[str, Any], activation: str | None
+    weights: dict[str, Any], statistics: Statistics | None, notes: dict[str, Any], activation: str | None
 ) -> MlpPolicy:
-    arrays = {name: tensor.detach().cpu().numpy().astype(np.float32) for name, tensor in weights.items()}
-    is_sac = "actor.mu.weight" in arrays
+    is_sac = "actor.mu.weight" in weights
     body, head = ("actor.latent_pi", "actor.mu") if is_sac else ("mlp_extractor.policy_net", "action_net")
-    layers = []
+    modules = []
     for k in range(0, 100, 2):  # torch numbers the modules; every other one is an activation
-        if f"{body}.{k}.weight" not in arrays:
+        if f"{body}.{k}.weight" not in weights:
             break
-        layers.append((arrays[f"{body}.{k}.weight"], arrays[f"{body}.{k}.bias"]))
-    layers.append((arrays[f"{head}.weight"], arrays[f"{head}.bias"]))
-    count = layers[0][0].shape[1]
+        modules.append(f"{body}.{k}")
+    modules.append(head)
+    layers = tuple((_array(weights, f"{name}.weight"), _array(weights, f"{name}.bias")) for name in modules)
+    count = np.atleast_2d(layers[0][0]).shape[1]
     mean, scale = np.zeros(count, np.float32), np.ones(count, np.float32)
     if statistics is not None:
         mean, scale = statistics.observation_mean.astype(np.float32), statistics.scale.astype(np.float32)
-        critic = arrays.get("mlp_extractor.value_net.0.weight")
+        critic = weights.get("mlp_extractor.value_net.0.weight")
         if critic is not None and critic.shape[1] == len(mean):  # what follows the policy's entries is the critic's
             mean, scale = mean[:count], scale[:count]
-    return MlpPolicy(mean, scale, tuple(layers), activation or ("relu" if is_sac else "tanh"), is_sac, notes)
+    return MlpPolicy(mean, scale, layers, activation or ("relu" if is_sac else "tanh"), is_sac, notes)
+
+
+def _array(weights: dict[str, Any], name: str) -> NDArray[np.float32]:
+    """Return a copy of a tensor; ValueError where there is none, or it is not of floats."""
+    tensor = weights.get(name)
+    if not isinstance(tensor, torch.Tensor) or not tensor.is_floating_point():
+        raise ValueError(f"it has no tensor of floats called {name}.")
+    return tensor.detach().to("cpu", torch.float32).numpy().copy()

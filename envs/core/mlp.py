@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import io
 import json
 import zipfile
@@ -20,7 +21,10 @@ Array = NDArray[np.float32]
 
 _CLIP = 10.0  # normalised observations stay within this
 _MOST = float(np.finfo(np.float32).max)
-MOST_BYTES = 2**28  # that an .npz file may unpack to; a few of them are bombs
+MOST_BYTES = 2**28  # that an .npz file or a policy.zip may unpack to; a few of them are bombs
+_COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)  # of numpy, torch and Stable-Baselines3
+_HEAD = ("activation", "squash", "notes")  # what is written as JSON
+_LONGEST = 300  # characters of a reason, some of which quote the file
 
 
 def _relu(x: Array) -> Array:
@@ -107,7 +111,7 @@ class MlpPolicy:
         arrays: dict[str, Any] = {"mean": self.mean, "scale": self.scale}
         for k, (weight, bias) in enumerate(self.layers):
             arrays |= {f"weight_{k}": weight, f"bias_{k}": bias}
-        head = {"activation": self.activation, "squash": self.squash, "notes": self.notes}
+        head = {name: getattr(self, name) for name in _HEAD}
         buffer = io.BytesIO()  # numpy would add a suffix to a path
         np.savez_compressed(buffer, head=np.array(json.dumps(head)), **arrays)
         if isinstance(file, (str, Path)):
@@ -126,17 +130,19 @@ class MlpPolicy:
         """
         try:
             arrays = read_arrays(Path(file) if isinstance(file, str) else file)
-            head = json.loads(str(arrays.pop("head")))
+            head = parse_object(str(arrays.pop("head")), "its head")
             count = sum(name.startswith("weight_") for name in arrays)
             layers = tuple((arrays.pop(f"weight_{k}"), arrays.pop(f"bias_{k}")) for k in range(count))
             mean, scale = arrays.pop("mean"), arrays.pop("scale")
             if arrays:
                 raise ValueError(f"it has arrays of other names: {', '.join(sorted(arrays))}.")
+            if others := sorted(set(head) - set(_HEAD)):
+                raise ValueError(f"its head has other names: {', '.join(others)}.")
             return cls(mean, scale, layers, **head)
         except KeyError as error:
             raise ValueError(f"{file} is not a policy that gsenv has written: it has no {error}.") from error
         except (TypeError, ValueError) as error:
-            raise ValueError(f"{file} is not a policy that gsenv has written: {error}") from error
+            raise ValueError(f"{file} is not a policy that gsenv has written: {summary(error)}") from error
 
 
 def read_asset(name: str) -> dict[str, NDArray[Any]]:
@@ -158,19 +164,77 @@ def read_arrays(file: Path | BinaryIO) -> dict[str, NDArray[Any]]:
         OSError: it cannot be read.
         ValueError: it is no such file, holds objects, or unpacks to more than 256 MB.
     """
+    arrays = {}
+    members = read_members(file)
+    for name in list(members):
+        content = io.BytesIO(members.pop(name))  # so that large files are not held twice
+        try:
+            arrays[name.removesuffix(".npy")] = np.lib.format.read_array(content, allow_pickle=False)
+        except Exception as error:  # numpy raises all kinds of things for a broken file
+            raise ValueError(f"its member {name} cannot be read as an array ({summary(error)}).") from error
+    return arrays
+
+
+def read_members(file: Path | BinaryIO) -> dict[str, bytes]:
+    """Return the content of a zip archive's members by name.
+
+    Raises:
+        OSError: it cannot be read.
+        ValueError: it is no archive, it is damaged or cut off, or `check_archive` refuses it.
+    """
     try:
         with zipfile.ZipFile(file) as archive:
-            size = sum(member.file_size for member in archive.infolist())
-        if size > MOST_BYTES:
-            raise ValueError(f"it would unpack to {size / 2**20:.0f} MB.")
-        if not isinstance(file, Path):
-            file.seek(0)
-        with np.load(file, allow_pickle=False) as data:
-            return {name: data[name] for name in data.files}
-    except OSError:
+            check_archive(archive)
+            members = {}
+            for member in archive.infolist():
+                with archive.open(member) as opened:
+                    members[member.filename] = opened.read(member.file_size)  # all at once could unpack to far more
+            return members
+    except ValueError:
         raise
-    except Exception as error:  # numpy and zipfile raise all kinds of things for a broken file
-        raise ValueError(str(error)) from error
+    except Exception as error:  # zipfile and zlib raise all kinds of things for a broken file
+        if (
+            isinstance(error, OSError) and error.errno != errno.EINVAL
+        ):  # which is of a place before the file's beginning
+            raise
+        raise ValueError(f"it is damaged, cut off or no zip archive ({summary(error)}).") from error
+
+
+def check_archive(archive: zipfile.ZipFile) -> None:
+    """Check what a zip archive says of its members, before any of them is read.
+
+    Raises:
+        ValueError: they unpack to more than 256 MB, one is compressed by an unusual method, or the file lacks a part.
+    """
+    members = archive.infolist()
+    size = sum(member.file_size for member in members)
+    if size > MOST_BYTES:
+        raise ValueError(f"it would unpack to {size / 2**20:.0f} MB.")
+    for member in members:
+        if member.compress_type not in _COMPRESSIONS:  # of these, others unpack a whole block whatever is asked for
+            raise ValueError(f"its member {member.filename} is compressed by another method than deflate.")
+    if min((member.header_offset for member in members), default=0) > 0:  # an archive within the file was found instead
+        raise ValueError("it is damaged or cut off.")
+
+
+def parse_object(text: str | bytes, what: str) -> dict[str, Any]:
+    """Return the object that a JSON text holds; ValueError, in which it is called `what`, where it holds none."""
+    try:
+        value = json.loads(text)
+    except RecursionError:
+        raise ValueError(f"{what} is JSON that is nested too deeply.") from None
+    except ValueError as error:
+        raise ValueError(f"{what} is no JSON: {error}.") from error
+    if not isinstance(value, dict):
+        raise ValueError(f"{what} must be a JSON object, got a {type(value).__name__}.")
+    return value
+
+
+def summary(error: Exception) -> str:
+    """Return what an error says in one line, shortened where it quotes much; of one that says nothing, its kind."""
+    first, *others = str(error).strip().splitlines() or [type(error).__name__]
+    line = f"{first} {others[0].strip()}" if others and first.endswith(":") else first  # a list, as torch writes
+    return line if len(line) <= _LONGEST else f"{line[:_LONGEST]}..."
 
 
 def _check_numbers(what: str, array: Any, dimensions: int) -> None:
