@@ -288,7 +288,10 @@ def report(results: Mapping[str, Any]) -> Report:
         f"## Each seed\n\nThe last policy plays the {EPISODES} episodes of the table above, from seed {TEST_SEED} on, "
         f"and {OTHER_EPISODES} others, from {UNSELECTED_SEED} on, by which no policy was chosen; `best.npz`, the "
         f"policy of the best evaluation during training, plays the {EPISODES}. Steps are means of these episodes. The "
-        "last column says which policy the package has; where it has that of another run, no row says so."
+        "last column says which policy the package has; where it has that of another run, no row says so. Up to commit "
+        "e3621c3 the seeds of an environment trained on nearly the same episodes (255 of 256 worlds began with seeds "
+        "that the next run's had, too), so that they differ in first weights and exploration; from 8412384 on each has "
+        "episodes of its own."
     )
     return Report("Baselines of PPO", [text, tasks_table(trained), picture, seeds, seeds_table(trained)])
 

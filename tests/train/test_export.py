@@ -133,6 +133,15 @@ def test_a_file_that_is_cut_off_is_called_so(saved: Saved, folder: Path, kept: f
         assert "evaluate_policy" not in message
 
 
+def test_a_file_with_a_hole_is_called_damaged(saved: Saved, folder: Path) -> None:
+    """Its table of contents leads to before the file's beginning."""
+    path = folder / "policy.zip"
+    content = path.read_bytes()
+    path.write_bytes(content[100:])
+    for message in refusals(saved, folder):
+        assert "it is damaged" in message
+
+
 @pytest.mark.parametrize(
     ("data", "message"),
     [
@@ -207,7 +216,8 @@ def test_a_model_without_a_policy_is_refused(saved: Saved, folder: Path) -> None
     ids=["list", "tensor", "whole keys", "expanded"],
 )
 def test_the_other_members_are_checked_as_well(saved: Saved, folder: Path, member: str, content: Any) -> None:
-    rewrite(folder / "policy.zip", **{member: torch_bytes(content)})
+    members: dict[str, Any] = {member: torch_bytes(content)}
+    rewrite(folder / "policy.zip", **members)
     for message in refusals(saved, folder):
         assert member.replace("_optimizer", ".optimizer") in message
 
