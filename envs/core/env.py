@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from copy import deepcopy
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,6 +18,7 @@ from gsenv.envs.core.pixels import Observer
 from gsenv.envs.core.spec_tables import box_of
 from gsenv.envs.core.splits import check_same_split, check_split, make_generator
 from gsenv.envs.core.task import Task, TaskSnapshot, of_environment
+from gsenv.envs.core.vector import check_fixed
 from gsenv.solver.api.one_thread import OneThread
 
 
@@ -71,7 +73,6 @@ class TaskEnv(gymnasium.Env[Any, NDArray[np.float32]]):
     ) -> None:
         self._use = OneThread()
         self._painter = Painter(render_mode, width, height, type(self).__name__, self.metadata["render_fps"])
-        self.render_mode = self._painter.render_mode
         self._observer = Observer(observation, self.task_class, width, height)
         self.observation_space = self._observer.space
         self.action_space = box_of(self.task_class.actions)  # type: ignore[assignment]
@@ -86,6 +87,15 @@ class TaskEnv(gymnasium.Env[Any, NDArray[np.float32]]):
     def split(self) -> str:
         """ "train" or "test"; it is set when the environment is made."""
         return self._split
+
+    @property
+    def render_mode(self) -> str | None:
+        """None, "human" or "rgb_array"; setting another one than that which it was made with raises ValueError."""
+        return self._painter.render_mode
+
+    @render_mode.setter
+    def render_mode(self, value: str | None) -> None:
+        check_fixed("render_mode", value, self.render_mode)
 
     @property
     def observation(self) -> NDArray[np.float32]:
@@ -165,7 +175,7 @@ class TaskEnv(gymnasium.Env[Any, NDArray[np.float32]]):
         `copy.deepcopy` of the whole environment keep that, too.
         """
         generator = dict(self.np_random.bit_generator.state)
-        settings = dict(self.task.settings)
+        settings = deepcopy(self.task.settings)  # one may be a dict
         return EnvSnapshot(self.task.save(), self._split, self._np_random_seed, generator, self._begun, settings)
 
     @of_environment
@@ -183,4 +193,4 @@ class TaskEnv(gymnasium.Env[Any, NDArray[np.float32]]):
         self.np_random.bit_generator.state = snapshot.generator
         self._begun = snapshot.begun
         self._warned = False
-        self.task.settings.update(snapshot.settings)
+        self.task.settings.update(deepcopy(snapshot.settings))

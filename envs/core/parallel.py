@@ -20,7 +20,7 @@ from gsenv.envs.core.pixels import Observer
 from gsenv.envs.core.spec_tables import box_of
 from gsenv.envs.core.splits import check_same_split, check_split, make_generator
 from gsenv.envs.core.task import Array, Task, TaskSnapshot, of_environment
-from gsenv.envs.core.vector import NEVER, check_limit
+from gsenv.envs.core.vector import NEVER, check_fixed, check_limit
 from gsenv.solver.api.one_thread import OneThread
 
 
@@ -81,7 +81,6 @@ class TaskParallelEnv(ParallelEnv):
         self._use = OneThread()
         self.max_cycles = check_limit("max_cycles", max_cycles, self.task_class)
         self._painter = Painter(render_mode, width, height, self.metadata["name"], self.metadata["render_fps"])
-        self.render_mode = self._painter.render_mode
         self._observer = Observer(observation, self.task_class, width, height)
         self.task = self.task_class(1, 1, settings, fidelity, randomize, diagnostics)
         self.possible_agents = list(self.task_class.agents)
@@ -100,6 +99,15 @@ class TaskParallelEnv(ParallelEnv):
     def split(self) -> str:
         """ "train" or "test"; it is set when the environment is made."""
         return self._split
+
+    @property
+    def render_mode(self) -> str | None:
+        """None, "human" or "rgb_array"; setting another one than that which it was made with raises ValueError."""
+        return self._painter.render_mode
+
+    @render_mode.setter
+    def render_mode(self, value: str | None) -> None:
+        check_fixed("render_mode", value, self.render_mode)
 
     def observation_space(self, agent: str) -> spaces.Space[Any]:
         """Return the agent's space, always the same object, as PettingZoo requires."""
@@ -228,7 +236,7 @@ class TaskParallelEnv(ParallelEnv):
     def save(self) -> ParallelSnapshot:
         """Return a snapshot for a bit-exact continuation: physics, task state, random generator and settings."""
         generator = dict(self.np_random.bit_generator.state)
-        settings = dict(self.task.settings)
+        settings = deepcopy(self.task.settings)  # one may be a dict
         return ParallelSnapshot(
             self.task.save(), self._split, self.np_random_seed, generator, self._begun, list(self.agents),
             self._elapsed, settings,
@@ -250,4 +258,4 @@ class TaskParallelEnv(ParallelEnv):
         self._begun = snapshot.begun
         self.agents = list(snapshot.agents)
         self._elapsed = snapshot.elapsed
-        self.task.settings.update(snapshot.settings)
+        self.task.settings.update(deepcopy(snapshot.settings))

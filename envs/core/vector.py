@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from copy import deepcopy
 from dataclasses import dataclass
 from typing import Any
 
@@ -26,7 +27,10 @@ Step = tuple[Any, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dic
 
 
 NEVER = -1  # as a number of steps: no limit, as for gymnasium.make
-_FIXED = ("render_mode", "num_envs", "autoreset_mode")  # attributes from which the rest was made
+_FIXED = ("render_mode", "num_envs", "autoreset_mode", "observation_space", "action_space")  # the rest depends on them
+# What `call` divides among the worlds. Anything else belongs to all of them, even where it has as many entries.
+_OF_EACH_WORLD = ("np_random", "np_random_seed", "finished", "physics", "observe", "render")
+_OF_ONE_WORLD = {"observation_space": "single_observation_space", "action_space": "single_action_space"}
 
 
 @dataclass(frozen=True)
@@ -58,6 +62,9 @@ class TaskVectorEnv(VectorEnv[Any, NDArray[np.float32], Array]):
         threads: number of threads that step the worlds; results do not depend on it.
         width, height, observation, split, fidelity, randomize, diagnostics, settings: see TaskEnv; settings can be set
             (`set_attr("blocks", 3)`) for episodes to come.
+
+    Attributes:
+        agent_observation_space: of one agent, equal to `single_observation_space` where one acts in each world.
     """
 
     task_class: type[Task]  # of the class; an environment of several tasks has its own
@@ -95,8 +102,8 @@ class TaskVectorEnv(VectorEnv[Any, NDArray[np.float32], Array]):
         self.metadata = dict(type(self).metadata, autoreset_mode=self.autoreset_mode)
         self.num_envs = int(num_envs)
         self._painter = Painter(render_mode, width, height, type(self).__name__, self.metadata["render_fps"])
-        self.render_mode = self._painter.render_mode
         self._observer = Observer(observation, self.task_class, width, height)
+        self.agent_observation_space = self._observer.agent_space
         self.single_observation_space = self._observer.space
         self.single_action_space = box_of(self.task_class.actions, self.task_class.agents)
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
@@ -113,6 +120,15 @@ class TaskVectorEnv(VectorEnv[Any, NDArray[np.float32], Array]):
     def split(self) -> str:
         """ "train" or "test", of all worlds; it is set when the environment is made."""
         return self._split
+
+    @property
+    def render_mode(self) -> str | None:
+        """None, "human" or "rgb_array"; setting another one than that which it was made with raises ValueError."""
+        return self._painter.render_mode
+
+    @render_mode.setter
+    def render_mode(self, value: str | None) -> None:
+        check_fixed("render_mode", value, self.render_mode)
 
     # ------------------------------------------------- reset
 
@@ -132,13 +148,28 @@ class TaskVectorEnv(VectorEnv[Any, NDArray[np.float32], Array]):
         Raises:
             ValueError: a bad option or number of seeds, or a seed of 2**128 or more; nothing has changed then.
         """
+        mask = self.begin_episodes(seed, options)
+        return self.observe(), self._infos(mask)
+
+    @of_environment
+    def begin_episodes(
+        self, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
+    ) -> NDArray[np.bool_]:
+        """Begin new episodes as `reset` does, but observe no world, as pictures take long.
+
+        Returns:
+            bool (num_envs,), in which worlds.
+
+        Raises:
+            ValueError: as `reset` does.
+        """
         rest = mapping_of(options)
         mask = self._reset_mask(rest.pop("reset_mask", None))
         checked = self.task.check_options(rest)
         self._seed(seed, mask)
         self._begin(np.flatnonzero(mask), checked)
         self._painter.show(self.task)
-        return self.observe(), self._infos(mask)
+        return mask
 
     def _reset_mask(self, given: Any) -> NDArray[np.bool_]:
         if given is None:
@@ -287,7 +318,7 @@ class TaskVectorEnv(VectorEnv[Any, NDArray[np.float32], Array]):
             self._elapsed.copy(),
             self._finished.copy(),
             self._begun.copy(),
-            dict(self.task.settings),
+            deepcopy(self.task.settings),  # a setting may be a dict
         )
 
     @of_environment
@@ -308,7 +339,7 @@ class TaskVectorEnv(VectorEnv[Any, NDArray[np.float32], Array]):
         self._elapsed[:] = snapshot.elapsed
         self._finished[:] = snapshot.finished
         self._begun[:] = snapshot.begun
-        self.task.settings.update(snapshot.settings)
+        self.task.settings.update(deepcopy(snapshot.settings))
 
     @of_environment
     def stagger(self, generator: np.random.Generator) -> None:
@@ -346,17 +377,36 @@ class TaskVectorEnv(VectorEnv[Any, NDArray[np.float32], Array]):
     def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
         """Return a method's result, or an attribute, once for each world.
 
-        A tuple or an array with one value for each world is split; anything else is the
-        same for all worlds.
+        Each world has its own part of `np_random`, `np_random_seed`, `finished`, `physics`, `observe` and `render`, and
+        the spaces are those of one world. Anything else is the same for all worlds, whatever its length.
+
+        `call("reset", seed=s, options=o)` resets every world with the seed s, as Gymnasium's own vector environments
+        do, and returns (observation, info) of each.
+
+        Raises:
+            AttributeError: there is nothing of this name.
+            ValueError: the method is `step`, as autoreset is of all worlds at once; nothing has changed then.
         """
-        value = getattr(self, name)
-        if callable(value):
+        if name == "reset":
+            return self._reset_each(*args, **kwargs)
+        if name == "step":
+            raise ValueError("call: worlds cannot be stepped one by one; use step, with an action for each world.")
+        value = getattr(self, _OF_ONE_WORLD.get(name, name))
+        if callable(value) and not isinstance(value, type):
             value = value(*args, **kwargs)
-        per_world = isinstance(value, (tuple, np.ndarray)) and np.shape(value)[:1] == (self.num_envs,)
-        return tuple(value) if per_world else (value,) * self.num_envs
+        if name not in _OF_EACH_WORLD or value is None:
+            return (value,) * self.num_envs
+        return tuple(_part(value, world) for world in range(self.num_envs))
+
+    def _reset_each(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, ...]:
+        """Reset all worlds as single environments with equal arguments; return (observation, info) of each."""
+        self.task.check_options(mapping_of(options))  # refuses `reset_mask`, which no single environment knows
+        observations, infos = self.reset(seed=None if seed is None else [seed] * self.num_envs, options=options)
+        own = {name: values for name, values in infos.items() if not name.startswith("_")}  # without the masks
+        return tuple((_part(observations, world), _part(own, world)) for world in range(self.num_envs))
 
     def get_attr(self, name: str) -> tuple[Any, ...]:
-        """Return an attribute, once for each world."""
+        """Return an attribute, once for each world, see `call`."""
         return self.call(name)
 
     def set_attr(self, name: str, values: Any) -> None:
@@ -364,16 +414,26 @@ class TaskVectorEnv(VectorEnv[Any, NDArray[np.float32], Array]):
 
         Raises:
             AttributeError: there is no such attribute.
-            ValueError: different values, or not one for each world, or what is fixed when the environment is made.
+            ValueError: different values, or not one for each world, or what is fixed when the environment is made, or
+                what each world has its own of.
         """
-        getattr(self, name)
+        if name in _OF_EACH_WORLD:
+            raise ValueError(f"set_attr: {name!r} cannot be set, as each world has its own.")
+        present = getattr(self, _OF_ONE_WORLD.get(name, name))
         if isinstance(values, (list, tuple)):
             if len(values) != self.num_envs or any(v is not values[0] and v != values[0] for v in values):
                 raise ValueError(f"set_attr: {name!r} is shared; give one value, or {self.num_envs} equal ones.")
             values = values[0]
-        if name in _FIXED and values != getattr(self, name):
-            raise ValueError(f"set_attr: {name!r} is set when the environment is made, and stays.")
+        if name in _FIXED:
+            check_fixed(f"set_attr: {name!r}", values, present)
+            return
         setattr(self, name, values)
+
+
+def check_fixed(what: str, value: Any, present: Any) -> None:
+    """Raise ValueError unless the value is the present one of what stays as it was when the environment was made."""
+    if value != present:
+        raise ValueError(f"{what} is set when the environment is made, and stays.")
 
 
 def check_limit(name: str, limit: Any, task_class: type[Task]) -> int:
@@ -393,6 +453,14 @@ def _is_whole(value: Any) -> bool:
 def _is_positive(value: Any) -> bool:
     """Whether it is a whole number of at least 1."""
     return _is_whole(value) and int(value) >= 1
+
+
+def _part(values: Any, world: int) -> Any:
+    """Return what one world has of values (world, ...), or of a dict of such; numbers are those of Python."""
+    if isinstance(values, dict):
+        return {name: _part(value, world) for name, value in values.items()}
+    value = values[world]
+    return value.item() if isinstance(value, np.generic) else value
 
 
 def _columns(records: Array, names: Sequence[str], mask: NDArray[np.bool_]) -> dict[str, Any]:

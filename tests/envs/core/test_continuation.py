@@ -127,6 +127,21 @@ def test_goes_on_in_another_process(tmp_path: Path) -> None:
     assert result.stdout.strip() == continue_all(str(path))
 
 
+@pytest.mark.parametrize(
+    "maker", [lambda: make("GStack-v0").unwrapped, lambda: make_vector("GStack-v0", 2), tower_v0.parallel_env]
+)
+def test_settings_changed_in_place_are_not_those_of_a_snapshot(maker: Callable[[], Any]) -> None:
+    env = maker()
+    env.reset(seed=0)
+    before = env.reward_weights["placed"]
+    saved = env.save()
+    for changed in (before + 1.0, before + 2.0):  # the second after a restore, which must share nothing either
+        env.reward_weights["placed"] = changed
+        assert saved.settings["reward_weights"]["placed"] == before
+        env.restore(saved)
+        assert env.reward_weights["placed"] == before
+
+
 def test_snapshots_of_another_split_are_refused_and_change_nothing() -> None:
     makers: list[Callable[..., Any]] = [
         lambda split: make("GStack-v0", split=split).unwrapped,
