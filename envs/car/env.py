@@ -111,12 +111,12 @@ class CarTask(Task):
         Quantity("mass", "mass of the chassis", scene.CHASSIS_MASS, 30.0, 300.0, "kg"),
         Quantity(
             "wheel_torque",
-            "motor torque of each wheel at a full action; its brake changes by the same factor",
+            "torque of each motor at a full action; its brake changes as well",
             scene.TORQUE,
             20.0,
             1000.0,
             "N m",
-        ),  # fmt: skip
+        ),
         Quantity("suspension", "stiffness of each wheel's spring", scene.STIFFNESS, 2000.0, 50000.0, "N/m"),
         Quantity("gravity", "gravity", scene.GRAVITY, 0.5, 30.0, "m/s^2"),
     )

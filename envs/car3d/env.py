@@ -150,12 +150,12 @@ class Car3DTask(Task):
         Quantity("mass", "mass of the chassis", scene.CHASSIS_MASS, 50.0, 500.0, "kg"),
         Quantity(
             "wheel_torque",
-            "motor torque of each wheel at a full action; its brake changes by the same factor",
+            "torque of each motor at a full action; its brake changes as well",
             scene.TORQUE,
             10.0,
             400.0,
             "N m",
-        ),  # fmt: skip
+        ),
         Quantity("suspension", "stiffness of each wheel's spring", scene.STIFFNESS, 2000.0, 50000.0, "N/m"),
         Quantity("gravity", "gravity", scene.GRAVITY, 0.5, 30.0, "m/s^2"),
     )
