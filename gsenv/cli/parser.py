@@ -2,7 +2,7 @@
 
 import argparse
 from pathlib import Path
-from typing import NoReturn
+from typing import NoReturn, TypeAlias
 
 from gsenv import __version__
 from gsenv.train.arguments import add_set_option, not_negative, positive
@@ -31,6 +31,9 @@ examples:
 """
 
 
+_STYLE = argparse.RawDescriptionHelpFormatter
+
+
 class _Parser(argparse.ArgumentParser):
     """A parser whose errors are one line, without the usage text."""
 
@@ -38,27 +41,47 @@ class _Parser(argparse.ArgumentParser):
         raise CliError(f"{message} (see `{self.prog} --help`)", WRONG_USAGE)
 
 
+_Commands: TypeAlias = "argparse._SubParsersAction[_Parser]"
+
+
 def make_parser() -> argparse.ArgumentParser:
-    style = argparse.RawDescriptionHelpFormatter
     parser = _Parser(
         prog="gsenv",
         description="Physics environments for reinforcement learning: list, record, view, play, train and evaluate.",
         epilog=EXAMPLES,
-        formatter_class=style,
+        formatter_class=_STYLE,
     )
     parser.add_argument("--version", action="version", version=f"gsenv {__version__}")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
 
+    for add in (
+        _add_list,
+        _add_record,
+        _add_replay,
+        _add_view,
+        _add_play,
+        _add_train,
+        _add_evaluate,
+        _add_dataset,
+        _add_kernels,
+    ):
+        add(commands)
+    return parser
+
+
+def _add_list(commands: _Commands) -> None:
     list_parser = commands.add_parser("list", help="list all environments and scenes")
     list_parser.set_defaults(run=run_list)
 
+
+def _add_record(commands: _Commands) -> None:
     record = commands.add_parser(
         "record",
         help="run an environment or a scene and write a video",
         description="Run an environment with a policy, or a scene, which needs none, and write a video of it, or the\n"
         "states of its bodies for `gsenv replay`. Ctrl-C stops early and keeps what is recorded so far.",
         epilog=EXAMPLES,
-        formatter_class=style,
+        formatter_class=_STYLE,
     )
     record.add_argument("target", type=_target, metavar="ENV_OR_SCENE", help="a name from `gsenv list`")
     record.add_argument("--out", required=True, type=Path, metavar="FILE", help="video, .mp4 or .gif, or states, .npz")
@@ -75,98 +98,28 @@ def make_parser() -> argparse.ArgumentParser:
     record.add_argument("--size", type=_size, metavar="WxH", help="frame size in pixels (default: 640x480)")
     record.set_defaults(run=run_record)
 
+
+def _add_replay(commands: _Commands) -> None:
     replay = commands.add_parser(
         "replay",
         help="run recorded states again and find where they part",
         description="Run what `gsenv record --out FILE.npz` has recorded again, with the same actions, and compare\n"
         "all states bit for bit; with --check, compare two recordings. Exit code 1 where they part.",
-        formatter_class=style,
+        formatter_class=_STYLE,
     )
     replay.add_argument("file", type=Path, metavar="FILE", help="recording, .npz")
     replay.add_argument("--check", type=Path, metavar="OTHER", help="compare with this recording, and run nothing")
     replay.set_defaults(run=run_replay)
 
-    _add_window_commands(commands)
 
-    train = commands.add_parser(
-        "train",
-        help="train a policy from scratch",
-        description="Train a policy with Stable-Baselines3's PPO and test it on unseen episodes.\n"
-        "Ctrl-C stops early and keeps the policy trained so far.",
-        epilog=EXAMPLES,
-        formatter_class=style,
-    )
-    train.add_argument("env", type=_target, metavar="ENV", help="a name from `gsenv list`")
-    train.add_argument("--steps", type=positive, help="steps, summed over all worlds (default: the environment's)")
-    train.add_argument("--seeds", type=not_negative, nargs="+", default=[0], help="seeds, one run each (default: 0)")
-    train.add_argument("--resume", action="store_true", help="continue the runs in the output folder")
-    train.add_argument("--out", type=Path, metavar="FOLDER", help="output folder (default: runs/ppo/ENV)")
-    add_set_option(train)
-    train.set_defaults(run=run_train)
-
-    evaluate = commands.add_parser(
-        "evaluate",
-        help="measure a policy's success on unseen episodes",
-        description="Run one episode on each of many seeds of the split 'test', whose episodes training never sees,\n"
-        "and print the success rate.",
-        epilog=EXAMPLES,
-        formatter_class=style,
-    )
-    evaluate.add_argument("env", type=_target, metavar="ENV", help="a name from `gsenv list`")
-    _add_episodes(evaluate)
-    add_set_option(evaluate)
-    evaluate.set_defaults(run=run_evaluate)
-
-    dataset = commands.add_parser(
-        "dataset",
-        help="write episodes of a policy as a Minari dataset",
-        description="Run a policy on many seeds of the split 'train' and write all steps as a dataset of Minari,\n"
-        "into the folder that MINARI_DATASETS_PATH names, by default ~/.minari/datasets.",
-        epilog=EXAMPLES,
-        formatter_class=style,
-    )
-    dataset.add_argument("env", type=_target, metavar="ENV", help="a name from `gsenv list`")
-    _add_episodes(dataset)
-    dataset.add_argument(
-        "--noise", type=_noise, default=0.0, help="standard deviation of noise added to the actions (default: 0)"
-    )
-    dataset.add_argument("--name", help="id of the dataset (default: gsenv/ENV/POLICY-v0)")
-    add_set_option(dataset)
-    dataset.set_defaults(run=run_dataset)
-
-    warmup = commands.add_parser(
-        "warmup",
-        help="compile kernels ahead of time",
-        description="Compile the kernels of all environments and 2D scenes, and of one 3D scene, into the cache, so "
-        "that later runs start without compiling.",
-    )
-    warmup.add_argument("names", nargs="*", metavar="NAME", help="environments or scenes (default: all)")
-    _add_processes(warmup)
-    warmup.set_defaults(run=run_warmup)
-
-    pack = commands.add_parser(
-        "pack",
-        help="compile kernels for all CPUs of this kind",
-        description="Compile the kernels of all environments for a baseline CPU, into one file for this system,\n"
-        "Python and numba, which is part of the package: with it, environments start without compiling.",
-        formatter_class=style,
-    )
-    pack.add_argument("--out", type=Path, metavar="FOLDER", help="output folder (default: that of the package)")
-    pack.add_argument("--fresh", action="store_true", help="compile all anew, those too whose sources have not changed")
-    _add_processes(pack)
-    pack.set_defaults(run=run_pack)
-    return parser
-
-
-def _add_window_commands(commands: "argparse._SubParsersAction[_Parser]") -> None:
-    """Add `view` and `play`."""
+def _add_view(commands: _Commands) -> None:
     view = commands.add_parser(
         "view",
         help="watch an environment or a scene in a window, and drag its bodies",
         description="Open a window on an environment or a scene. The mouse drags bodies and turns the view, space\n"
         "pauses, and h shows all keys. Needs gsenv[human] and a display.",
         epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+        formatter_class=_STYLE,
     )
     view.add_argument(
         "target",
@@ -184,13 +137,15 @@ def _add_window_commands(commands: "argparse._SubParsersAction[_Parser]") -> Non
     _add_window(view)
     view.set_defaults(run=run_view)
 
+
+def _add_play(commands: _Commands) -> None:
     play = commands.add_parser(
         "play",
         help="steer an environment by keys or a gamepad",
         description="Open a window on an environment and steer it by keys or a gamepad; h shows the keys.\n"
         "Needs gsenv[human] and a display.",
         epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+        formatter_class=_STYLE,
     )
     play.add_argument("target", type=_target, metavar="ENV", help="a name from `gsenv list`")
     play.add_argument(
@@ -201,6 +156,83 @@ def _add_window_commands(commands: "argparse._SubParsersAction[_Parser]") -> Non
     )
     _add_window(play)
     play.set_defaults(run=run_play)
+
+
+def _add_train(commands: _Commands) -> None:
+    train = commands.add_parser(
+        "train",
+        help="train a policy from scratch",
+        description="Train a policy with Stable-Baselines3's PPO and test it on unseen episodes.\n"
+        "Ctrl-C stops early and keeps the policy trained so far.",
+        epilog=EXAMPLES,
+        formatter_class=_STYLE,
+    )
+    train.add_argument("env", type=_target, metavar="ENV", help="a name from `gsenv list`")
+    train.add_argument("--steps", type=positive, help="steps, summed over all worlds (default: the environment's)")
+    train.add_argument("--seeds", type=not_negative, nargs="+", default=[0], help="seeds, one run each (default: 0)")
+    train.add_argument("--resume", action="store_true", help="continue the runs in the output folder")
+    train.add_argument("--out", type=Path, metavar="FOLDER", help="output folder (default: runs/ppo/ENV)")
+    add_set_option(train)
+    train.set_defaults(run=run_train)
+
+
+def _add_evaluate(commands: _Commands) -> None:
+    evaluate = commands.add_parser(
+        "evaluate",
+        help="measure a policy's success on unseen episodes",
+        description="Run one episode on each of many seeds of the split 'test', whose episodes training never sees,\n"
+        "and print the success rate.",
+        epilog=EXAMPLES,
+        formatter_class=_STYLE,
+    )
+    evaluate.add_argument("env", type=_target, metavar="ENV", help="a name from `gsenv list`")
+    _add_episodes(evaluate)
+    add_set_option(evaluate)
+    evaluate.set_defaults(run=run_evaluate)
+
+
+def _add_dataset(commands: _Commands) -> None:
+    dataset = commands.add_parser(
+        "dataset",
+        help="write episodes of a policy as a Minari dataset",
+        description="Run a policy on many seeds of the split 'train' and write all steps as a dataset of Minari,\n"
+        "into the folder that MINARI_DATASETS_PATH names, by default ~/.minari/datasets.",
+        epilog=EXAMPLES,
+        formatter_class=_STYLE,
+    )
+    dataset.add_argument("env", type=_target, metavar="ENV", help="a name from `gsenv list`")
+    _add_episodes(dataset)
+    dataset.add_argument(
+        "--noise", type=_noise, default=0.0, help="standard deviation of noise added to the actions (default: 0)"
+    )
+    dataset.add_argument("--name", help="id of the dataset (default: gsenv/ENV/POLICY-v0)")
+    add_set_option(dataset)
+    dataset.set_defaults(run=run_dataset)
+
+
+def _add_kernels(commands: _Commands) -> None:
+    """Add `warmup` and `pack`."""
+    warmup = commands.add_parser(
+        "warmup",
+        help="compile kernels ahead of time",
+        description="Compile the kernels of all environments and 2D scenes, and of one 3D scene, into the cache, so "
+        "that later runs start without compiling.",
+    )
+    warmup.add_argument("names", nargs="*", metavar="NAME", help="environments or scenes (default: all)")
+    _add_processes(warmup)
+    warmup.set_defaults(run=run_warmup)
+
+    pack = commands.add_parser(
+        "pack",
+        help="compile kernels for all CPUs of this kind",
+        description="Compile the kernels of all environments for a baseline CPU, into one file for this system,\n"
+        "Python and numba, which is part of the package: with it, environments start without compiling.",
+        formatter_class=_STYLE,
+    )
+    pack.add_argument("--out", type=Path, metavar="FOLDER", help="output folder (default: that of the package)")
+    pack.add_argument("--fresh", action="store_true", help="compile all anew, those too whose sources have not changed")
+    _add_processes(pack)
+    pack.set_defaults(run=run_pack)
 
 
 def _add_processes(parser: argparse.ArgumentParser) -> None:
