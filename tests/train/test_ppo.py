@@ -130,9 +130,9 @@ def test_the_learning_rate_follows_the_policy_and_is_kept_by_resume(tmp_path: Pa
 
 @pytest.mark.slow
 def test_the_first_policy_of_the_readme_builds_what_random_actions_do_not(tmp_path: Path) -> None:
-    command = ["--env", "GStack-v0", "--set", "blocks=2", "--steps", "1000000", "--out", str(tmp_path)]
+    command = ["--env", "GStack-v0", "--set", "blocks=2", "--steps", "1500000", "--out", str(tmp_path)]
     assert " ".join(command[2:6]) in (ROOT / "README.md").read_text()
     assert ppo.main(command) == experiment.OK
     result = json.loads((tmp_path / "seed-0" / "result.json").read_text())
     assert result["blocks 2: random"]["success_rate"] == 0.0
-    assert result["blocks 2: trained"]["success_rate"] >= 0.25
+    assert result["blocks 2: trained"]["success_rate"] >= 0.5
