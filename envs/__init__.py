@@ -140,7 +140,7 @@ ENVS = (
         "ragdoll.env:RagdollHardcoreEnv",
         "ragdoll.env:RagdollHardcoreVectorEnv",
         600,
-        18.5,
+        18.0,
         "3D: the same with harder pushes",
         "ragdoll.policy:balance",
     ),
