@@ -13,12 +13,12 @@ from gymnasium.error import ResetNeeded
 from numpy.typing import NDArray
 
 from gsenv.envs.core.arguments import add_settings, mapping_of
+from gsenv.envs.core.fixed import RENDER_MODE, SPLIT
 from gsenv.envs.core.painter import Painter, render_metadata
 from gsenv.envs.core.pixels import Observer
 from gsenv.envs.core.spec_tables import box_of
 from gsenv.envs.core.splits import check_same_split, check_split, make_generator
 from gsenv.envs.core.task import Task, TaskSnapshot, of_environment
-from gsenv.envs.core.vector import check_fixed
 from gsenv.solver.api.one_thread import OneThread
 
 
@@ -54,6 +54,8 @@ class TaskEnv(gymnasium.Env[Any, NDArray[np.float32]]):
 
     task_class: type[Task]  # of the class; an environment of several tasks has its own
     metadata: dict[str, Any] = render_metadata()
+    split: str = SPLIT
+    render_mode: str | None = RENDER_MODE
 
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()
@@ -82,20 +84,6 @@ class TaskEnv(gymnasium.Env[Any, NDArray[np.float32]]):
         self._action_shape = self.action_space.shape
         self._begun = False
         self._warned = False
-
-    @property
-    def split(self) -> str:
-        """ "train" or "test"; it is set when the environment is made."""
-        return self._split
-
-    @property
-    def render_mode(self) -> str | None:
-        """None, "human" or "rgb_array"; setting another one than that which it was made with raises ValueError."""
-        return self._painter.render_mode
-
-    @render_mode.setter
-    def render_mode(self, value: str | None) -> None:
-        check_fixed("render_mode", value, self.render_mode)
 
     @property
     def observation(self) -> NDArray[np.float32]:

@@ -15,12 +15,13 @@ from numpy.typing import NDArray
 from pettingzoo import ParallelEnv
 
 from gsenv.envs.core.arguments import add_settings, mapping_of
+from gsenv.envs.core.fixed import RENDER_MODE, SPLIT
 from gsenv.envs.core.painter import Frame, Painter
 from gsenv.envs.core.pixels import Observer
 from gsenv.envs.core.spec_tables import box_of
 from gsenv.envs.core.splits import check_same_split, check_split, make_generator
 from gsenv.envs.core.task import Array, Task, TaskSnapshot, of_environment
-from gsenv.envs.core.vector import NEVER, check_fixed, check_limit
+from gsenv.envs.core.vector import NEVER, check_limit
 from gsenv.solver.api.one_thread import OneThread
 
 
@@ -58,6 +59,8 @@ class TaskParallelEnv(ParallelEnv):
         render_mode, width, height, observation, split, fidelity, randomize, diagnostics, settings: as in TaskEnv.
     """
 
+    split: str = SPLIT
+    render_mode: str | None = RENDER_MODE
     task_class: ClassVar[type[Task]]
     metadata: dict[str, Any]
 
@@ -94,20 +97,6 @@ class TaskParallelEnv(ParallelEnv):
         self.np_random, self.np_random_seed = make_generator(None, self._split)
         self._begun = False
         self._elapsed = 0
-
-    @property
-    def split(self) -> str:
-        """ "train" or "test"; it is set when the environment is made."""
-        return self._split
-
-    @property
-    def render_mode(self) -> str | None:
-        """None, "human" or "rgb_array"; setting another one than that which it was made with raises ValueError."""
-        return self._painter.render_mode
-
-    @render_mode.setter
-    def render_mode(self, value: str | None) -> None:
-        check_fixed("render_mode", value, self.render_mode)
 
     def observation_space(self, agent: str) -> spaces.Space[Any]:
         """Return the agent's space, always the same object, as PettingZoo requires."""

@@ -14,6 +14,7 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from gsenv.envs.core.arguments import DIAGNOSTIC_NAMES, add_settings, mapping_of
+from gsenv.envs.core.fixed import RENDER_MODE, SPLIT, check_fixed
 from gsenv.envs.core.painter import Frame, Painter, render_metadata
 from gsenv.envs.core.pixels import Observer
 from gsenv.envs.core.spec_tables import box_of
@@ -69,6 +70,8 @@ class TaskVectorEnv(VectorEnv[Any, NDArray[np.float32], Array]):
 
     task_class: type[Task]  # of the class; an environment of several tasks has its own
     metadata: dict[str, Any] = render_metadata(autoreset_mode=AutoresetMode.NEXT_STEP)
+    split: str = SPLIT
+    render_mode: str | None = RENDER_MODE
 
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()
@@ -115,20 +118,6 @@ class TaskVectorEnv(VectorEnv[Any, NDArray[np.float32], Array]):
         self._elapsed = np.zeros(self.num_envs, np.int64)
         self._finished = np.zeros(self.num_envs, np.bool_)
         self._begun = np.zeros(self.num_envs, np.bool_)
-
-    @property
-    def split(self) -> str:
-        """ "train" or "test", of all worlds; it is set when the environment is made."""
-        return self._split
-
-    @property
-    def render_mode(self) -> str | None:
-        """None, "human" or "rgb_array"; setting another one than that which it was made with raises ValueError."""
-        return self._painter.render_mode
-
-    @render_mode.setter
-    def render_mode(self, value: str | None) -> None:
-        check_fixed("render_mode", value, self.render_mode)
 
     # ------------------------------------------------- reset
 
@@ -428,12 +417,6 @@ class TaskVectorEnv(VectorEnv[Any, NDArray[np.float32], Array]):
             check_fixed(f"set_attr: {name!r}", values, present)
             return
         setattr(self, name, values)
-
-
-def check_fixed(what: str, value: Any, present: Any) -> None:
-    """Raise ValueError unless the value is the present one of what stays as it was when the environment was made."""
-    if value != present:
-        raise ValueError(f"{what} is set when the environment is made, and stays.")
 
 
 def check_limit(name: str, limit: Any, task_class: type[Task]) -> int:

@@ -10,6 +10,7 @@ PPO("MlpPolicy", envs, n_steps=64).learn(1_000_000)
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from inspect import isfunction
@@ -26,8 +27,9 @@ from stable_baselines3.common.vec_env import VecEnv
 
 from gsenv.envs.core.arguments import mapping_of
 from gsenv.envs.core.env import TaskEnv
+from gsenv.envs.core.fixed import check_fixed
 from gsenv.envs.core.pixels import put, take
-from gsenv.envs.core.vector import NEVER, TaskVectorEnv, check_fixed
+from gsenv.envs.core.vector import NEVER, TaskVectorEnv
 
 Array = NDArray[Any]
 Indices = int | Iterable[int] | None
@@ -258,9 +260,9 @@ class SharedVecEnv(VecEnv):
             return observations
         return observations.reshape(self.num_envs, *observations.shape[2:])
 
+    @abstractmethod
     def _record(self, i: int, info: dict[str, Any]) -> None:
         """Add the record of environment i's episode, which has ended, to its info."""
-        raise NotImplementedError
 
     def _episode(self, i: int, began: float) -> dict[str, Any]:
         """Return what Monitor records of an episode that has ended."""
