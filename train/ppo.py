@@ -177,9 +177,11 @@ GET_UP3D = replace(
 SETTINGS = {
     "GStack-v0": replace(
         STACK,
-        steps=3_500_000,
+        steps=2_500_000,
+        final_log_std=-2.5,  # else a third of the towers fail by noise to the end
         arguments={"blocks": 5, "crack_speed": 0.4},
         lessons=_frailer(2, 3),
+        pass_mark=0.6,
         tests=({},),
     ),
     "GStack-hardcore-v0": replace(
