@@ -87,12 +87,13 @@ TOWER = replace(
 )
 RAGDOLL = replace(
     DEFAULTS,
-    steps=2_500_000,
+    steps=1_700_000,
     world_count=128,
     rollout=64,
     epochs=5,
     learning_rate=1e-3,
     log_std=-1.0,
+    privileged=True,
     arguments={"push": 0.8},  # more than the environment's own, so that it learns to step
     lessons=({"push": 0.3}, {"push": 0.5}),
     tests=({"push": 0.3}, {"push": 0.6}, {"push": 1.0}),
@@ -135,7 +136,6 @@ RAGDOLL3D = replace(
     log_std=-1.3,
     wanted_kl=0.02,
     mirrored=0.75,  # a symmetric policy cannot take the first step out of a symmetric stand
-    privileged=True,
     final_log_std=-4.2,  # else it is the noise that shuffles the feet apart, and the mean action stands still
     arguments={"push": 0.8},
     lessons=({"push": 0.1}, {"push": 0.3}, {"push": 0.45}, {"push": 0.6}, {"push": 0.7}),
@@ -153,6 +153,7 @@ GET_UP = replace(
     world_count=256,
     rollout=32,
     learning_rate=7e-4,
+    privileged=False,  # nothing pushes
     entropy_weight=0.004,  # else actions are soon so certain that rising from one side may never be found
     discount=0.995,
     arguments={"assist": 0.0},
@@ -167,7 +168,7 @@ GET_UP3D = replace(
     log_std=-1.0,
     wanted_kl=0.0,  # with 0.02 the rate fell to 6e-5, and what had been learned was lost
     mirrored=1.0,
-    privileged=False,  # nothing pushes
+    privileged=False,
     final_log_std=None,
     discount=0.995,
     arguments={"assist": 0.0},
@@ -236,7 +237,7 @@ SETTINGS = {
     ),
     "GRagdoll2D-v0": RAGDOLL,
     "GRagdoll2D-hardcore-v0": replace(
-        RAGDOLL, steps=4_000_000, arguments={"push": 1.1}, lessons=(*RAGDOLL.lessons, {"push": 0.8})
+        RAGDOLL, steps=2_500_000, arguments={"push": 1.1}, lessons=(*RAGDOLL.lessons, {"push": 0.8})
     ),
     "GRagdoll2D-get-up-v0": GET_UP,
     "GRagdoll-v0": RAGDOLL3D,
