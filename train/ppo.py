@@ -87,7 +87,7 @@ TOWER = replace(
 )
 RAGDOLL = replace(
     DEFAULTS,
-    steps=1_700_000,
+    steps=2_200_000,
     world_count=128,
     rollout=64,
     epochs=5,
