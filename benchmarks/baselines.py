@@ -16,7 +16,7 @@ import json
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from math import isnan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -34,8 +34,9 @@ from gsenv.envs.core.policies import trained_actions
 from gsenv.files import write_bytes
 from gsenv.train import curve, experiment, origin, ppo
 from gsenv.train.arguments import positive
+from gsenv.train.checkpoint import changed_settings
 from gsenv.train.evaluate import TEST_SEED, UNSELECTED_SEED, Evaluation, evaluate, make_actor
-from gsenv.train.files import read_rows
+from gsenv.train.files import read_object, read_rows
 from gsenv.train.run import Settings
 
 if TYPE_CHECKING:
@@ -163,12 +164,15 @@ def settings_of(env_id: str, seed: int, quick: bool) -> Settings:
 
 
 def complete(folder: Path, settings: Settings) -> bool:
-    """Return whether the folder has a policy of all steps."""
-    progress = folder / "progress.csv"
+    """Return whether the folder has a policy of all steps, of a run with these settings."""
+    progress, own = folder / "progress.csv", folder / "settings.json"
+    if not all(path.is_file() for path in (folder / "result.json", progress, own)):
+        return False
+    of_run = read_object(own)
     return (
-        (folder / "result.json").is_file()
-        and progress.is_file()
-        and read_rows(progress)[-1]["steps"] >= (settings.steps - settings.log_every)
+        read_rows(progress)[-1]["steps"] >= settings.steps - settings.log_every
+        and of_run["steps"] == settings.steps
+        and not changed_settings(of_run, asdict(settings))
     )
 
 
@@ -262,9 +266,11 @@ def interval(values: Sequence[float]) -> tuple[float, float, float]:
 
 
 def over_seeds(values: Sequence[float], style: str) -> str:
-    """Return the interquartile mean with its interval, or the value where there is one seed only."""
-    mean, low, high = (style.format(value) for value in interval(values))
-    return mean if len(values) == 1 else f"{mean} ({low} to {high})"
+    """Return the interquartile mean with its interval; of fewer than SEEDS the mean with lowest and highest."""
+    few = len(values) < SEEDS  # a quarter of three is none, and a bootstrap of three holds the mean in 74 % of cases
+    numbers = (float(np.mean(values)), min(values), max(values)) if few else interval(values)
+    mean, low, high = (style.format(value) for value in numbers)
+    return mean if len(values) == 1 else f"{mean} ({low} to {high}{' of ' + str(len(values)) if few else ''})"
 
 
 def _range(values: Sequence[float]) -> str:
@@ -276,7 +282,9 @@ def report(results: Mapping[str, Any]) -> Report:
     points = unpacked(Point, results["points"])
     text = (
         f'Each policy plays {EPISODES} episodes of the split "test" with its mean action. Success and return are '
-        "interquartile means over the seeds with bootstrapped 95 % intervals (Agarwal et al. 2021). Seconds of the "
+        "interquartile means over the seeds with bootstrapped 95 % intervals (Agarwal et al. 2021), which with five "
+        "normally distributed seeds hold the true mean in about 90 % of cases; with fewer seeds they are means with "
+        "the lowest and the highest seed. Seconds of the "
         "training are medians of the seeds, evaluations included. The next column has the fastest and the slowest of "
         "the seeds that reached this success in 50 episodes during training, with the arguments of the last lesson, "
         "and their number. The last two columns have commits: the command above "

@@ -58,13 +58,18 @@ TIERS: tuple[tuple[str, dict[str, Any]], ...] = (
 )
 
 
-def at_speeds(script: Callable[..., NDArray[np.float32]], speeds: Iterable[float]) -> dict[str, Actor]:
-    return {f"holds {speed:g} m/s": partial(script, speed=speed) for speed in speeds}
+def at_speeds(
+    script: Callable[..., NDArray[np.float32]], speeds: Iterable[float], does: str = "holds"
+) -> dict[str, Actor]:
+    return {f"{does} {speed:g} m/s": partial(script, speed=speed) for speed in speeds}
+
+
+LOWERING = (0.08, 0.12, 0.16, 0.2, 0.26, 0.32)  # m/s
 
 
 NAIVE: dict[str, dict[str, Actor]] = {  # by id, or the first part of it
-    "GStack": {"drops from 0.5 m": stack.drop_blocks},
-    "GStack3D": {"drops from 0.5 m": stack3d.drop_blocks},
+    "GStack": at_speeds(stack.lower_blocks, LOWERING, "lowers at") | {"drops from 0.5 m": stack.drop_blocks},
+    "GStack3D": at_speeds(stack3d.lower_blocks, LOWERING, "lowers at") | {"drops from 0.5 m": stack3d.drop_blocks},
     "tower": {"drops from 0.5 m": tower.drop_together},
     "GCar": at_speeds(car.hold_speed, (4.0, 5.0, 5.5, 6.0, 6.5, 7.0)),
     "GCar3D": at_speeds(car3d.hold_speed, (5.5, 6.0, 6.25, 6.5, 6.75, 7.0)),
@@ -154,8 +159,10 @@ def report(results: Mapping[str, Any]) -> Report:
     header = ["tier", "zero", "random", "best constant", "naive", "scripted", "trained", "the naive script"]
     text = (
         f'Success and mean return of {results["episodes"]} episodes of the split "test", seeds {UNSELECTED_SEED} and '
-        "on, by which no policy was chosen. The best constant action, of 20, and the speed of the naive drivers are "
-        "selected on other seeds. Trained policies are those that come with the package, with their mean action."
+        "on, by which no policy was chosen. The best constant action, of 20, and the best naive script are selected on "
+        "other seeds. A naive builder of GStack and GStack3D centres each block while it lowers it at one speed, or "
+        "drops it; a naive driver holds one speed. Trained policies are those that come with the package, with their "
+        "mean action."
     )
     return Report("Policies at each tier", [text, Table(header, rows, words=1)])
 

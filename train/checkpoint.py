@@ -18,7 +18,10 @@ if TYPE_CHECKING:
 NORMALIZE = "normalize.npz"  # in the folder of policy.zip
 _LEARNT = ("policy.npz", "best.npz", "policy.zip", NORMALIZE, "progress.csv", "result.json")  # what a run leaves
 _NEEDED = ("policy.zip", NORMALIZE)  # to continue it
-_SAME = ("env", "arguments", "lessons")  # settings that a run keeps when it continues
+# settings that may differ where a run continues: how far it goes and what is written, not how it learns
+_FREE = frozenset(
+    "seed steps tests test_episodes watched_episodes log_every evaluate_every torch_threads".split()
+)  # the seed is in the folder's name
 AS_TRAINED = "as trained"  # in result.json: a test with the arguments of the training
 COLUMNS = ("steps", "seconds", "return", "evaluated_return", "evaluated_success")  # of any progress.csv
 
@@ -52,14 +55,21 @@ def check_folder(folder: Path, settings: Mapping[str, Any], resume: bool) -> boo
 def _check_settings(path: Path, settings: Mapping[str, Any]) -> None:
     if not path.is_file():
         return
-    before = read_object(path)
-    now = json.loads(json.dumps({name: settings[name] for name in _SAME}))  # tuples as the lists of the file
-    for name in _SAME:
-        if name in before and before[name] != now[name]:
-            raise ValueError(
-                f"{path.parent} holds a run with {name} {before[name]}, so --resume cannot continue it with "
-                f"{now[name]}: take another --out."
-            )
+    for name, before, now in changed_settings(read_object(path), settings):
+        raise ValueError(
+            f"{path.parent} holds a run with {name} {before}, so --resume cannot continue it with {now}: take another "
+            "--out."
+        )
+
+
+def changed_settings(before: Mapping[str, Any], settings: Mapping[str, Any]) -> list[tuple[str, Any, Any]]:
+    """Return name, old and new value of the settings of learning that are not those of a settings.json."""
+    now = json.loads(json.dumps(dict(settings)))  # tuples as the lists of the file
+    return [
+        (name, before[name], now[name])
+        for name in now
+        if name not in _FREE and name in before and before[name] != now[name]
+    ]
 
 
 def write_checkpoint(

@@ -97,7 +97,10 @@ def make_dataset(
         raise ValueError(f"{env_id} has several agents, and a Minari dataset has one.")
     if not 0.0 <= noise <= MOST_NOISE:
         raise ValueError(f"noise must be 0 to {MOST_NOISE:g}, got {noise!r}: actions lie within -1 and 1.")
-    parse_dataset_id(name)  # raises ValueError
+    try:
+        parse_dataset_id(name)
+    except (TypeError, ValueError) as error:  # TypeError: it has no version
+        raise ValueError(f"a dataset is named like gsenv/{env_id}/own-v0, not {name!r}.") from error
     if Path(get_dataset_path(name)).exists():
         raise ValueError(f"there already is a dataset {name}; `minari delete {name}` deletes it.")
     env_id, arguments = named_task(env_id, arguments or {})

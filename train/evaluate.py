@@ -7,6 +7,7 @@ Needs Stable-Baselines3 only for its own policy files (policy.zip).
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -16,6 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gsenv.envs import ENVS, PARALLEL_ENVS
 from gsenv.envs.core.policies import make_batch, named_task, scripted_actions, trained_actions
 from gsenv.envs.core.spec_tables import box_of
 from gsenv.train.arguments import Parser, add_set_option, check_env_id, check_episodes, not_negative, positive
@@ -151,7 +153,16 @@ def make_actor(policy: str, env_id: str, seed: int = 0, arguments: Mapping[str, 
     ):
         if len(entries) != count:
             raise PolicyError(f"{path} is for {count} {what}, and {env_id} has {len(entries)}.")
+    trained_in = str(getattr(mlp, "notes", {}).get("env", "")).rpartition(":")[2]
+    known = {entry.id for entry in ENVS} | {entry.name for entry in PARALLEL_ENVS}
+    if trained_in in known and _without_tier(trained_in) != _without_tier(env_id):
+        raise PolicyError(f"{path} was trained in {trained_in}: what it sees and does means other things in {env_id}.")
     return mlp
+
+
+def _without_tier(env_id: str) -> str:
+    """Return the id of the task of which an environment is a tier; all tiers see and do the same."""
+    return re.sub("[-_]hardcore", "", env_id.rpartition(":")[2])
 
 
 def _random_actor(env_id: str, seed: int) -> Actor:

@@ -154,6 +154,8 @@ def run_seed(experiment: Experiment, settings: Settings, folder: Path, resume: b
 def prepare(experiment: Experiment, settings: Settings, folder: Path, resume: bool = False) -> Run:
     """Return a new run or, with `resume`, the run that the folder's files hold, if there are any.
 
+    A run that continues begins new episodes and draws other random numbers, so it differs from one that never stopped.
+
     Raises:
         ValueError: without `resume`, the folder holds a run; else its files are broken, of other settings, or pickles.
     """
@@ -170,6 +172,7 @@ def prepare(experiment: Experiment, settings: Settings, folder: Path, resume: bo
         normalize = load_normalize(folder / NORMALIZE, envs, gamma=settings.discount)
         model = experiment.make_model(settings, normalize)
         restore(model, folder / "policy.zip")
+        model.set_random_seed(_first_seed(settings.seed, model.num_timesteps))  # else its first exploration repeats
         if (folder / "progress.csv").is_file():
             known = read_rows(folder / "progress.csv", COLUMNS)
             rows = [dict(row) for row in known if row["steps"] <= model.num_timesteps]

@@ -57,5 +57,5 @@ def describe(stamp: Mapping[str, Any]) -> str:
     if loads:
         text += f" Load average {' and '.join(f'{value:.1f}' for value in loads)} before and after."
         if loads[0] > BUSY:
-            text += " **Other processes were running: wall times are too long.**"
+            text += " **Other processes were running: times are too long.**"
     return text

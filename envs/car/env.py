@@ -73,8 +73,8 @@ class CarTask(Task):
         Entry("1 while the chassis touches something", "chassis_touches", 0, 1),
         Entry("last action, rear", "last_rear", -1, 1),
         Entry("last action, front", "last_front", -1, 1),
-        Entry("1 where the rear wheel has touched something below the next gate", "rear_below", 0, 1),
-        Entry("1 where the front wheel has, likewise", "front_below", 0, 1),
+        Entry("1 where the rear wheel alone has touched something below the next gate", "rear_below", 0, 1),
+        Entry("1 where the front wheel alone has, so that the rear one must, too", "front_below", 0, 1),
         Entry("middle of the next gate, ahead of the chassis; 2 where there is none", "to_gate", -1, 2, "10 m"),
         Entry("time since a wheel touched something", "flight", 0, 2, f"{rules.FLIGHT_STEPS / 30:g} s"),
         Entry("shock of the last step", "shock", 0, 2, f"{rules.SHOCK_LIMIT:g} g"),
@@ -94,7 +94,9 @@ class CarTask(Task):
             "shock",
             f"{rules.SHOCK_WEIGHT:g} times the square of the part of the shock over {rules.FREE_SHOCK:g} of its limit",
         ),
-        RewardTerm("energy", f"{rules.ENERGY_WEIGHT:g} per kJ that the motors put in"),
+        RewardTerm(
+            "energy", f"{rules.ENERGY_WEIGHT:g} per kJ that the motors put in, by their power at the end of the step"
+        ),
         RewardTerm("smoothness", f"{rules.SMOOTH_WEIGHT:g} times the mean square change of the actions"),
     )
     task_state_fields = rules.TASK_STATE_FIELDS
@@ -198,7 +200,7 @@ _SPECIFICATION = """Drive across country: {id}.
     {observation_table}
 
     Each height is that of the highest thing that a wheel would meet there: ground, plank, board or
-    box.
+    box. What touches something is known of the last step: in the first observation nothing does.
 
     ## Rewards
     The sum of these terms; `info` has each as `reward_<term>`:

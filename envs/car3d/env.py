@@ -255,7 +255,7 @@ _SPECIFICATION = """Follow a winding road against the clock: {id}.
     {observation_table}
 
     The heights of the surface are a patch of 7 x 5 points ahead of the car, turned with its heading, and
-    include obstacles.
+    include obstacles. What touches something is known of the last step: in the first observation nothing does.
 
     ## Rewards
     The sum of these terms; `info` has each as `reward_<term>`:

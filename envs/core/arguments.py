@@ -20,8 +20,14 @@ SHARED = (  # arguments of all environments
     "render_mode", "width", "height", "observation", "split", "fidelity", "randomize", "diagnostics",
 )  # fmt: skip
 _TIME_LIMITS = {  # the other name of the same thing
-    "max_episode_steps": "max_cycles of a parallel environment, or of gymnasium.make and make_vec",
-    "max_cycles": "max_episode_steps of gymnasium.make and make_vec",
+    "max_episode_steps": "max_cycles in parallel environments, and elsewhere what gymnasium.make and make_vec take",
+    "max_cycles": "max_episode_steps, which gymnasium.make, make_vec and vector environments take",
+}
+_OF_SOME = {  # arguments that some environments have
+    "task": "GRagdoll-v0 and GRagdoll2D-v0 have",
+    "threads": "vector environments have",
+    "max_cycles": "parallel environments have",
+    "max_episode_steps": "gymnasium.make and vector environments have",
 }
 
 
@@ -73,8 +79,11 @@ def _hint(name: str, names: Sequence[str]) -> str:
     text = f"{has}; all environments have {', '.join(SHARED)}"
     if name in _TIME_LIMITS:
         return f"{text}; the time limit is {_TIME_LIMITS[name]}."
-    near = get_close_matches(name, [*names, *SHARED], 1)
-    return f"{text}; did you mean {near[0]!r}?" if near else f"{text}."
+    near = get_close_matches(name, [*names, *SHARED, *_OF_SOME], 1)
+    if not near:
+        return f"{text}."
+    who = f", which {_OF_SOME[near[0]]}" if near[0] in _OF_SOME else ""
+    return f"{text}; did you mean {near[0]!r}{who}?"
 
 
 def mapping_of(options: Any) -> dict[str, Any]:

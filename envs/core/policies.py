@@ -98,6 +98,8 @@ def make_batch(env_id: str, world_count: int, **arguments: Any) -> TaskVectorEnv
     known |= {entry.name: entry.vector_env for entry in PARALLEL_ENVS}
     if name not in known:
         raise LookupError(f"there is no environment {env_id!r}.")
+    if "max_cycles" in arguments and name in {entry.name for entry in PARALLEL_ENVS}:  # as its parallel_env calls it
+        arguments["max_episode_steps"] = arguments.pop("max_cycles")
     batch: TaskVectorEnv = _find(known[name])(world_count, **arguments)
     return batch
 

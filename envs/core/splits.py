@@ -38,6 +38,8 @@ def make_generator(seed: int | None, split: str) -> tuple[np.random.Generator, i
         ValueError: a larger seed.
         gymnasium.error.Error: a seed that is no whole number, or negative.
     """
+    if isinstance(seed, np.integer):  # Gymnasium's generator takes Python's only, its vector environments both
+        seed = int(seed)
     if isinstance(seed, int) and seed > MOST_SEED:
         raise ValueError(f"reset: a seed must be below 2**128, got {seed}.")
     generator, used = seeding.np_random(seed)

@@ -241,6 +241,7 @@ _SPECIFICATION = (
     The middle of the support is the mean of the middles of the soles that carry load. The capture point
     is where the figure would have to step to come to rest: x + v sqrt(h / g), of the centre of mass at the
     height h (J. Pratt et al., "Capture point: a step toward humanoid push recovery", 2006).
+    Loads of the soles are those of the last step: in the first observation they are 0, as in the air.
 
     ## Rewards
     The sum of these terms; `info` has each as `reward_<term>`:

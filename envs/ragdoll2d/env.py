@@ -15,6 +15,7 @@ from gsenv.envs.core.steering import Stick, pair
 from gsenv.envs.core.task import Array, Task, documented
 from gsenv.envs.core.vector import TaskVectorEnv
 from gsenv.envs.ragdoll2d import rules, scene
+from gsenv.envs.ragdoll2d import shared_rules as shared
 from gsenv.envs.ragdoll2d.build import build_scene
 from gsenv.envs.ragdoll2d.lying import lying_poses
 from gsenv.envs.ragdoll2d.privileged import entries
@@ -112,7 +113,8 @@ class RagdollTask(BalanceTask):
             f"{rules.APART_WEIGHT:g} times the part of {rules.STRIDE:g} m by which the distance of the ankles along "
             f"the ground exceeds {rules.FREE_STRIDE:g} m, at most 1",
         ),
-        *LAST_TERMS,
+        *LAST_TERMS[:-1],
+        RewardTerm("fall", f"{shared.FALL_REWARD:g} for a fall or feet that stay apart, which ends the episode"),
     )
     task_state_fields = rules.TASK_STATE_FIELDS
     max_episode_steps = time_limit("GRagdoll2D-v0")
@@ -199,6 +201,7 @@ _SPECIFICATION = (
     The support reaches from the rearmost to the foremost point of the soles that carry load. The capture
     point is where the figure would have to step to come to rest: x + v sqrt(h / g), of the centre of
     mass at the height h (J. Pratt et al., "Capture point: a step toward humanoid push recovery", 2006).
+    Loads of the soles are those of the last step: in the first observation they are 0, as in the air.
 
     ## Rewards
     The sum of these terms; `info` has each as `reward_<term>`:
@@ -238,7 +241,7 @@ _BALANCE = {
     one before. A push lasts 0.1 s and changes the velocity of the whole figure by 0.1 m/s to `push`,
     uniformly drawn, forwards or backwards.""",
     "end": f"""{FALL_END}
-    - Termination: the ankles are more than 0.2 m apart for more than 2 s. The clock runs backwards while they are
+    - Termination: the ankles are more than 0.2 m apart for 2 s. The clock runs backwards while they are
       nearer, down to 0. (Legs astride, a constant action would hold the pushes.)
 {TIME_END}""",
     "of_task": OF_BALANCE,

@@ -23,6 +23,8 @@ _PARTING = 0.4  # m, above the finished tower
 _LEAN_SHARE = 0.5  # how much of the tower's lean the next block takes back
 
 DROP_GAP = 0.5  # m, of `drop_blocks`
+LOWERED_GAP = 0.001  # m, of `lower_blocks`
+_RISING_SPEED = 0.6  # m/s, of `lower_blocks` without a block
 
 Seen = dict[str, NDArray[Any]]
 
@@ -30,6 +32,26 @@ Seen = dict[str, NDArray[Any]]
 def drop_blocks(observations: NDArray[np.float32]) -> NDArray[np.float32]:
     """Return the actions of a naive builder, which centres and levels each block and drops it from 0.5 m."""
     return build_tower(observations, DROP_GAP)
+
+
+def lower_blocks(observations: NDArray[np.float32], speed: float) -> NDArray[np.float32]:
+    """Return the actions of a simple builder: it lowers each block at one speed, m/s, whatever else there is to do.
+
+    Meanwhile it centres and turns it, and lets go 1 mm above the support; it waits for nothing.
+    """
+    seen = {name: np.asarray(observations, np.float64)[..., k] for name, k in _INDEX.items()}
+    holding = seen["holding"] > 0.5
+    actions = np.stack(
+        [
+            np.where(holding, -_GAIN * seen["block_dx"], 0.0) / scene.SPEED,
+            np.where(holding, -_GAIN * seen["block_dy"], 0.0) / scene.SPEED,
+            np.where(holding, -speed, _RISING_SPEED) / scene.SPEED,
+            np.where(holding, -_GAIN * seen["block_twist"], 0.0) / scene.TURN_SPEED,
+            np.where(holding & (seen["block_gap"] < LOWERED_GAP), 1.0, -1.0),
+        ],
+        axis=-1,
+    )
+    return np.clip(actions, -1.0, 1.0).astype(np.float32)
 
 
 def build_tower(observations: NDArray[np.float32], drop_gap: float = 0.0) -> NDArray[np.float32]:

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from gsenv.envs import ENVS, PARALLEL_ENVS
+from gsenv.envs.core.policies import named_task
 from gsenv.train.arguments import check_training
 
 from .errors import FAILED, OK, WRONG_USAGE, CliError
@@ -79,7 +80,8 @@ def _make_dataset(options: argparse.Namespace) -> "MinariDataset":
     from gsenv.train.dataset import make_dataset
     from gsenv.train.evaluate import PolicyError
 
-    default = f"gsenv/{options.env}/{Path(options.policy).stem}-v0"
+    env_id, _ = named_task(options.env, dict(options.set))
+    default = f"gsenv/{env_id}/{Path(options.policy).stem}-v0"
     with make_progress() as progress:
         task = progress.add_task(f"{options.env}, {options.episodes} episodes", total=options.episodes)
         scores = progress.add_task("reference scores of random, scripted and trained", total=None, visible=False)

@@ -83,8 +83,10 @@ def test_bad_input_is_refused_before_any_episode(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr(dataset, "run_episodes", run)
     with pytest.raises(ValueError, match="several agents"):
         dataset.make_dataset("scripted", "tower_v0", NAME)
-    with pytest.raises(ValueError, match="Malformed dataset ID"):
+    with pytest.raises(ValueError, match="named like gsenv/GStack-v0/own-v0, not 'no version!'"):
         dataset.make_dataset("scripted", "GStack-v0", "no version!")
+    with pytest.raises(ValueError, match="named like gsenv/GStack-v0/own-v0, not 'own'"):
+        dataset.make_dataset("scripted", "GStack-v0", "own")
     with pytest.raises(ValueError, match="observe the state"):
         dataset.make_dataset("scripted", "GStack-v0", NAME, arguments={"observation": "pixels"})
     with pytest.raises(PolicyError, match="cannot read"):
@@ -158,4 +160,6 @@ def test_the_command_writes_a_dataset(capsys: pytest.CaptureFixture[str]) -> Non
     assert cli.main([*command, "--name", "gsenv/GStack-v0/endless-v0", "--set", "max_episode_steps=-1"]) == 2
     assert "a dataset needs episodes that end, so max_episode_steps must not be -1" in capsys.readouterr().err
     assert cli.main([*command, "--name", ""]) == 2
-    assert "Malformed dataset ID" in capsys.readouterr().err
+    assert "a dataset is named like" in capsys.readouterr().err
+    assert cli.main(["dataset", "GRagdoll2D-v0", "--set", "task=get_up", *command[2:-2]]) == 0
+    assert capsys.readouterr().out.startswith("gsenv/GRagdoll2D-get-up-v0/random-v0: 2 episodes, ")

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import gymnasium
@@ -110,6 +111,17 @@ def test_policy_files(tmp_path: Path) -> None:
     ):
         with pytest.raises(PolicyError, match=message):
             make_actor(str(tmp_path / policy), "GStack-v0")
+
+
+def test_policies_of_other_tasks_are_refused_and_those_of_other_tiers_are_not(tmp_path: Path) -> None:
+    files = {}
+    for env_id in ("GStack-hardcore-v0", "GCar-v0", "mine/GCar-v1"):
+        files[env_id] = tmp_path / f"{env_id.replace('/', '-')}.npz"
+        replace(still(), notes={"env": env_id}).save(files[env_id])
+    for env_id in ("GStack-hardcore-v0", "mine/GCar-v1"):
+        make_actor(str(files[env_id]), "gsenv:GStack-v0")
+    with pytest.raises(PolicyError, match="was trained in GCar-v0: what it sees and does means other things in GStack"):
+        make_actor(str(files["GCar-v0"]), "GStack-v0")
 
 
 def test_policies_of_stable_baselines_files(tmp_path: Path) -> None:

@@ -148,6 +148,25 @@ def test_resume_keeps_the_arguments(run: Run) -> None:
     assert "holds a run with lessons [" in refusal(run, resume=True, lessons=({"blocks": 2},))
 
 
+def test_resume_keeps_how_it_learns_but_not_how_far(run: Run) -> None:
+    for name in ("learning_rate", "discount", "pass_mark", "world_count", "clip"):
+        other = 2 * getattr(run.settings, name)
+        assert f"holds a run with {name} " in refusal(run, resume=True, **{name: other})
+    longer = replace(run.settings, steps=256, tests=(), log_every=7, evaluate_every=9)
+    assert experiment.prepare(EXPERIMENTS[0][0], longer, run.folder, resume=True).steps == 128
+
+
+def test_a_run_that_continues_draws_other_exploration(tmp_path: Path) -> None:
+    import torch
+
+    kind, settings = EXPERIMENTS[0]
+    run = experiment.prepare(kind, replace(settings, steps=128), tmp_path)
+    drawn = torch.randn(4)
+    experiment.train(run)
+    experiment.prepare(kind, settings, tmp_path, resume=True)
+    assert not torch.equal(torch.randn(4), drawn)
+
+
 def test_resume_refuses_files_of_two_checkpoints(run: Run) -> None:
     old = (run.folder / "policy.zip").read_bytes()
     longer = replace(run.settings, steps=256)

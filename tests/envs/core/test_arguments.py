@@ -11,7 +11,9 @@ import pytest
 from gsenv.envs.car.env import CarEnv, CarVectorEnv
 from gsenv.envs.core.arguments import DIAGNOSTICS
 from gsenv.envs.core.env import TaskEnv
+from gsenv.envs.core.policies import make_batch
 from gsenv.envs.core.vector import TaskVectorEnv
+from gsenv.envs.ragdoll2d.env import RagdollEnv
 from gsenv.envs.stack.env import StackEnv, StackVectorEnv
 from gsenv.envs.tower_v0 import parallel_env
 from tests.envs.stack.worlds import assert_equal
@@ -161,6 +163,20 @@ def test_diagnostics_of_a_batch(batch: type[TaskVectorEnv]) -> None:
 def test_unknown_arguments_are_refused_by_name(make: Any) -> None:
     with pytest.raises(TypeError, match="unexpected keyword argument 'wheels'; its own are"):
         make(wheels=4)
+
+
+@pytest.mark.parametrize(("make", "name", "meant"), [
+    (StackVectorEnv, "thread", "'threads', which vector environments have"), (StackEnv, "bloks", "'blocks'"),
+    (RagdollEnv, "taks", "'task', which GRagdoll-v0"), (parallel_env, "max_cyles", "'max_cycles', which parallel"),
+    (StackEnv, "splt", "'split'"),
+])  # fmt: skip
+def test_a_mistyped_argument_is_guessed(make: Any, name: str, meant: str) -> None:
+    with pytest.raises(TypeError, match=f"did you mean {meant}"):
+        make(**{name: 2})
+
+
+def test_the_time_limit_of_agents_has_the_name_of_its_page_in_a_batch_too() -> None:
+    assert make_batch("tower_v0", 1, max_cycles=70).max_episode_steps == 70
 
 
 def test_docstrings_list_the_quantities() -> None:

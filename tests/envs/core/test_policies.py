@@ -1,5 +1,4 @@
 import json
-import math
 import subprocess
 import sys
 from pathlib import Path
@@ -22,7 +21,7 @@ ROOT = Path(__file__).parents[3]
 TRAINED = sorted(path.stem for path in (ROOT / "assets").glob("*.npz") if path.name not in (LYING, RISES))
 
 
-@pytest.mark.parametrize(("blocks", "count", "least"), [(1, 12, 11), (3, 100, 90), (5, 100, 60), (8, 12, 11)])
+@pytest.mark.parametrize(("blocks", "count", "least"), [(1, 12, 11), (3, 100, 90), (5, 100, 95), (8, 12, 11)])
 def test_builder_builds(blocks: int, count: int, least: int) -> None:
     vector = StackVectorEnv(count, blocks=blocks, max_episode_steps=600, autoreset_mode="SameStep")
     observations, _ = vector.reset(seed=0)
@@ -73,7 +72,7 @@ def published(env_id: str) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("env_id", IDS)
-def test_trained_policies_exceed_the_reward_thresholds(env_id: str) -> None:
+def test_published_returns_exceed_the_reward_thresholds(env_id: str) -> None:
     threshold = gymnasium.spec(env_id).reward_threshold
     assert threshold is not None
     assert published(env_id)["returns"] > threshold
@@ -84,10 +83,11 @@ NIGHTLY = (*COSTLY, "GStack3D-hardcore-v0")
 
 @pytest.mark.parametrize("env_id", [pytest.param(i, marks=pytest.mark.slow) if i in NIGHTLY else i for i in TRAINED])
 def test_trained_policies_reach_what_docs_tiers_says(env_id: str) -> None:
-    said = published(env_id)["success"]
-    reached = evaluate(trained_actions(env_id), env_id, tiers.EPISODES, UNSELECTED_SEED).success_rate
-    # of 100 episodes, the same as measured; machines differ in the last bits of the network's sums
-    assert abs(reached - said) <= 3.0 * math.sqrt(2.0 * max(said * (1.0 - said), 0.01) / 100)
+    said = published(env_id)
+    reached = evaluate(trained_actions(env_id), env_id, tiers.EPISODES, UNSELECTED_SEED)
+    # the same 100 episodes: only the last bits of the network's sums differ between machines
+    assert abs(reached.success_rate - said["success"]) <= 0.05
+    assert reached.mean_return == pytest.approx(said["returns"], rel=0.05)
 
 
 def test_trained_policy_acts_in_single_and_vector_environments_alike() -> None:

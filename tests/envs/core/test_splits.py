@@ -70,6 +70,7 @@ def test_single_and_vector_environments_agree_in_it(env_id: str) -> None:
     for w in range(3):
         env = make(env_id, split="test")
         np.testing.assert_array_equal(env.reset(seed=9 + w)[0], starts[0][w])
+        np.testing.assert_array_equal(env.reset(seed=np.int64(9 + w))[0], starts[0][w])  # type: ignore[arg-type]
         np.testing.assert_array_equal(env.reset()[0], starts[1][w])
     assert vector.get_attr("split") == ("test",) * 3
     assert gymnasium.make_vec(env_id, 2, split="test").unwrapped.split == "test"  # type: ignore[attr-defined]

@@ -231,7 +231,7 @@ def test_docstring_is_the_specification(heading: str) -> None:
         f"lasts {shared.PUSH_STEPS / 30:g} s",
         f"below {shared.FALL_HEIGHT:g} of its height",
         f"more than {shared.FALL_TILT:g} rad",
-        f"more than {rules.APART:g} m apart for more than {rules.MOST_APART:g} s",
+        f"more than {rules.APART:g} m apart for {rules.MOST_APART:g} s",
         f"after {STEPS} steps ({STEPS / 30:g} s)",
         str(RANGES["friction"]),
     ],

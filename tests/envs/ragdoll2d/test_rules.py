@@ -202,6 +202,7 @@ def test_feet_that_stay_apart_end_the_episode() -> None:
             break
     assert env.task.terminated[0]
     assert not env.task.infos["fell"][0]
+    assert env.task.terms["fall"][0] == shared.FALL_REWARD  # as the table says
 
 
 # ---------------------------------------------------------------- policies

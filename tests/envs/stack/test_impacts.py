@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ import pytest
 from gsenv.envs.core.policies import make_batch, scripted_actions
 from gsenv.envs.stack.crack_lines import INNER
 from gsenv.envs.stack.env import StackEnv, StackVectorEnv
-from gsenv.envs.stack.policy import build_tower, drop_blocks
+from gsenv.envs.stack.policy import build_tower, drop_blocks, lower_blocks
 from gsenv.envs.stack.scene import FIRST_BLOCK_SHAPE
 from gsenv.train.evaluate import evaluate
 from tests.envs.stack.worlds import IDLE, RELEASE, block_position, mixed_actions, set_up_tower
@@ -153,6 +154,14 @@ def test_only_careful_builders_build(env_id: str, least: float) -> None:
         other = evaluate(policy, env_id, 20)
         assert other.success_rate == 0.0
         assert other.mean_return < 0.3 * scripted.mean_return
+
+
+@pytest.mark.parametrize("speed", [0.1, 0.2, 0.3])
+@pytest.mark.parametrize("env_id", ["GStack-v0", "GStack-hardcore-v0"])
+def test_to_lower_blocks_at_one_speed_is_not_enough(env_id: str, speed: float) -> None:
+    lowered = evaluate(partial(lower_blocks, speed=speed), env_id, 40)
+    assert lowered.success_rate < 0.9
+    assert lowered.mean_return < evaluate(scripted_actions(env_id), env_id, 40).mean_return
 
 
 def test_a_gantry_sways_as_it_is_told() -> None:

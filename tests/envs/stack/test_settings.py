@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from gsenv.envs.core.policies import make_batch
 from gsenv.envs.stack.env import StackEnv, StackVectorEnv
 from gsenv.envs.stack.policy import build_tower
 from gsenv.envs.stack.scene import FIRST_BLOCK, FIRST_BLOCK_SHAPE
@@ -192,3 +193,22 @@ def test_pixels_go_on_after_a_snapshot() -> None:
     first = env.step(IDLE)
     env.restore(snapshot)
     assert_equal(env.step(IDLE), first)
+
+
+@pytest.mark.parametrize("env_id", ["GStack-v0", "GStack3D-v0", "tower_v0"])
+def test_the_heaviest_and_roughest_blocks_are_seen_as_they_are(env_id: str) -> None:
+    """At the ends of the arguments' and of the randomised ranges, where drives are strongest, too."""
+    ends = {"friction": (3.0, 3.0), "mass": (3.0, 3.0), "force": (3.0, 3.0)}
+    batch = make_batch(env_id, 2, mass=(20.0, 20.0), friction=(1.0, 1.0), randomize=ends)
+    observations, _ = batch.reset(seed=0)
+    at = {entry.name: k for k, entry in enumerate(batch.task.observations)}
+    assert observations[..., at["block_mass"]] == pytest.approx(6.0)
+    assert observations[..., at["block_friction"]] == pytest.approx(3.0)
+    upwards = at["drive_z" if "drive_z" in at else "drive_y"]
+    hard = np.zeros(len(batch.task.actions), np.float32)
+    hard[2 if "drive_z" in at else 1] = 1.0  # upwards
+    strongest = 0.0
+    for _ in range(30):
+        observations = batch.step(np.broadcast_to(hard, (*observations.shape[:-1], len(hard))))[0]
+        strongest = max(strongest, float(observations[..., upwards].max()))
+    assert strongest == pytest.approx(3.0, rel=1e-3)  # the whole force of the strongest drive, not cut off
