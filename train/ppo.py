@@ -237,7 +237,11 @@ SETTINGS = {
     ),
     "GRagdoll2D-v0": RAGDOLL,
     "GRagdoll2D-hardcore-v0": replace(
-        RAGDOLL, steps=2_500_000, arguments={"push": 1.1}, lessons=(*RAGDOLL.lessons, {"push": 0.8})
+        RAGDOLL,
+        steps=4_000_000,
+        privileged=False,  # these steps do without, and 2.5 million with it left one seed of five at 77 %
+        arguments={"push": 1.1},
+        lessons=(*RAGDOLL.lessons, {"push": 0.8}),
     ),
     "GRagdoll2D-get-up-v0": GET_UP,
     "GRagdoll-v0": RAGDOLL3D,
