@@ -19,6 +19,7 @@ from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
 from math import isnan
 from pathlib import Path
+from shutil import copyfile
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -137,10 +138,10 @@ def measure(run: Run) -> dict[str, Any]:
             one, its_points = test(settings, folder, run.quick)
             new.append(one)
             of_training += its_points
+        renewed = {one.env for one in new} if options.renew else set()
+        trained = [one for one in trained if one.env not in renewed] + new
         if run.page is not None:
-            publish(new, runs, run.page.parent / "training")
-    renewed = {one.env for one in new} if options.renew else set()
-    trained = [one for one in trained if one.env not in renewed] + new
+            publish(new, trained, runs, run.page.parent / "training")
     points = [point for point in points if point.env not in renewed] + of_training
     order = list(ppo.SETTINGS)
     trained.sort(key=lambda one: (order.index(one.env), one.seed))
@@ -228,16 +229,35 @@ def _numbers(policy: MlpPolicy) -> list[NDArray[np.float32]]:
     return [policy.mean, policy.scale, *(part for layer in policy.layers for part in layer)]
 
 
-def publish(trained: Sequence[Trained], runs: Path, folder: Path) -> None:
-    """Write settings and learning curves of runs, as tables and as a picture for each environment."""
+def publish(new: Sequence[Trained], trained: Sequence[Trained], runs: Path, folder: Path) -> None:
+    """Write settings and learning curves of new runs, and the pictures of their environments with all that are there.
+
+    Curves of seeds that no row has any more are deleted.
+    """
     folder.mkdir(parents=True, exist_ok=True)
-    for one in trained:
+    for one in new:
         run = runs / one.env / f"seed-{one.seed}"
         write_bytes(folder / f"{one.env}-seed-{one.seed}.csv", (run / "progress.csv").read_bytes())
-    for env_id in {one.env for one in trained}:
+    for env_id in {one.env for one in new}:
         settings = min((runs / env_id).glob("seed-*/settings.json"))  # those of the seeds differ in the seed alone
         write_bytes(folder / f"{env_id}-settings.json", settings.read_bytes())
-        curve.plot(runs / env_id, folder / f"{env_id}.png")
+        curves = {one.seed: folder / f"{env_id}-seed-{one.seed}.csv" for one in trained if one.env == env_id}
+        for path in set(folder.glob(f"{env_id}-seed-*.csv")) - set(curves.values()):
+            path.unlink()
+        draw_curves(curves, settings.parent, folder / f"{env_id}.png")
+
+
+def draw_curves(curves: Mapping[int, Path], run: Path, picture: Path) -> None:
+    """Draw the published curves of all seeds, with title and references of one run."""
+    with tempfile.TemporaryDirectory() as made:
+        for seed, path in curves.items():
+            of_seed = Path(made) / f"seed-{seed}"
+            of_seed.mkdir()
+            copyfile(path, of_seed / "progress.csv")
+        for name in ("settings.json", "result.json"):
+            if (run / name).is_file():
+                copyfile(run / name, Path(made) / f"seed-{min(curves)}" / name)
+        curve.plot(Path(made), picture)
 
 
 @contextmanager

@@ -54,6 +54,12 @@ def test_fewer_seeds_have_their_mean_and_range() -> None:
     assert " of " not in over_seeds([0.0, 0.8, 0.4, 0.5, 0.6], "{:.1f}")
 
 
+def test_each_row_has_its_learning_curve_and_no_other_is_there() -> None:
+    trained, _ = published(ROOT / "benchmarks/results/baselines.json")
+    rows = {f"{one.env}-seed-{one.seed}.csv" for one in trained}
+    assert {path.name for path in (ROOT / "docs/training").glob("*-seed-*.csv")} == rows
+
+
 @pytest.mark.parametrize("env_id", list(ppo.SETTINGS))
 def test_published_runs_learned_with_the_present_settings(env_id: str) -> None:
     """Where settings change, the environment must be trained anew, else the page tells of others."""
@@ -115,15 +121,27 @@ def test_the_policy_of_the_package_is_found_among_those_of_a_run(tmp_path: Path,
     assert shipped("GCar-v0", tmp_path) == ""
 
 
-def test_settings_and_curves_of_the_runs_are_written_beside_the_page(tmp_path: Path) -> None:
+def test_settings_and_curves_of_the_runs_are_written_beside_the_page(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     run = tmp_path / "runs" / "GCar-v0" / "seed-3"
     run.mkdir(parents=True)
     row = dict.fromkeys(COLUMNS, 1.0)
     write_rows(run / "progress.csv", [row, row | {"steps": 2.0}])
     write_json(run / "settings.json", {"env": "GCar-v0", "seed": 3})
-    publish([Trained("GCar-v0", 3, 2, "", 1.0, -1.0, 0.5, 1.0, "")], tmp_path / "runs", tmp_path / "docs")
-    assert {path.name for path in (tmp_path / "docs").iterdir()} == {
-        "GCar-v0-seed-3.csv", "GCar-v0-settings.json", "GCar-v0.png"
+    docs = tmp_path / "docs"
+    docs.mkdir()
+    for seed in (1, 2):  # of which the rows have seed 1 still
+        write_rows(docs / f"GCar-v0-seed-{seed}.csv", [row])
+    old, new = (Trained("GCar-v0", seed, 2, "", 1.0, -1.0, 0.5, 1.0, "") for seed in (1, 3))
+    drawn: list[int] = []
+    monkeypatch.setattr(baselines, "draw_curves", lambda curves, run, picture: drawn.extend(curves))
+    publish([new], [old, new], tmp_path / "runs", docs)
+    assert drawn == [1, 3]
+    monkeypatch.undo()
+    publish([new], [old, new], tmp_path / "runs", docs)
+    assert {path.name for path in docs.iterdir()} == {
+        "GCar-v0-seed-1.csv", "GCar-v0-seed-3.csv", "GCar-v0-settings.json", "GCar-v0.png"
     }  # fmt: skip
     assert (tmp_path / "docs" / "GCar-v0-seed-3.csv").read_bytes() == (run / "progress.csv").read_bytes()
 
