@@ -18,10 +18,10 @@ if TYPE_CHECKING:
 NORMALIZE = "normalize.npz"  # in the folder of policy.zip
 _LEARNT = ("policy.npz", "best.npz", "policy.zip", NORMALIZE, "progress.csv", "result.json")  # what a run leaves
 _NEEDED = ("policy.zip", NORMALIZE)  # to continue it
-# settings that may differ where a run continues: how far it goes and what is written, not how it learns
-_FREE = frozenset(
-    "seed steps tests test_episodes watched_episodes log_every evaluate_every torch_threads".split()
-)  # the seed is in the folder's name
+_FREE = (  # settings that may differ where a run continues: how far it goes and what is written, not how it learns
+    "seed",  # told apart by the folder's name
+    "steps", "tests", "test_episodes", "watched_episodes", "log_every", "evaluate_every", "torch_threads",
+)  # fmt: skip
 AS_TRAINED = "as trained"  # in result.json: a test with the arguments of the training
 COLUMNS = ("steps", "seconds", "return", "evaluated_return", "evaluated_success")  # of any progress.csv
 
