@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from ..jit import njit
+from ..methods.joint_factor import SELF_STRESS
 from .coupled import has_half
 from .dispatch import by_dimension
 from .rows import (
@@ -187,6 +188,32 @@ def gains_energy(world: Any, island: Any) -> Any:
             before += m * free * free
             gain += m * (v - free) * (v + free)
     return gain > ROTATION_GAIN * before
+
+
+@njit
+def is_self_stressed(world: Any, island: Any) -> Any:
+    """Whether the impulses of rigid joints are so large, for how little all impulses move, that they hold each other.
+
+    Two joints that almost contradict each other have such impulses.  As a warm start they would grow in each step: at
+    the next pose they no longer cancel.
+    """
+    rows = world.scratch.rows
+    effort = 0.0
+    for r in range(island.joint_rows):
+        if rows[r].kind == EQUATION and rows[r].softness == 0.0:
+            effort += rows[r].diagonal * rows[r].impulse * rows[r].impulse
+    if effort == 0.0:
+        return False
+    bodies = world.state.bodies
+    substep_bodies = world.scratch.substep_bodies
+    island_bodies = part(world.scratch.island_bodies, island.body_first, island.body_count)
+    moved = 0.0
+    for k in range(len(island_bodies)):
+        i = island_bodies[k]
+        for d in range(len(bodies[i].velocity)):
+            dv = bodies[i].velocity[d] - substep_bodies[i].free_velocity[d]
+            moved += substep_bodies[i].mass_matrix[d, d] * dv * dv
+    return moved < SELF_STRESS * effort
 
 
 @njit

@@ -29,6 +29,7 @@ from .energy import (
     clear_equation_biases,
     gains_energy,
     guard_energy,
+    is_self_stressed,
     limit_squeeze,
     natural_residual,
 )
@@ -393,7 +394,7 @@ def store_joints(world: Any, island: Any, joints: Any) -> None:
     if joints is None:
         return
     store_joint_impulses(world, island, joints)
-    if not island.residual <= CONTRADICTED:  # NaN, too
+    if not island.residual <= CONTRADICTED or is_self_stressed(world, island):  # NaN, too
         forget_joint_impulses(world.scratch.rows, island.joint_rows, joints)
     island_joints = part(world.scratch.island_joints, island.joint_first, island.joint_count)
     move_targets(island_joints, world.model.joints, joints, island.h)

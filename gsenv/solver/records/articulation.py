@@ -213,6 +213,9 @@ def others_scratch(dim: int, joints: Array, trees: Array) -> dict[str, Array]:
         "slots": np.zeros(rows, np.int32),  # of each row, as it was solved
         "free": np.zeros(rows),  # 1/kg, J M^-1 J^T of its bodies without joints in trees
         "mass": np.zeros(rows),  # kg or kg m^2, its effective mass in joint space
+        "start_rate": np.zeros(
+            rows
+        ),  # m/s or rad/s: J v at the start of the substep; NaN where the bias is the joint's
         "moved": np.zeros(rows),  # m kg or rad kg m^2 in 1/s: impulses that closed the joints
         "last": np.zeros(rows),  # those of the last step of closing
         "order": np.zeros(equations, np.int32),  # row of each equation

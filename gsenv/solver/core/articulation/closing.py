@@ -24,7 +24,7 @@ from .dynamics import factorise_links, respond_outward, set_middle
 from .energy import energy_by_forces, keep_energy, lose_energy
 from .equations import bound_correction, correct_others, factorise_equations, only_closes, size_of
 from .links import largest_share, move_links, place_links, set_base
-from .other_joints import has_position, is_in_tree
+from .other_joints import NOW, has_position, is_in_tree
 from .reactions import add_impulses, add_pushes, keep_pushes
 from .rows import whiten_rows
 
@@ -34,7 +34,6 @@ leave_link = by_dimension("articulation", "leave_link")
 LOOSE = 1e-5  # of a body's size, or rad: smaller errors are left to the next substep
 MOST_CLOSINGS = 12
 CHORDS = 4  # of them with the factor of the middle of the substep
-_NOW = 1e-9  # of the substep: time ahead for which rows are made
 _SWEEPS = 3
 
 
@@ -123,7 +122,7 @@ def _measure(world: Any, island: Any, joints: Any, others: Any) -> Any:
         first = row
         measured = has_position(joint_models[j], joint_parameters[j])
         if measured:
-            row = write_joint_rows(world, j, row, joints, linked, 0.0, _NOW * island.h)
+            row = write_joint_rows(world, j, row, joints, linked, 0.0, NOW * island.h)
             make_equations(rows, first, row)
         else:
             while row < island.other_rows and rows[row].source == j:

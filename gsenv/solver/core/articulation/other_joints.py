@@ -25,7 +25,7 @@ from ..joints import (
     tension_of,
     write_joint_rows,
 )
-from ..rows import HALF, free_rate, start_rate
+from ..rows import BILATERAL, HALF, free_rate, start_rate
 from ..slices import part
 from ..springs import has_spring
 
@@ -39,6 +39,7 @@ _DISTANCE = int(JointKind.DISTANCE)
 _GEAR = int(JointKind.GEAR)
 _AXIS = int(JointKind.AXIS)
 SWING_PER_SUBSTEP = 1.5  # rad: largest swing of a taut rod, rope or loop in a substep
+NOW = 1e-9  # of the substep: time ahead for which rows of the present pose are written
 CONTRADICTED = 0.1  # residual above which the rows contradict each other; their impulses would grow in each step
 
 
@@ -128,6 +129,7 @@ def write_other_rows(world: Any, island: Any, joints: Any, others: Any) -> None:
     rows = world.scratch.rows
     island_joints = part(world.scratch.island_joints, island.joint_first, island.joint_count)
     linked = world.scratch.joint_factor
+    _keep_start_rates(world, island, joints, others)
     enter_link_frames(world, island)
     row = 0
     for k in range(len(island_joints)):
@@ -135,7 +137,7 @@ def write_other_rows(world: Any, island: Any, joints: Any, others: Any) -> None:
             row = write_joint_rows(world, island_joints[k], row, joints, linked, island.warm_start, island.h)
     leave_link_frames(world, island)
     make_equations(rows, 0, row)
-    _bend(world, island)
+    _bend(world, island, others)
     for r in range(island.other_rows):
         others.slots[r] = rows[r].slot
         others.free[r] = rows[r].diagonal - rows[r].softness
@@ -155,11 +157,34 @@ def keep_other_velocities(world: Any, island: Any, articulation: Any, others: An
 
 
 @njit
-def _bend(world: Any, island: Any) -> None:
-    """Add to the biases how the velocities of links change by the end of the substep at constant rates, h/2 J dv/dt.
+def _keep_start_rates(world: Any, island: Any, joints: Any, others: Any) -> None:
+    """Set ``start_rate`` of the rows of rigid joints to J v at the pose and velocities of the start of the substep."""
+    rows = world.scratch.rows
+    joint_models = world.model.joints
+    joint_parameters = world.parameters.joints
+    island_joints = part(world.scratch.island_joints, island.joint_first, island.joint_count)
+    linked = world.scratch.joint_factor
+    row = 0
+    for k in range(len(island_joints)):
+        j = island_joints[k]
+        if is_in_tree(world, j):
+            continue
+        first = row
+        row = write_joint_rows(world, j, row, joints, linked, 0.0, NOW * island.h)
+        rigid = has_position(joint_models[j], joint_parameters[j])
+        for r in range(first, row):
+            known = rigid and rows[r].correction == BILATERAL and rows[r].softness == 0.0
+            others.start_rate[r] = free_rate(rows[r], world.scratch.substep_bodies) if known else np.nan
 
-    Rows ask for the velocity at the end; those of core/joints.py know how their own directions change by then.  In the
-    first half of the substep velocities have changed by as much.
+
+@njit
+def _bend(world: Any, island: Any, others: Any) -> None:
+    """Add to the biases how J v changes in half a substep at constant rates, h/2 d(J v)/dt.
+
+    Rows ask for J v at the end of the substep, from the pose half a substep ahead; in its first half J v has changed by
+    as much.  Measured and not from derivatives, it is 0 for all rows that a common rotation leaves true: redundant rows
+    would contradict each other by the terms of third order.  Rows whose biases have more in them know how their own
+    directions change; for them, only the change of the velocities is added.
     """
     rows = world.scratch.rows
     substep_bodies = world.scratch.substep_bodies
@@ -167,7 +192,10 @@ def _bend(world: Any, island: Any) -> None:
         row = rows[r]
         if row.softness > 0.0 or row.kind == HALF or has_half(rows, r, island.other_rows):
             continue
-        row.bias += start_rate(row, substep_bodies) - free_rate(row, substep_bodies)
+        if others.start_rate[r] == others.start_rate[r]:  # not NaN
+            row.bias = start_rate(row, substep_bodies) - others.start_rate[r]
+        else:
+            row.bias += start_rate(row, substep_bodies) - free_rate(row, substep_bodies)
 
 
 @njit
