@@ -85,9 +85,11 @@ def test_an_impatient_user_presses_it_more_than_once() -> None:
     world = World(mixed(2), 4, 2, AWAKE)
     world.step()
     for _ in range(5):
+        signal.signal(signal.SIGINT, signal.default_int_handler)
         try:
             interrupt(lambda: world.step(ENDLESS), 0.001, 2)
-            time.sleep(0.1)  # another thread may receive the second one, and tell the main one late
+            # another thread may receive the second one, and tell the main one late
+            signal.signal(signal.SIGINT, lambda number, frame: None)
         except KeyboardInterrupt:  # the second one came after the call
             pass
         taken = world.state.worlds["step"]
