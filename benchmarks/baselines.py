@@ -139,7 +139,7 @@ def measure(run: Run) -> dict[str, Any]:
             new.append(one)
             of_training += its_points
         renewed = {one.env for one in new} if options.renew else set()
-        trained = [one for one in trained if one.env not in renewed] + new
+        trained = mark_shipped([one for one in trained if one.env not in renewed] + new, runs)
         if run.page is not None:
             publish(new, trained, runs, run.page.parent / "training")
     points = [point for point in points if point.env not in renewed] + of_training
@@ -208,6 +208,17 @@ def test(settings: Settings, folder: Path, quick: bool) -> tuple[Trained, list[P
         shipped=shipped(settings.env, folder),
     )
     return one, [Point(settings.env, settings.seed, int(row["steps"]), row["evaluated_success"]) for row in evaluated]
+
+
+def mark_shipped(trained: Sequence[Trained], runs: Path) -> list[Trained]:
+    """Return the rows with ``shipped`` as it is now, where one of these runs is in the package; else as they were."""
+    now = {
+        (one.env, one.seed): shipped(one.env, folder)
+        for one in trained
+        if (folder := runs / one.env / f"seed-{one.seed}").is_dir()
+    }
+    changed = {env_id for (env_id, _), name in now.items() if name}
+    return [replace(one, shipped=now.get((one.env, one.seed), "")) if one.env in changed else one for one in trained]
 
 
 def shipped(env_id: str, folder: Path) -> str:

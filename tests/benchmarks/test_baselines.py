@@ -16,6 +16,7 @@ from benchmarks.baselines import (
     Trained,
     complete,
     interval,
+    mark_shipped,
     measure,
     over_seeds,
     publish,
@@ -119,6 +120,18 @@ def test_the_policy_of_the_package_is_found_among_those_of_a_run(tmp_path: Path,
     assert shipped("GCar-v0", tmp_path) == name
     changed.save(tmp_path / f"{name}.npz")
     assert shipped("GCar-v0", tmp_path) == ""
+
+
+def test_a_new_policy_in_the_package_takes_the_mark_of_the_one_before(tmp_path: Path) -> None:
+    seeds = [Trained("GCar-v0", seed, 100, "abc", 50.0, -1.0, 0.5, 1.0, "def") for seed in range(3)]
+    before = [replace(seeds[0], shipped="policy"), *seeds[1:], replace(seeds[0], env="GStack-v0", shipped="best")]
+    assert mark_shipped(before, tmp_path) == before  # no run is there
+    folder = tmp_path / "GCar-v0" / "seed-2"
+    folder.mkdir(parents=True)
+    for name in ("policy", "best"):
+        trained_actions("GCar-v0").save(folder / f"{name}.npz")
+    marks = [(one.env, one.shipped) for one in mark_shipped(before, tmp_path)]
+    assert marks == [("GCar-v0", ""), ("GCar-v0", ""), ("GCar-v0", "policy"), ("GStack-v0", "best")]
 
 
 def test_settings_and_curves_of_the_runs_are_written_beside_the_page(
